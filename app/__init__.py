@@ -1,0 +1,1 @@
+"""The program: verbs, main loop, run folder, timeline."""

@@ -1,0 +1,1 @@
+"""Where frames come from: readers, writers and synthetic rooms."""

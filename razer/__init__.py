@@ -1,0 +1,1 @@
+"""RAZER: an RGB-D recording becomes a map of named, queryable instances."""

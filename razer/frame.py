@@ -1,0 +1,130 @@
+"""What flows into the method: intrinsics, one RGB-D frame, and the masks a 2D model found in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.geometry import is_rigid
+
+
+class BadInput(ValueError):
+    """Input that cannot be used; the message is one plain line that names the thing and the fix."""
+
+
+class UnusableFrame(BadInput):
+    """One frame that cannot be used; the message says why. The rest of the sequence may be fine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera without distortion; pixel (0, 0) is the centre of the top left pixel."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise BadInput(f"an image of {self.width}x{self.height} pixels is impossible")
+        if not (np.isfinite([self.fx, self.fy, self.cx, self.cy]).all() and self.fx > 0 and self.fy > 0):
+            raise BadInput(f"focal lengths must be positive and finite, not {self.fx}, {self.fy}")
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The 3x3 camera matrix, float64."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], dtype=np.float64)
+
+    def resized(self, width: int, height: int) -> Intrinsics:
+        """The same camera read out at another resolution."""
+        sx, sy = width / self.width, height / self.height
+        cx, cy = (self.cx + 0.5) * sx - 0.5, (self.cy + 0.5) * sy - 0.5
+        return Intrinsics(width, height, self.fx * sx, self.fy * sy, cx, cy)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One registered RGB-D image: colour and depth share one pixel grid.
+
+    rgb (H, W, 3) uint8; depth (H, W) float32 metres along the optical axis, 0 = no reading;
+    world_from_camera (4, 4) float64 with OpenCV axes (x right, y down, z forward), or None when
+    unknown; instance_ids (H, W) int32, 0 = nobody, with instance_classes naming them, only where the
+    source knows them (synthetic rooms, annotated data); notes say what a reader had to repair.
+    """
+
+    index: int
+    stamp: float
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    intrinsics: Intrinsics
+    world_from_camera: NDArray[np.float64] | None = None
+    instance_ids: NDArray[np.int32] | None = None
+    instance_classes: Mapping[int, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        shape = (self.intrinsics.height, self.intrinsics.width)
+        if self.rgb.shape != (*shape, 3) or self.rgb.dtype != np.uint8:
+            raise UnusableFrame(f"colour is {self.rgb.shape} {self.rgb.dtype}, expected {(*shape, 3)} uint8")
+        if self.depth.shape != shape or self.depth.dtype != np.float32:
+            raise UnusableFrame(f"depth is {self.depth.shape} {self.depth.dtype}, expected {shape} float32")
+        if self.instance_ids is not None and self.instance_ids.shape != shape:
+            raise UnusableFrame(f"instance ids are {self.instance_ids.shape}, expected {shape}")
+        if self.world_from_camera is not None and not is_rigid(self.world_from_camera):
+            raise UnusableFrame("the pose is not a rigid transform")
+
+    def at(self, world_from_camera: NDArray[np.float64]) -> Frame:
+        """The same images seen from the given pose."""
+        return replace(self, world_from_camera=world_from_camera)
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """world_from_camera of a posed frame; raises UnusableFrame where there is none."""
+        if self.world_from_camera is None:
+            raise UnusableFrame("the frame has no pose")
+        return self.world_from_camera
+
+
+@dataclass(frozen=True, slots=True)
+class Masks:
+    """N image masks: masks (N, H, W) bool, which may overlap; scores (N,) float32 in [0, 1];
+    class_names, where the model names what it finds, one for each mask."""
+
+    masks: NDArray[np.bool_]
+    scores: NDArray[np.float32]
+    class_names: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.masks.ndim != 3 or self.masks.dtype != np.bool_:
+            raise ValueError(f"masks are {self.masks.shape} {self.masks.dtype}, expected (N, H, W) bool")
+        if self.scores.shape != (len(self.masks),):
+            raise ValueError(f"{len(self.masks)} masks but scores of shape {self.scores.shape}")
+        if self.class_names is not None and len(self.class_names) != len(self.masks):
+            raise ValueError(f"{len(self.masks)} masks but {len(self.class_names)} class names")
+
+    def __len__(self) -> int:
+        return len(self.masks)
+
+    @classmethod
+    def none(cls, height: int, width: int) -> Masks:
+        """No masks on an image of the given size."""
+        return cls(np.zeros((0, height, width), bool), np.zeros(0, np.float32))
+
+    @classmethod
+    def from_ids(cls, ids: NDArray[np.integer]) -> Masks:
+        """One mask with score 1 for each positive id of an (H, W) image, in increasing order of id."""
+        present = np.flatnonzero(np.bincount(ids.ravel().clip(0)))
+        present = present[present > 0]
+        return cls(ids[None] == present[:, None, None].astype(ids.dtype), np.ones(len(present), np.float32))
+
+    def select(self, keep: NDArray[np.integer] | NDArray[np.bool_]) -> Masks:
+        """The masks at the given indices, or where a boolean is true."""
+        chosen = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
+        names = None if self.class_names is None else tuple(self.class_names[i] for i in chosen)
+        return Masks(self.masks[chosen], self.scores[chosen], names)
