@@ -82,6 +82,9 @@ class AssociationSettings(Settings):
         0.5, gt=0, le=1,
         description="A detection left over by the matching joins the track that already owns this share of its cells.",
     )
+    join_distance: float = Field(
+        0.5, ge=0, le=2, description="... unless its embedding is farther than this (1 - cosine). Larger: fewer splits, small things are swallowed."
+    )
 
 
 class BankSettings(Settings):

@@ -1,0 +1,96 @@
+"""Point moments that add up, and the oriented boxes that follow from them (section III-B and III-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PointMoments:
+    """Count N, mean c (3,) and scatter S (3, 3) = sum (p - c)(p - c)^T of a set of points."""
+
+    count: int
+    mean: Array
+    scatter: Array
+
+    @classmethod
+    def of(cls, points: Array) -> PointMoments:
+        """Moments of (N, 3) points, N >= 1 (eqs. 4 and 5)."""
+        mean = points.mean(axis=0)
+        centred = points - mean
+        return cls(len(points), mean, centred.T @ centred)
+
+    def __add__(self, other: PointMoments) -> PointMoments:
+        """Moments of both sets together, without their points (eqs. 9 to 11)."""
+        count = self.count + other.count
+        mean = (self.count * self.mean + other.count * other.mean) / count
+        gap = self.mean - other.mean
+        scatter = self.scatter + other.scatter + self.count * other.count / count * np.outer(gap, gap)
+        return PointMoments(count, mean, scatter)
+
+    @property
+    def covariance(self) -> Array:
+        """S / (N - 1), (3, 3); zero for a single point."""
+        return self.scatter / max(self.count - 1, 1)
+
+    @property
+    def axes(self) -> Array:
+        """Principal axes as columns (3, 3), longest first, right-handed."""
+        _, vectors = np.linalg.eigh(self.covariance)
+        axes = vectors[:, ::-1].copy()
+        # The sign of an eigenvector is arbitrary: make its largest part positive, so that results repeat.
+        largest = np.abs(axes).argmax(axis=0)
+        axes *= np.sign(axes[largest, range(3)])
+        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+        return axes
+
+
+@dataclass(frozen=True, slots=True)
+class OrientedBox:
+    """A box b = (c, R, s): center (3,) metres, rotation (3, 3) world_from_box, extent (3,) full edge lengths."""
+
+    center: Array
+    rotation: Array
+    extent: Array
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.center).all() and np.isfinite(self.extent).all() and (self.extent >= 0).all()):
+            raise ValueError(f"no box has center {self.center} and extent {self.extent}")
+
+    @classmethod
+    def around(cls, points: Array, axes: Array, trim: float = 0.0) -> OrientedBox:
+        """The box along `axes` that holds (N, 3) points (eq. 6), but for a share `trim` at either end."""
+        along = points @ axes
+        low, high = (along.min(axis=0), along.max(axis=0))
+        if trim > 0:
+            low, high = np.quantile(along, [trim, 1 - trim], axis=0)
+        return cls(axes @ ((low + high) / 2), axes, high - low)
+
+    @property
+    def volume(self) -> float:
+        """Cubic metres."""
+        return float(np.prod(self.extent))
+
+    def corners(self) -> Array:
+        """The eight corners (8, 3) in the world."""
+        signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+        return self.center + (signs * self.extent) @ self.rotation.T
+
+    def enclosing_bounds(self, margin_m: float = 0.0) -> Array:
+        """The axis-aligned box around it, (6,) as min xyz, max xyz (AABB_Enclose, eq. 7)."""
+        half = np.abs(self.rotation) @ (self.extent / 2) + margin_m
+        return np.concatenate([self.center - half, self.center + half])
+
+    def contains(self, points: Array, margin_m: float = 0.0) -> NDArray[np.bool_]:
+        """Which of (N, 3) points lie inside, (N,)."""
+        local = np.abs((points - self.center) @ self.rotation)
+        return (local <= self.extent / 2 + margin_m).all(axis=1)
+
+    def grown(self, margin_m: float) -> OrientedBox:
+        """The same box with every face moved outwards."""
+        return OrientedBox(self.center, self.rotation, self.extent + 2 * margin_m)

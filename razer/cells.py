@@ -1,0 +1,128 @@
+"""The surface a frame sees, as occupied cells of the map's voxel lattice, found once for all masks.
+
+A cell is a voxel sample: integer coordinates times the voxel size is its position. Cells are addressed as
+Open3D's VoxelBlockGrid does, by a block of 16^3 voxels and a place within it, so that they can be looked up
+in the map directly; their order is that of their coordinates and never that of a hash map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import Frame
+from razer.geometry import back_project, inverse, project, transform_points
+
+BLOCK = 16
+BLOCK_VOXELS = BLOCK**3
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """C lattice cells: block_keys (B, 3) int32 sorted; block (C,) row of block_keys; local (C,) place within
+    the block (x fastest). Sorted by (block, local), each cell once."""
+
+    voxel_size_m: float
+    block_keys: Ints
+    block: Ints
+    local: Ints
+
+    def __len__(self) -> int:
+        return len(self.block)
+
+    @cached_property
+    def coordinates(self) -> Ints:
+        """Integer lattice coordinates (C, 3)."""
+        place = np.stack([self.local % BLOCK, self.local // BLOCK % BLOCK, self.local // BLOCK**2], axis=1)
+        return self.block_keys[self.block] * BLOCK + place
+
+    @cached_property
+    def points(self) -> NDArray[np.float64]:
+        """World positions (C, 3) in metres."""
+        return self.coordinates * self.voxel_size_m
+
+
+def cells_of(coordinates: Ints, voxel_size_m: float) -> tuple[Cells, Ints]:
+    """The distinct cells among (N, 3) lattice coordinates, and for each of the N the row of its cell."""
+    if len(coordinates) == 0:
+        empty = np.zeros(0, np.int32)
+        return Cells(voxel_size_m, np.zeros((0, 3), np.int32), empty, empty), empty
+    blocks = coordinates >> 4
+    low = blocks.min(axis=0)
+    shape = blocks.max(axis=0) - low + 1
+    flat = np.ravel_multi_index(tuple((blocks - low).T), tuple(shape))
+    seen = np.zeros(int(np.prod(shape)), bool)
+    seen[flat] = True
+    present = np.flatnonzero(seen)
+    rank = np.zeros(len(seen), np.int32)
+    rank[present] = np.arange(len(present), dtype=np.int32)
+    inside = coordinates & (BLOCK - 1)
+    address = rank[flat] * BLOCK_VOXELS + inside[:, 0] + BLOCK * (inside[:, 1] + BLOCK * inside[:, 2])
+    occupied = np.zeros(len(present) * BLOCK_VOXELS, bool)
+    occupied[address] = True
+    addresses = np.flatnonzero(occupied).astype(np.int32)
+    row = np.zeros(len(occupied), np.int32)
+    row[addresses] = np.arange(len(addresses), dtype=np.int32)
+    keys = np.stack(np.unravel_index(present, tuple(shape)), axis=1).astype(np.int32) + low.astype(np.int32)
+    return Cells(voxel_size_m, keys, addresses // BLOCK_VOXELS, addresses % BLOCK_VOXELS), row[address]
+
+
+@dataclass(frozen=True)
+class ObservedSurface:
+    """The depth readings of one frame on every `stride`-th pixel, and the cells they fall in.
+
+    depth (h, w) float32, 0 = none or out of range; matrix (3, 3) of the strided image; rows (P,) and
+    columns (P,) of its P readings; pixel_cell (P,) row of each one's cell.
+    """
+
+    stride: int
+    depth: NDArray[np.float32]
+    matrix: NDArray[np.float64]
+    world_from_camera: NDArray[np.float64]
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    cells: Cells
+    pixel_cell: Ints
+
+    @classmethod
+    def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
+        """Look at a posed frame just densely enough that neighbouring readings share or touch cells."""
+        stride = max(1, int(voxel_size_m * frame.intrinsics.fx / depth_max_m))
+        depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
+        depth = np.where((depth >= depth_min_m) & (depth <= depth_max_m), depth, np.float32(0))
+        matrix = frame.intrinsics.matrix
+        matrix[:2] /= stride
+        rows, columns = np.nonzero(depth)
+        camera = back_project(columns, rows, depth[rows, columns], matrix)
+        world = transform_points(frame.pose, camera)
+        cells, pixel_cell = cells_of(np.rint(world / voxel_size_m).astype(np.int32), voxel_size_m)
+        return cls(stride, depth, matrix, frame.pose, rows, columns, cells, pixel_cell)
+
+    def readings_in(self, masks: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Ints]:
+        """(mask, reading) of every reading inside each of (N, h, w) strided masks, ordered by mask."""
+        reading = np.full(self.depth.size, -1, np.int32)
+        reading[self.rows * self.depth.shape[1] + self.columns] = np.arange(len(self.rows), dtype=np.int32)
+        place = np.flatnonzero(masks & (self.depth > 0))
+        mask = place // self.depth.size
+        return mask, reading[place - mask * self.depth.size]
+
+    def pixels_of(self, points: NDArray[np.float64]) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.bool_]]:
+        """Row, column and depth of world points (N, 3) on the strided image, and which of them fall on it."""
+        u, v, z = project(transform_points(inverse(self.world_from_camera), points), self.matrix)
+        with np.errstate(invalid="ignore"):
+            height, width = self.depth.shape
+            on_image = (u > -0.5) & (u < width - 0.5) & (v > -0.5) & (v < height - 0.5)
+            row, column = np.rint(v).astype(np.int32), np.rint(u).astype(np.int32)
+        return np.where(on_image, row, 0), np.where(on_image, column, 0), z, on_image
+
+    def band(self, voxels: float = 1.0) -> Cells:
+        """The cells within the given number of voxels of the surface along the viewing rays."""
+        rays = self.cells.points - self.world_from_camera[:3, 3]
+        rays *= 1.0 / np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
+        centre = self.cells.coordinates
+        steps = [np.rint(centre + rays * offset).astype(np.int32) for offset in (-voxels, voxels)]
+        return cells_of(np.concatenate([centre, *steps]), self.cells.voxel_size_m)[0]

@@ -1,0 +1,114 @@
+"""DBSCAN (Ester et al. 1996) of many point sets on one voxel lattice, exactly and at once.
+
+On a lattice the neighbours within epsilon stand at a fixed list of offsets, so that every pair of neighbouring
+cells is found by array look-ups; the sets (one for each mask, and masks may overlap) then only select pairs.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from razer.cells import BLOCK, BLOCK_VOXELS, Cells
+
+Ints = NDArray[np.int32]
+
+
+def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, min_points: int) -> Ints:
+    """Cluster label (M,) of each member, -1 = noise; labels are unique over all sets.
+
+    Member m is cell `member_cell[m]` in set `member_set[m]`, sorted by cell; `radius` is epsilon in units of
+    the lattice; a core point has at least `min_points` neighbours, itself included. A border point goes to
+    its core neighbour that comes first.
+    """
+    count = len(member_set)
+    first, second = _member_pairs(cells, member_set, member_cell, radius)
+    degree = 1 + np.bincount(first, minlength=count) + np.bincount(second, minlength=count)
+    core = degree >= min_points
+    both = core[first] & core[second]
+    graph = coo_array((np.ones(both.sum(), np.int8), (first[both], second[both])), shape=(count, count))
+    labels = np.where(core, connected_components(graph, directed=False)[1], -1).astype(np.int32)
+    for border, neighbour in ((first, second), (second, first)):
+        reaches = ~core[border] & core[neighbour]
+        borders, cores = border[reaches], neighbour[reaches]
+        order = np.lexsort((cores, borders))
+        found, start = np.unique(borders[order], return_index=True)
+        open_still = labels[found] < 0
+        labels[found[open_still]] = labels[cores[order][start[open_still]]]
+    return labels
+
+
+def _member_pairs(cells: Cells, member_set: Ints, member_cell: Ints, radius: float) -> tuple[Ints, Ints]:
+    """Pairs of members of one set within the radius, each pair once."""
+    first_cell, second_cell = neighbour_pairs(cells, radius)
+    layers = _layers(len(cells), member_set, member_cell)
+    pairs = []
+    for sets_a, members_a in layers:
+        for sets_b, members_b in layers:
+            a, b = sets_a[first_cell], sets_b[second_cell]
+            same = np.flatnonzero((a == b) & (a >= 0))
+            pairs.append((members_a[first_cell[same]], members_b[second_cell[same]]))
+    if not pairs:
+        return np.zeros(0, np.int32), np.zeros(0, np.int32)
+    return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
+
+
+def _layers(n_cells: int, member_set: Ints, member_cell: Ints) -> list[tuple[Ints, Ints]]:
+    """Members spread over layers in which each cell has at most one: (set or -1, member) per cell."""
+    if len(member_cell) == 0:
+        return []
+    starts = np.flatnonzero(np.r_[True, member_cell[1:] != member_cell[:-1]])
+    depth = np.arange(len(member_cell)) - np.repeat(starts, np.diff(np.r_[starts, len(member_cell)]))
+    layers = []
+    for level in range(int(depth.max()) + 1):
+        here = np.flatnonzero(depth == level).astype(np.int32)
+        sets, members = np.full(n_cells, -1, np.int32), np.zeros(n_cells, np.int32)
+        sets[member_cell[here]] = member_set[here]
+        members[member_cell[here]] = here
+        layers.append((sets, members))
+    return layers
+
+
+def neighbour_pairs(cells: Cells, radius: float) -> tuple[Ints, Ints]:
+    """All pairs (a, b) of cells at most `radius` lattice units apart, each pair once."""
+    table = np.full((len(cells.block_keys) + 1) * BLOCK_VOXELS, -1, np.int32)
+    table[cells.block * BLOCK_VOXELS + cells.local] = np.arange(len(cells), dtype=np.int32)
+    adjacent = _adjacent_blocks(cells.block_keys)
+    shift_of, local_of = _offset_tables(radius)
+    first, second = [], []
+    for shifts, locals_ in zip(shift_of, local_of, strict=True):
+        block = adjacent[cells.block * 27 + shifts[cells.local]]
+        other = table[block * BLOCK_VOXELS + locals_[cells.local]]
+        found = np.flatnonzero(other >= 0)
+        first.append(found.astype(np.int32))
+        second.append(other[found])
+    return np.concatenate(first), np.concatenate(second)
+
+
+def _adjacent_blocks(keys: Ints) -> Ints:
+    """Row of the block at each of 27 shifts of each block, flat (B * 27,); B where there is none."""
+    low = keys.min(axis=0, initial=0) - 1
+    shape = keys.max(axis=0, initial=0) - low + 2
+    dense = np.full(tuple(shape), len(keys), np.int32)
+    dense[tuple((keys - low).T)] = np.arange(len(keys), dtype=np.int32)
+    shifts = np.array(list(product((-1, 0, 1), repeat=3)))
+    return dense[tuple(np.moveaxis(keys[:, None] + shifts - low, -1, 0))].ravel()
+
+
+@lru_cache(maxsize=8)
+def _offset_tables(radius: float) -> tuple[Ints, Ints]:
+    """For half of the offsets within the radius: block shift (O, 4096) and new place (O, 4096)."""
+    if radius >= BLOCK:
+        raise ValueError(f"a radius of {radius} voxels reaches beyond the adjacent block")
+    reach = range(-int(radius), int(radius) + 1)
+    inside = [o for o in product(reach, repeat=3) if (0, 0, 0) < o and np.dot(o, o) <= radius**2 + 1e-9]
+    places = np.arange(BLOCK_VOXELS)
+    xyz = np.stack([places % BLOCK, places // BLOCK % BLOCK, places // BLOCK**2], axis=1)
+    moved = xyz + np.array(inside)[:, None]
+    shift = (moved // BLOCK + 1) @ np.array([9, 3, 1])
+    return shift.astype(np.int32), (moved % BLOCK @ np.array([1, BLOCK, BLOCK**2])).astype(np.int32)

@@ -1,0 +1,131 @@
+"""One frame through the method, and the map it leaves (section III-F)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.carving import carve
+from razer.cells import ObservedSurface
+from razer.config import MapperConfig
+from razer.evidence import LabelEvidence
+from razer.frame import Frame
+from razer.lifting import Detection, filter_masks, lift
+from razer.models import Embedder, Segmenter
+from razer.panoptic_map import PanopticMap
+from razer.stages import stage
+from razer.step import Decision, Step
+from razer.support import support_ratios
+from razer.surface import extract_mesh, extract_points
+from razer.track import Track
+from razer.tracker import Tracker
+from razer.voxels import VoxelMap
+
+
+class Mapper:
+    """Posed frames in, a panoptic map out; at any frame the map is complete for what was seen."""
+
+    def __init__(
+        self, config: MapperConfig, segmenter: Segmenter, embedder: Embedder, *, device: str = "CPU:0"
+    ) -> None:
+        self.config = config
+        self.segmenter = segmenter
+        self.embedder = embedder
+        self.voxels = VoxelMap(config.voxels, device)
+        self.tracker = Tracker(config)
+        self._frames = 0
+        self._last_index = 0
+
+    @property
+    def tracks(self) -> list[Track]:
+        """The live tracks, confirmed and tentative, by id."""
+        return list(self.tracker.tracks.values())
+
+    def step(self, frame: Frame) -> Step:
+        """Map one posed frame; raises UnusableFrame if it has no pose, before anything changed."""
+        settings = self.config.voxels
+        with stage("integrate"):
+            surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
+            changed_blocks = self.voxels.integrate(frame)
+        with stage("segment"):
+            masks = filter_masks(frame, self.segmenter.segment(frame), self.config.masks)
+        with stage("embed"):
+            embeddings = self.embedder.embed(frame, masks)
+        with stage("lift"):
+            detections = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
+        with stage("associate"):
+            evidence = LabelEvidence.gather(self.voxels, surface.cells, detections)
+            decisions = self.tracker.update(detections, evidence, frame.index)
+        with stage("vote"):
+            ids = self._vote(surface, detections, decisions)
+        with stage("maintain"):
+            fused, pruned = self._maintain(surface, frame.index)
+        id_image = _enlarged(ids, surface.stride, frame.depth.shape)
+        return Step(
+            frame.index, id_image, tuple(detections), tuple(decisions), tuple(fused), tuple(pruned), changed_blocks
+        )
+
+    def _vote(
+        self, surface: ObservedSurface, detections: list[Detection], decisions: list[Decision]
+    ) -> NDArray[np.int32]:
+        """Each voxel near the surface takes one vote for the track that owns the pixel it projects to;
+        returns the strided id image."""
+        ids = np.zeros(surface.depth.shape, np.int32)
+        # Small things stand on or before large ones: they are painted last.
+        for decision in sorted(decisions, key=lambda d: -len(detections[d.detection].pixels)):
+            pixels = detections[decision.detection].pixels
+            ids[surface.rows[pixels], surface.columns[pixels]] = decision.track_id
+        self.voxels.admit(self.tracker.newest_id)
+        band = surface.band()
+        row, column, z, on_image = surface.pixels_of(band.points)
+        near = np.abs(surface.depth[row, column] - z) <= 2 * self.config.voxels.voxel_size_m
+        votes = np.where(on_image & near, ids[row, column], 0)
+        self.voxels.vote(band, votes)
+        return ids
+
+    def _maintain(self, surface: ObservedSurface, frame_index: int) -> tuple[list[tuple[int, int]], list[int]]:
+        self._frames += 1
+        self._last_index = frame_index
+        carve_every = self.config.voxels.carve_every
+        if carve_every and self._frames % carve_every == 0:
+            carve(self.voxels, surface)
+        if self._frames % self.config.maintenance.every:
+            return [], []
+        return self._clean_up()
+
+    def _clean_up(self) -> tuple[list[tuple[int, int]], list[int]]:
+        """Fuse duplicates, renew the boxes from the voxels, and prune."""
+        fused = self.tracker.fuse_duplicates()
+        for gone, survivor in fused:
+            self.voxels.replace(gone, survivor)
+        self._refresh_tracks()
+        pruned = self.tracker.prune(self._last_index)
+        for gone in pruned:
+            self.voxels.replace(gone, 0)
+        return fused, pruned
+
+    def _refresh_tracks(self) -> None:
+        points = extract_points(self.voxels)
+        order = np.argsort(points.instances, kind="stable")
+        bounds = np.searchsorted(points.instances[order], [[t.id, t.id + 1] for t in self.tracks] or [[0, 0]])
+        support = support_ratios(self.voxels)
+        for track, (start, end) in zip(self.tracks, bounds, strict=False):
+            track.refresh(points.positions[order[start:end]].astype(np.float64))
+            track.support = support.get(track.id, 0.0)
+            self.tracker.refreshed(track)
+
+    def finish(self) -> None:
+        """A last pass over the tracks; after it labels are settled and boxes are fresh."""
+        self._clean_up()
+        for track in [t for t in self.tracks if not t.confirmed]:
+            self.voxels.replace(track.id, 0)
+        self.voxels.settle()
+        self._refresh_tracks()
+
+    def snapshot(self) -> PanopticMap:
+        """The map as it is now: confirmed instances and the labelled mesh."""
+        return PanopticMap.of([t for t in self.tracks if t.confirmed], extract_mesh(self.voxels))
+
+
+def _enlarged(ids: NDArray[np.int32], stride: int, shape: tuple[int, ...]) -> NDArray[np.int32]:
+    return ids.repeat(stride, axis=0).repeat(stride, axis=1)[: shape[0], : shape[1]]

@@ -1,0 +1,77 @@
+"""Masks that some other program found, read from files."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput, Frame, Masks, UnusableFrame
+
+
+class MasksOnDisk:
+    """Masks from `folder`: for frame 7 either `000007.png`, 16 or 8 bit ids with 0 = nobody, or `000007.npz` with
+    `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1] and `names` (N,); for `ids`, N
+    counts the positive ids in increasing order. A frame without a file has no masks.
+
+    Raises BadInput for a missing folder; `segment` raises UnusableFrame, naming the file, for one it cannot use.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder).expanduser()
+        if not self.folder.is_dir():
+            raise BadInput(f"no folder {self.folder}: set segmenter option folder to where the masks are")
+
+    def segment(self, frame: Frame) -> Masks:
+        """The masks on file for frame.index; raises UnusableFrame."""
+        shape = (frame.intrinsics.height, frame.intrinsics.width)
+        stem = self.folder / f"{frame.index:06d}"
+        if (image := stem.with_suffix(".png")).exists():
+            return Masks.from_ids(_right_size(_read_png(image), shape, image))
+        if (archive := stem.with_suffix(".npz")).exists():
+            return _read_npz(archive, shape)
+        return Masks.none(*shape)
+
+
+def _read_png(file: Path) -> NDArray[np.integer]:
+    ids = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+    if ids is None or ids.ndim != 2 or ids.dtype not in (np.uint8, np.uint16):
+        raise UnusableFrame(f"{file} is not a grey image of 8 or 16 bits with one id a pixel")
+    return ids.astype(np.int32)
+
+
+def _read_npz(file: Path, shape: tuple[int, int]) -> Masks:
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in ("ids", "masks", "scores", "names") if name in archive}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise UnusableFrame(f"{file} cannot be read as a NumPy archive: {error}") from error
+    if "masks" in arrays and arrays["masks"].ndim == 3:
+        masks = Masks(arrays["masks"].astype(bool), np.ones(len(arrays["masks"]), np.float32))
+    elif "ids" in arrays and arrays["ids"].ndim == 2 and np.issubdtype(arrays["ids"].dtype, np.integer):
+        masks = Masks.from_ids(arrays["ids"])
+    else:
+        raise UnusableFrame(f"{file} holds neither ids (H, W), whole numbers, nor masks (N, H, W)")
+    _right_size(masks.masks, shape, file)
+    return _described(masks, arrays, file)
+
+
+def _right_size(image: NDArray, shape: tuple[int, int], file: Path) -> NDArray:
+    if image.shape[-2:] != shape:
+        (height, width), (rows, columns) = shape, image.shape[-2:]
+        raise UnusableFrame(f"{file} is {columns}x{rows} pixels, but the frame is {width}x{height}")
+    return image
+
+
+def _described(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
+    """The masks with the scores and names that came along."""
+    scores = np.asarray(arrays.get("scores", masks.scores))
+    names = arrays.get("names")
+    if scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
+        raise UnusableFrame(f"{file} has {len(masks)} masks: scores must be as many numbers from 0 to 1")
+    if names is not None and names.shape != (len(masks),):
+        raise UnusableFrame(f"{file} has {len(masks)} masks but names of shape {names.shape}")
+    return Masks(masks.masks, scores.astype(np.float32), None if names is None else tuple(map(str, names)))

@@ -1,0 +1,118 @@
+"""Taking the surface out of the volume: labelled voxels and the labelled mesh. The only place, with
+`razer.storage`, where attributes leave the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import open3d as o3d
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from razer.cells import Cells, cells_of
+from razer.voxels import VoxelMap, block_voxels
+
+Ints = NDArray[np.int32]
+# Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
+CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Voxels that hold surface: positions (N, 3) float32 metres, colors (N, 3) uint8, instances (N,) int32."""
+
+    positions: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    instances: Ints
+
+
+@dataclass(frozen=True)
+class LabelledMesh:
+    """vertices (V, 3) float32 metres, colors (V, 3) uint8, instances (V,) int32 with 0 = nobody,
+    triangles (T, 3) int32."""
+
+    vertices: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    instances: Ints
+    triangles: Ints
+
+
+def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
+    """The voxels within half a voxel of the zero crossing, of the given blocks or of all, in a fixed order."""
+    rows = voxels.active_rows()[1] if block_keys is None else voxels.rows_of(block_keys)
+    weight, tsdf, label = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf", "label"))
+    color = voxels.attribute("color")
+    parts: list[tuple[Tensor, Tensor, Tensor]] = []
+    for addresses in block_voxels(rows):
+        on_surface = (weight[addresses] >= voxels.settings.surface_weight) & (
+            tsdf[addresses].abs() * voxels.settings.truncation_voxels <= 0.75
+        )
+        chosen = addresses[on_surface]
+        parts.append((voxels.positions(chosen), color[chosen], voxels.alive(label[chosen])))
+    if not parts:
+        return SurfacePoints(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8), np.zeros(0, np.int32))
+    positions, colors, instances = (torch.cat(column).cpu().numpy() for column in zip(*parts, strict=True))
+    return SurfacePoints(positions, _bytes(colors), instances.astype(np.int32))
+
+
+def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
+    """Marching cubes with the label of each vertex; vertices sorted by position, so that runs compare.
+
+    Call `VoxelMap.settle` first where instances have been fused.
+    """
+    mesh = voxels.grid.extract_triangle_mesh(voxels.settings.surface_weight)
+    if "positions" not in mesh.vertex or mesh.vertex.positions.shape[0] == 0:
+        empty = np.zeros((0, 3), np.int32)
+        return LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
+    vertices, colors = mesh.vertex.positions.cpu().numpy(), _bytes(mesh.vertex.colors.cpu().numpy())
+    triangles = mesh.triangle.indices.cpu().numpy().astype(np.int32)
+    order = np.lexsort(vertices.T[::-1])
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    triangles = _canonical(rank[triangles])
+    vertices = vertices[order]
+    return LabelledMesh(vertices, colors[order], vertex_labels(voxels, vertices), triangles)
+
+
+def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
+    """The instance (V,) int32 with the most votes around each point: the voxels of the surrounding lattice cube
+    add their votes, weighted as in trilinear interpolation; 0 where nobody voted."""
+    size = voxels.settings.voxel_size_m
+    result = [np.zeros(0, np.int32)]
+    for part in np.array_split(points, len(points) // 100_000 + 1):
+        low = np.floor(part / size + 1e-4).astype(np.int32)
+        inside = part / size - low
+        corners = (low[:, None] + CORNERS).reshape(-1, 3)
+        weights = np.where(CORNERS[None] == 1, inside[:, None], 1 - inside[:, None]).prod(axis=2)
+        cells, row = cells_of(corners, size)
+        result.append(_most_voted(voxels, cells, row.reshape(-1, 8), weights))
+    return np.concatenate(result)
+
+
+def _most_voted(voxels: VoxelMap, cells: Cells, corner: Ints, weights: NDArray) -> Ints:
+    ids, counts = voxels.histograms_at(cells)
+    row = torch.from_numpy(corner).to(ids.device).long()
+    slots = ids.shape[1]
+    near_ids = ids[row].reshape(len(corner), -1)
+    # Whole numbers add up the same in any order.
+    share = torch.from_numpy(np.rint(np.maximum(weights, 0.02) * 1024)).to(ids.device).long()
+    near_votes = (counts[row] * share[:, :, None]).reshape(len(corner), 8 * slots)
+    total = torch.zeros_like(near_votes)
+    for slot in range(8 * slots):
+        total[:, slot] = torch.where(near_ids == near_ids[:, slot, None], near_votes, 0).sum(dim=1)
+    best = (total == total.max(dim=1, keepdim=True).values) & (near_votes > 0)
+    lowest = torch.where(best, near_ids, torch.iinfo(torch.int32).max).min(dim=1).values
+    return torch.where(best.any(dim=1), lowest, 0).cpu().numpy().astype(np.int32)
+
+
+def _bytes(colors: NDArray) -> NDArray[np.uint8]:
+    return np.clip(np.rint(colors * 255), 0, 255).astype(np.uint8)
+
+
+def _canonical(triangles: Ints) -> Ints:
+    """Triangles with their lowest vertex first, winding kept, sorted."""
+    first = triangles.argmin(axis=1)
+    rolled = triangles[np.arange(len(triangles))[:, None], (first[:, None] + np.arange(3)) % 3]
+    return rolled[np.lexsort(rolled.T[::-1])]

@@ -1,0 +1,125 @@
+"""The tracks of a map and their life: matched, born, confirmed, fused, pruned (sections III-C and III-E)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from razer.association import assign, find_candidates
+from razer.config import MapperConfig
+from razer.consensus import MIN_VISIBLE_CELLS, Consensus
+from razer.evidence import LabelEvidence
+from razer.index import BoxIndex
+from razer.lifting import Detection
+from razer.step import Candidate, Decision
+from razer.track import Track
+
+
+class Tracker:
+    """All live tracks by id, with the R-tree over their boxes."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self.config = config
+        self.tracks: dict[int, Track] = {}
+        self.newest_id = 0
+        self._index = BoxIndex()
+        self._consensus = Consensus()
+
+    def update(
+        self, detections: Sequence[Detection], evidence: LabelEvidence, frame_index: int
+    ) -> list[Decision]:
+        """Give every detection of a frame to a track, an old one or a new one."""
+        settings = self.config.association
+        candidates = find_candidates(detections, self.tracks, self._index, evidence, settings)
+        pairs = assign(candidates, settings.gate)
+        decisions = []
+        for i, detection in enumerate(detections):
+            if i in pairs:
+                outcome, track_id = "matched", pairs[i]
+            else:
+                owner = self._owner(i, detection, candidates[i], evidence)
+                outcome, track_id = ("joined", owner) if owner else ("born", self._next_id())
+            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
+        for decision in decisions:
+            self._observe(decision, detections[decision.detection], frame_index)
+        self._consensus.add(evidence)
+        self._count_misses(evidence, frame_index)
+        return decisions
+
+    def _owner(
+        self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelEvidence
+    ) -> int | None:
+        """The track a detection left over by the assignment is a further part of, if any."""
+        settings = self.config.association
+        if settings.association != "visible":
+            return None
+        for candidate in sorted(candidates, key=lambda c: (c.semantic, c.track_id)):
+            share = evidence.owned_share(i, candidate.track_id, detection.n_cells)
+            if share >= settings.join_share and candidate.semantic <= settings.join_distance:
+                return candidate.track_id
+        return None
+
+    def _next_id(self) -> int:
+        self.newest_id += 1
+        return self.newest_id
+
+    def _observe(self, decision: Decision, detection: Detection, frame_index: int) -> None:
+        track = self.tracks.get(decision.track_id)
+        if track is None:
+            track = Track(decision.track_id, detection, frame_index, self.config.bank)
+            self.tracks[track.id] = track
+        else:
+            track.observe(detection, frame_index)
+        track.confirmed = track.confirmed or track.hits >= self.config.maintenance.confirm_hits
+        self._index.put(track.id, track.box)
+
+    def _count_misses(self, evidence: LabelEvidence, frame_index: int) -> None:
+        """A track had its chance where enough of its own voxels were seen, neither hidden nor out of view."""
+        for track in self.tracks.values():
+            seen = track.last_frame == frame_index
+            if seen or evidence.visible.get(track.id, 0) >= MIN_VISIBLE_CELLS:
+                track.chances += 1
+                track.misses = 0 if seen else track.misses + 1
+
+    def refreshed(self, track: Track) -> None:
+        """Tell the R-tree that a track's box was renewed."""
+        self._index.put(track.id, track.box)
+
+    def fuse_duplicates(self) -> list[tuple[int, int]]:
+        """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""
+        settings = self.config.maintenance
+        fused: list[tuple[int, int]] = []
+        while pair := self._next_duplicate(settings.fuse_frames, settings.fuse_consensus, settings.fuse_cosine):
+            survivor, gone = pair
+            self.tracks[survivor].absorb(self.tracks[gone])
+            self._index.put(survivor, self.tracks[survivor].box)
+            self._remove(gone, survivor)
+            fused.append((gone, survivor))
+        return fused
+
+    def _next_duplicate(self, frames: int, share: float, cosine: float) -> tuple[int, int] | None:
+        for a, b in self._consensus.agreed(frames, share):
+            similar = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
+            if similar >= cosine:
+                return a, b
+        return None
+
+    def prune(self, frame_index: int) -> list[int]:
+        """Drop tracks that were never confirmed, were missed too often in plain view, or lost their support."""
+        gone = [track.id for track in self.tracks.values() if self._is_hopeless(track, frame_index)]
+        for track_id in gone:
+            self._remove(track_id, 0)
+        return gone
+
+    def _is_hopeless(self, track: Track, frame_index: int) -> bool:
+        settings = self.config.maintenance
+        if not track.confirmed:
+            return frame_index - track.last_frame > settings.max_misses or track.misses >= settings.confirm_hits
+        if track.n_voxels < self.config.lifting.min_cells // 2 and frame_index - track.last_frame > settings.every:
+            return True
+        sure = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
+        return not sure and (track.misses >= settings.max_misses or track.support < settings.min_support)
+
+    def _remove(self, gone: int, survivor: int) -> None:
+        del self.tracks[gone]
+        self._index.drop(gone)
+        self._consensus.replace(gone, survivor)

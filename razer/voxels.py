@@ -1,0 +1,204 @@
+"""The volume V(p) = {d, w, c, l, h} (eq. 1) over Open3D's VoxelBlockGrid, on the CPU or a CUDA device.
+
+Attribute tensors are shared with torch by DLPack. Such a view goes silently stale when the grid grows, so each
+method fetches its views afresh and none is kept. Everything host-side that is not a whole attribute (cell
+addresses, per-instance counts) travels freely; attributes themselves leave the device in `razer.surface` and
+`razer.storage` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import open3d as o3d
+import open3d.core as o3c
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from razer import votes
+from razer.cells import BLOCK, BLOCK_VOXELS, Cells
+from razer.config import VoxelSettings
+from razer.frame import Frame
+from razer.geometry import inverse
+
+Ints = NDArray[np.int32]
+START_BLOCKS = 1024
+GROWTH = 1.6
+FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
+
+
+class VoxelMap:
+    """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
+
+    def __init__(self, settings: VoxelSettings, device: str = "CPU:0") -> None:
+        self.settings = settings
+        self.device = o3c.Device(device)
+        self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
+        slots = settings.histogram_slots
+        self.grid = o3d.t.geometry.VoxelBlockGrid(
+            ("tsdf", "weight", "color", "label", "ids", "counts"),
+            (o3c.float32, o3c.float32, o3c.float32, o3c.int32, o3c.int32, o3c.int16),
+            ((1), (1), (3), (1), (slots), (slots)),
+            settings.voxel_size_m,
+            BLOCK,
+            START_BLOCKS,
+            self.device,
+        )
+        # Fused instances: voxels keep the old id until next touched, and are read through this table.
+        self._survivor = torch.zeros(1, dtype=torch.int32, device=self.torch_device)
+
+    @property
+    def n_blocks(self) -> int:
+        """Blocks of 16^3 voxels in use."""
+        return int(self.grid.hashmap().size())
+
+    @property
+    def newest_id(self) -> int:
+        """The largest id admitted so far."""
+        return len(self._survivor) - 1
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes the attributes of the grid's whole capacity take."""
+        per_voxel = 4 + 4 + 12 + 4 + 6 * self.settings.histogram_slots
+        return int(self.grid.hashmap().capacity()) * BLOCK_VOXELS * per_voxel
+
+    def attribute(self, name: str) -> Tensor:
+        """A fresh view (capacity * 4096, channels) of an attribute; valid until blocks are next allocated."""
+        shared = self.grid.attribute(name)
+        tensor = torch.utils.dlpack.from_dlpack(shared.to_dlpack())
+        return tensor.reshape(shared.shape[0] * BLOCK_VOXELS, -1)
+
+    @property
+    def truncation_m(self) -> float:
+        """The truncation distance tau in metres."""
+        return self.settings.truncation_voxels * self.settings.voxel_size_m
+
+    def positions(self, addresses: Tensor) -> Tensor:
+        """World positions (n, 3) float32 metres of voxels given by their addresses in the flat attributes."""
+        keys = torch.utils.dlpack.from_dlpack(self.grid.hashmap().key_tensor().to_dlpack())
+        place = addresses % BLOCK_VOXELS
+        inside = torch.stack([place % BLOCK, place // BLOCK % BLOCK, place // BLOCK**2], dim=1)
+        lattice = keys[addresses // BLOCK_VOXELS] * BLOCK + inside
+        return lattice.float() * self.settings.voxel_size_m
+
+    def integrate(self, frame: Frame) -> Ints:
+        """Fuse a posed frame; returns the sorted keys (M, 3) of the blocks it touched.
+
+        d <- (w d + w_obs d_obs) / (w + w_obs), the division being what the paper's line lacks.
+        """
+        s = self.settings
+        depth = np.where(frame.depth >= s.depth_min_m, frame.depth, np.float32(0)) if s.depth_min_m else frame.depth
+        depth_image = o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(depth)).to(self.device))
+        color = o3c.Tensor(frame.rgb.astype(np.float32) / np.float32(255)).to(self.device)
+        intrinsic = o3c.Tensor(frame.intrinsics.matrix)
+        extrinsic = o3c.Tensor(inverse(frame.pose))
+        blocks = self.grid.compute_unique_block_coordinates(
+            depth_image, intrinsic, extrinsic, 1.0, s.depth_max_m, s.truncation_voxels
+        )
+        self._make_room(blocks.shape[0])
+        self.grid.integrate(
+            blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
+            1.0, s.depth_max_m, s.truncation_voxels,
+        )  # fmt: skip
+        keys = blocks.cpu().numpy()
+        return keys[np.lexsort(keys.T[::-1])]
+
+    def _make_room(self, n_more: int) -> None:
+        hashmap = self.grid.hashmap()
+        if hashmap.size() + n_more > FULL * hashmap.capacity():
+            hashmap.reserve(int(GROWTH * (hashmap.size() + n_more)) + START_BLOCKS // 2)
+
+    def _rows(self, block_keys: Ints) -> Tensor:
+        """Buffer row of each block (B,) int64, -1 where the map has none."""
+        keys = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
+        rows, found = self.grid.hashmap().find(keys)
+        rows, found = (torch.utils.dlpack.from_dlpack(t.to(o3c.int64).to_dlpack()) for t in (rows, found))
+        return torch.where(found > 0, rows, -1)
+
+    def _addresses(self, cells: Cells) -> tuple[Tensor, Tensor]:
+        """Rows of the flat attributes for the cells the map has, and the indices of those cells."""
+        row = self._rows(cells.block_keys)[self._tensor(cells.block)]
+        known = torch.nonzero(row >= 0).squeeze(1)
+        return row[known] * BLOCK_VOXELS + self._tensor(cells.local)[known], known
+
+    def _tensor(self, values: NDArray) -> Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values)).to(self.torch_device, torch.int64)
+
+    def rows_of(self, block_keys: Ints) -> Tensor:
+        """Buffer rows of those of the given blocks (B, 3) that the map has."""
+        rows = self._rows(block_keys)
+        return rows[rows >= 0]
+
+    def histograms_at(self, cells: Cells) -> tuple[Tensor, Tensor]:
+        """Ids and counts (C, K) of each cell's histogram, empty where the map has no such cell."""
+        addresses, known = self._addresses(cells)
+        shape = (len(cells), self.settings.histogram_slots)
+        ids, counts = (torch.zeros(shape, dtype=torch.int64, device=self.torch_device) for _ in range(2))
+        ids[known] = self.alive(self.attribute("ids")[addresses]).long()
+        counts[known] = self.attribute("counts")[addresses].long()
+        return ids, counts
+
+    def alive(self, ids: Tensor) -> Tensor:
+        """Ids after all fusions and prunings so far."""
+        return self._survivor[ids.long()]
+
+    def labels_at(self, cells: Cells) -> Tensor:
+        """The label (C,) int32 of each cell, 0 = nobody; stays on the device."""
+        addresses, known = self._addresses(cells)
+        result = torch.zeros(len(cells), dtype=torch.int32, device=self.torch_device)
+        result[known] = self.alive(self.attribute("label")[addresses, 0])
+        return result
+
+    def count_labels(self, labels: Tensor, group: Ints, cell: Ints) -> dict[tuple[int, int], int]:
+        """How many cells of each group bear each label: {(group, id): cells}, nobody left out.
+
+        group (M,) and cell (M,) list the members of all groups; `labels` is from `labels_at`.
+        """
+        owner = labels[self._tensor(cell)].long()
+        pairs, counts = torch.unique((self._tensor(group) << 32 | owner)[owner > 0], return_counts=True)
+        return {(p >> 32, p & 0xFFFFFFFF): c for p, c in zip(pairs.tolist(), counts.tolist(), strict=True)}
+
+    def admit(self, track_id: int) -> None:
+        """Make a new id known; ids must be admitted in increasing order before they get votes."""
+        missing = torch.arange(len(self._survivor), track_id + 1, dtype=torch.int32, device=self.torch_device)
+        self._survivor = torch.cat([self._survivor, missing])
+
+    def replace(self, gone: int, survivor: int) -> None:
+        """All that was `gone` is `survivor` from now on; survivor 0 forgets it. Voxels follow lazily."""
+        self._survivor[self._survivor == gone] = survivor
+
+    def vote(self, cells: Cells, ids: Ints) -> None:
+        """One vote (C,) for each cell that the map has; 0 = none."""
+        addresses, known = self._addresses(cells)
+        slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
+        old_ids, old_counts = votes.merge_equal(self.alive(slot_ids[addresses]), slot_counts[addresses])
+        new_ids, new_counts = votes.cast(old_ids, old_counts, self._tensor(ids)[known].int())
+        slot_ids[addresses], slot_counts[addresses] = new_ids, new_counts
+        self.attribute("label")[addresses, 0] = votes.winner(new_ids, new_counts)
+
+    def active_rows(self) -> tuple[Ints, Tensor]:
+        """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""
+        hashmap = self.grid.hashmap()
+        rows = hashmap.active_buf_indices().to(o3c.int64)
+        keys = hashmap.key_tensor()[rows].cpu().numpy()
+        order = np.lexsort(keys.T[::-1])
+        return keys[order], torch.utils.dlpack.from_dlpack(rows.to_dlpack())[self._tensor(order)]
+
+    def settle(self) -> None:
+        """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""
+        slot_ids, slot_counts, label = (self.attribute(name) for name in ("ids", "counts", "label"))
+        for voxels in block_voxels(self.active_rows()[1]):
+            claimed = voxels[(slot_counts[voxels] > 0).any(dim=1)]
+            ids, counts = votes.merge_equal(self.alive(slot_ids[claimed]), slot_counts[claimed])
+            slot_ids[claimed], slot_counts[claimed] = ids, counts
+            label[claimed, 0] = votes.winner(ids, counts)
+
+
+def block_voxels(rows: Tensor, at_once: int = 256) -> Iterator[Tensor]:
+    """Addresses of all voxels of the given blocks in the flat attributes, some blocks at a time."""
+    place = torch.arange(BLOCK_VOXELS, device=rows.device)
+    for part in rows.split(at_once):
+        yield (part[:, None] * BLOCK_VOXELS + place).flatten()
