@@ -87,7 +87,7 @@ def _box_iou_where_needed(
 ) -> NDArray[np.float64]:
     """Box IoU of the pairs for which it could exceed what is seen already: it is bounded by the volumes' ratio."""
     volumes = np.array([[a.volume, b.volume] for a, b in zip(first, second, strict=True)])
-    needed = np.flatnonzero(volumes.min(axis=1) / volumes.max(axis=1) > seen)
+    needed = np.flatnonzero(volumes.min(axis=1) / volumes.max(axis=1) > seen).tolist()
     result = np.zeros(len(seen))
     result[needed] = box_iou([first[i] for i in needed], [second[i] for i in needed])
     return result

@@ -89,7 +89,8 @@ class OrientedBox:
     def contains(self, points: Array, margin_m: float = 0.0) -> NDArray[np.bool_]:
         """Which of (N, 3) points lie inside, (N,)."""
         local = np.abs((points - self.center) @ self.rotation)
-        return (local <= self.extent / 2 + margin_m).all(axis=1)
+        inside: NDArray[np.bool_] = (local <= self.extent / 2 + margin_m).all(axis=1)
+        return inside
 
     def grown(self, margin_m: float) -> OrientedBox:
         """The same box with every face moved outwards."""

@@ -68,4 +68,4 @@ def _forget(voxels: VoxelMap, free: Tensor) -> None:
     weight[free] *= 0.5
     counts[free] //= 2
     empty = free[weight[free] < 1]
-    weight[empty], tsdf[empty], label[empty], ids[empty], counts[empty] = 0.0, 1.0, 0, 0, 0
+    weight[empty], tsdf[empty], label[empty], ids[empty], counts[empty] = 0.0, 0.0, 0, 0, 0

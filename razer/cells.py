@@ -43,7 +43,7 @@ class Cells:
     @cached_property
     def points(self) -> NDArray[np.float64]:
         """World positions (C, 3) in metres."""
-        return self.coordinates * self.voxel_size_m
+        return self.coordinates.astype(np.float64) * self.voxel_size_m
 
 
 def cells_of(coordinates: Ints, voxel_size_m: float) -> tuple[Cells, Ints]:

@@ -106,7 +106,7 @@ def _offset_tables(radius: float) -> tuple[Ints, Ints]:
     if radius >= BLOCK:
         raise ValueError(f"a radius of {radius} voxels reaches beyond the adjacent block")
     reach = range(-int(radius), int(radius) + 1)
-    inside = [o for o in product(reach, repeat=3) if (0, 0, 0) < o and np.dot(o, o) <= radius**2 + 1e-9]
+    inside = [o for o in product(reach, repeat=3) if o > (0, 0, 0) and np.dot(o, o) <= radius**2 + 1e-9]
     places = np.arange(BLOCK_VOXELS)
     xyz = np.stack([places % BLOCK, places // BLOCK % BLOCK, places // BLOCK**2], axis=1)
     moved = xyz + np.array(inside)[:, None]

@@ -17,23 +17,39 @@ class VoxelSettings(Settings):
     """The volume V(p) = {d, w, c, l, h} (eq. 1)."""
 
     voxel_size_m: float = Field(
-        0.02, gt=0.001, le=0.2, description="Edge of a voxel, metres. Smaller: finer surface, cubically more memory."
+        0.02,
+        gt=0.001,
+        le=0.2,
+        description="Edge of a voxel, metres. Smaller: finer surface, cubically more memory.",
     )
     truncation_voxels: float = Field(
-        5.0, ge=2, le=20, description="Truncation distance tau, in voxels. Smaller: thin parts survive, noise tears holes."
+        5.0,
+        ge=2,
+        le=20,
+        description="Truncation distance tau, in voxels. Smaller: thin parts survive, noise tears holes.",
     )
     depth_min_m: float = Field(0.1, ge=0, description="Nearer readings are ignored, metres.")
     depth_max_m: float = Field(
-        5.0, gt=0, le=50, description="Farther readings are ignored, metres. Larger: more surface, noisier (z squared)."
+        5.0,
+        gt=0,
+        le=50,
+        description="Farther readings are ignored, metres. Larger: more surface, noisier (z squared).",
     )
     histogram_slots: int = Field(
-        4, ge=1, le=16, description="K, instances remembered in a voxel's histogram h. Each costs 6 bytes a voxel."
+        4,
+        ge=1,
+        le=16,
+        description="K, instances remembered in a voxel's histogram h. Each costs 6 bytes a voxel.",
     )
     carve_every: int = Field(
-        5, ge=0, description="Frames between passes that forget what is now seen as free space; 0 = never. Moved objects leave no ghost."
+        5,
+        ge=0,
+        description="Frames between passes that forget what is now free space; 0 = never, and moved objects leave ghosts.",
     )
     surface_weight: float = Field(
-        3.0, ge=0, description="Observations a voxel needs to count as surface. Larger: cleaner, but less of what was seen briefly."
+        3.0,
+        ge=0,
+        description="Observations a voxel needs to be surface. Larger: cleaner, but less is left.",
     )
 
 
@@ -41,14 +57,22 @@ class MaskSettings(Settings):
     """Which masks are worth lifting, and how far their borders are trusted."""
 
     min_pixels: int = Field(
-        400, ge=1, description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg)."
+        400,
+        ge=1,
+        description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg).",
     )
     min_score: float = Field(0.25, ge=0, le=1, description="Masks the model trusts less are dropped.")
     min_valid_depth: float = Field(
-        0.2, ge=0, le=1, description="Share of a mask's pixels that need a depth reading. Lower: reflective things stay, with wilder boxes."
+        0.2,
+        ge=0,
+        le=1,
+        description="Share of a mask's pixels that need depth. Lower: shiny things stay, with wild boxes.",
     )
     shrink_pixels: int = Field(
-        2, ge=0, le=20, description="Pixels taken off each mask's border, at 640x480, so that depth edges do not bleed."
+        2,
+        ge=0,
+        le=20,
+        description="Pixels taken off each mask's border, at 640x480, so that depth edges do not bleed.",
     )
 
 
@@ -56,11 +80,15 @@ class LiftingSettings(Settings):
     """From masks to 3D detections (section III-B)."""
 
     dbscan_eps_m: float = Field(
-        0.05, gt=0, description="DBSCAN's epsilon, metres; at least two voxels are used. Larger: joins across wider gaps."
+        0.05,
+        gt=0,
+        description="DBSCAN's epsilon, metres; at least two voxels are used. Larger: joins across wider gaps.",
     )
     dbscan_min_points: int = Field(10, ge=1, description="DBSCAN's core-point count, on cells of the map's voxel size.")
     min_cells: int = Field(
-        20, ge=4, description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise."
+        20,
+        ge=4,
+        description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise.",
     )
 
 
@@ -75,15 +103,25 @@ class AssociationSettings(Settings):
     weight_geometry: float = Field(0.6, ge=0, le=1, description="w_v, share of the geometric distance in the cost.")
     weight_semantic: float = Field(0.4, ge=0, le=1, description="w_s, share of the embedding distance in the cost.")
     gate: float = Field(
-        0.45, gt=0, le=2, description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers."
+        0.45,
+        gt=0,
+        le=2,
+        description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers.",
     )
-    search_margin_m: float = Field(0.1, ge=0, description="How far outside a detection's box the R-tree looks for tracks, metres.")
+    search_margin_m: float = Field(
+        0.1, ge=0, description="How far outside a detection's box the R-tree looks for tracks, metres."
+    )
     join_share: float = Field(
-        0.5, gt=0, le=1,
+        0.5,
+        gt=0,
+        le=1,
         description="A detection left over by the matching joins the track that already owns this share of its cells.",
     )
     join_distance: float = Field(
-        0.5, ge=0, le=2, description="... unless its embedding is farther than this (1 - cosine). Larger: fewer splits, small things are swallowed."
+        0.5,
+        ge=0,
+        le=2,
+        description="... unless its embedding is farther (1 - cosine). Larger: fewer splits, small things vanish.",
     )
 
 
@@ -92,10 +130,16 @@ class BankSettings(Settings):
 
     hypotheses: int = Field(3, ge=1, le=8, description="Most hypotheses a track keeps. 1 = running mean.")
     similarity: float = Field(
-        0.75, gt=0, lt=1, description="sigma_sim: above this cosine an observation joins a hypothesis. Higher: more hypotheses."
+        0.75,
+        gt=0,
+        lt=1,
+        description="sigma_sim: above this cosine an observation joins a hypothesis. Higher: more hypotheses.",
     )
     outlier: float = Field(
-        0.2, ge=-1, lt=1, description="Observations below this cosine to every hypothesis of a well-seen track are counted, not fused."
+        0.2,
+        ge=-1,
+        lt=1,
+        description="Observations farther than this cosine from every hypothesis of a well-seen track are not fused.",
     )
 
 
@@ -105,16 +149,27 @@ class MaintenanceSettings(Settings):
     every: int = Field(10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time.")
     confirm_hits: int = Field(3, ge=1, description="Observations until a tentative track counts as an instance.")
     max_misses: int = Field(
-        30, ge=1, description="k: frames a track may go unmatched while in view and not occluded before it is pruned."
+        30,
+        ge=1,
+        description="k: frames a track may go unmatched while in view and not occluded before it is pruned.",
     )
     min_support: float = Field(
-        0.2, ge=0, le=1, description="tau_supp: share of the surface expected in view that must carry the track's label."
+        0.2,
+        ge=0,
+        le=1,
+        description="tau_supp: share of the surface expected in view that must carry the track's label.",
     )
     keep_confidence: float = Field(
-        0.7, ge=0, le=1, description="tau_conf: tracks with a hypothesis this dominant and well seen are kept despite low support."
+        0.7,
+        ge=0,
+        le=1,
+        description="tau_conf: tracks with a hypothesis this dominant and well seen are kept despite low support.",
     )
     fuse_consensus: float = Field(
-        0.6, gt=0, le=1, description="Two tracks are fused when one mask covers both in this share of the frames that show both."
+        0.6,
+        gt=0,
+        le=1,
+        description="Two tracks are fused when one mask covers both in this share of the frames that show both.",
     )
     fuse_frames: int = Field(3, ge=1, description="Frames with both in one mask before two tracks can be fused.")
     fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")

@@ -62,7 +62,13 @@ class Mapper:
             fused, pruned = self._maintain(surface, frame.index)
         id_image = _enlarged(ids, surface.stride, frame.depth.shape)
         return Step(
-            frame.index, id_image, tuple(detections), tuple(decisions), tuple(fused), tuple(pruned), changed_blocks
+            frame.index,
+            id_image,
+            tuple(detections),
+            tuple(decisions),
+            tuple(fused),
+            tuple(pruned),
+            changed_blocks,
         )
 
     def _vote(

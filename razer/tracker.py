@@ -10,7 +10,7 @@ from razer.consensus import MIN_VISIBLE_CELLS, Consensus
 from razer.evidence import LabelEvidence
 from razer.index import BoxIndex
 from razer.lifting import Detection
-from razer.step import Candidate, Decision
+from razer.step import Candidate, Decision, Outcome
 from razer.track import Track
 
 
@@ -24,26 +24,33 @@ class Tracker:
         self._index = BoxIndex()
         self._consensus = Consensus()
 
-    def update(
-        self, detections: Sequence[Detection], evidence: LabelEvidence, frame_index: int
-    ) -> list[Decision]:
+    def update(self, detections: Sequence[Detection], evidence: LabelEvidence, frame_index: int) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one."""
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, evidence, settings)
         pairs = assign(candidates, settings.gate)
         decisions = []
         for i, detection in enumerate(detections):
-            if i in pairs:
-                outcome, track_id = "matched", pairs[i]
-            else:
-                owner = self._owner(i, detection, candidates[i], evidence)
-                outcome, track_id = ("joined", owner) if owner else ("born", self._next_id())
+            outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], evidence)
             decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
         self._consensus.add(evidence)
         self._count_misses(evidence, frame_index)
         return decisions
+
+    def _destination(
+        self,
+        i: int,
+        detection: Detection,
+        assigned: int | None,
+        candidates: Iterable[Candidate],
+        evidence: LabelEvidence,
+    ) -> tuple[Outcome, int]:
+        if assigned is not None:
+            return "matched", assigned
+        owner = self._owner(i, detection, candidates, evidence)
+        return ("born", self._next_id()) if owner is None else ("joined", owner)
 
     def _owner(
         self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelEvidence

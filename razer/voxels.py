@@ -40,7 +40,7 @@ class VoxelMap:
         self.grid = o3d.t.geometry.VoxelBlockGrid(
             ("tsdf", "weight", "color", "label", "ids", "counts"),
             (o3c.float32, o3c.float32, o3c.float32, o3c.int32, o3c.int32, o3c.int16),
-            ((1), (1), (3), (1), (slots), (slots)),
+            [o3c.SizeVector([n]) for n in (1, 1, 3, 1, slots, slots)],
             settings.voxel_size_m,
             BLOCK,
             START_BLOCKS,
@@ -105,6 +105,11 @@ class VoxelMap:
         )  # fmt: skip
         keys = blocks.cpu().numpy()
         return keys[np.lexsort(keys.T[::-1])]
+
+    def allocate(self, block_keys: Ints) -> None:
+        """Add blocks (B, 3) of empty voxels."""
+        self._make_room(len(block_keys))
+        self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
 
     def _make_room(self, n_more: int) -> None:
         hashmap = self.grid.hashmap()
