@@ -89,7 +89,7 @@ class OrientedBox:
     def contains(self, points: Array, margin_m: float = 0.0) -> NDArray[np.bool_]:
         """Which of (N, 3) points lie inside, (N,)."""
         local = np.abs((points - self.center) @ self.rotation)
-        inside: NDArray[np.bool_] = (local <= self.extent / 2 + margin_m).all(axis=1)
+        inside: NDArray[np.bool_] = np.all(local <= self.extent / 2 + margin_m, axis=1)
         return inside
 
     def grown(self, margin_m: float) -> OrientedBox:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from razer.cells import BLOCK, ObservedSurface
 from razer.geometry import inverse, transform_points
-from razer.voxels import VoxelMap, block_voxels
+from razer.voxels import BLOCKS_AT_ONCE, VoxelMap
 
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
 # and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
@@ -24,12 +24,9 @@ def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
     nearest = nearest_readings(surface.depth)
     keys, rows = voxels.active_rows()
     rows = rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
-    weight, tsdf = voxels.attribute("weight")[:, 0], voxels.attribute("tsdf")[:, 0]
-    position = voxels.positions
-    for addresses in block_voxels(rows):
-        near = addresses[(weight[addresses] > 0) & (tsdf[addresses] < 1)]
-        free = near[_is_free(position(near), surface, nearest, voxels.truncation_m)]
-        _forget(voxels, free)
+    for part in rows.split(BLOCKS_AT_ONCE):
+        near = voxels.select(part, lambda weight, tsdf: ((weight > 0) & (tsdf.abs() < 1))[..., 0], "weight", "tsdf")
+        _forget(voxels, near[_is_free(voxels.positions(near), surface, nearest, voxels.truncation_m)])
 
 
 def nearest_readings(depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -64,8 +61,9 @@ def _is_free(points: Tensor, surface: ObservedSurface, nearest: NDArray[np.float
 
 def _forget(voxels: VoxelMap, free: Tensor) -> None:
     weight, tsdf, label = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf", "label"))
-    ids, counts = voxels.attribute("ids"), voxels.attribute("counts")
+    ids, counts, color = voxels.attribute("ids"), voxels.attribute("counts"), voxels.attribute("color")
     weight[free] *= 0.5
     counts[free] //= 2
     empty = free[weight[free] < 1]
-    weight[empty], tsdf[empty], label[empty], ids[empty], counts[empty] = 0.0, 0.0, 0, 0, 0
+    for attribute in (weight, tsdf, label, ids, counts, color):
+        attribute[empty] = 0

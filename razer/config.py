@@ -44,7 +44,7 @@ class VoxelSettings(Settings):
     carve_every: int = Field(
         5,
         ge=0,
-        description="Frames between passes that forget what is now free space; 0 = never, and moved objects leave ghosts.",
+        description="Frames between passes that forget what is free space now; 0 = never: moved objects leave ghosts.",
     )
     surface_weight: float = Field(
         3.0,
@@ -66,7 +66,7 @@ class MaskSettings(Settings):
         0.2,
         ge=0,
         le=1,
-        description="Share of a mask's pixels that need depth. Lower: shiny things stay, with wild boxes.",
+        description="Share of a mask that needs depth. Lower: shiny things stay, with wild boxes.",
     )
     shrink_pixels: int = Field(
         2,

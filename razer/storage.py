@@ -125,8 +125,8 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
     """
     voxels.settle()
     keys, rows = voxels.active_rows()
-    address = (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS, device=rows.device)).flatten()
-    used = voxels.attribute("weight")[address, 0] > 0
+    address = _all_addresses(rows)
+    used = (voxels.attribute("weight")[address, 0] > 0) | (voxels.attribute("counts")[address] > 0).any(dim=1)
     arrays = {name: voxels.attribute(name)[address[used]].cpu().numpy() for name in ATTRIBUTES}
     arrays["keys"], arrays["used"] = keys, np.packbits(used.cpu().numpy())
     arrays["format"], arrays["newest_id"] = np.array(FORMAT), np.array(voxels.newest_id)
@@ -136,6 +136,10 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+
+
+def _all_addresses(rows: torch.Tensor) -> torch.Tensor:
+    return (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS, device=rows.device)).flatten()
 
 
 def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
@@ -153,7 +157,7 @@ def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
     voxels = VoxelMap(settings, device)
     voxels.allocate(arrays["keys"])
     rows = voxels.rows_of(arrays["keys"])
-    address = (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS, device=rows.device)).flatten()
+    address = _all_addresses(rows)
     used = np.unpackbits(arrays["used"], count=len(address)).astype(bool)
     chosen = address[torch.from_numpy(used).to(address.device)]
     for name in ATTRIBUTES:

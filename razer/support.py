@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import torch
 
-from razer.voxels import VoxelMap, block_voxels
+from razer.voxels import BLOCKS_AT_ONCE, VoxelMap
 
 
 def support_ratios(voxels: VoxelMap) -> dict[int, float]:
@@ -17,8 +17,8 @@ def support_ratios(voxels: VoxelMap) -> dict[int, float]:
     n_ids = voxels.newest_id + 1
     claimed = torch.zeros(n_ids, dtype=torch.int64, device=voxels.torch_device)
     owned = torch.zeros_like(claimed)
-    for addresses in block_voxels(voxels.active_rows()[1]):
-        voted = addresses[label[addresses, 0] > 0]
+    for rows in voxels.active_rows()[1].split(BLOCKS_AT_ONCE):
+        voted = voxels.select(rows, lambda label: label[..., 0] > 0, "label")
         counts = slot_counts[voted]
         claimed += torch.bincount(voxels.alive(slot_ids[voted])[counts > 0].long(), minlength=n_ids)
         owned += torch.bincount(voxels.alive(label[voted, 0]).long(), minlength=n_ids)

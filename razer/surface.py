@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from razer.cells import Cells, cells_of
-from razer.voxels import VoxelMap, block_voxels
+from razer.voxels import BLOCKS_AT_ONCE, VoxelMap
 
 Ints = NDArray[np.int32]
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
+
+
+SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 
 
 @dataclass(frozen=True)
@@ -39,16 +42,17 @@ class LabelledMesh:
 
 
 def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
-    """The voxels within half a voxel of the zero crossing, of the given blocks or of all, in a fixed order."""
+    """The voxels that hold the zero crossing, of the given blocks or of all, in a fixed order."""
     rows = voxels.active_rows()[1] if block_keys is None else voxels.rows_of(block_keys)
-    weight, tsdf, label = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf", "label"))
-    color = voxels.attribute("color")
+    color, label = voxels.attribute("color"), voxels.attribute("label")[:, 0]
+    least, most = voxels.settings.surface_weight, SURFACE_VOXELS / voxels.settings.truncation_voxels
+
+    def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
+        return ((weight >= least) & (tsdf.abs() <= most))[..., 0]
+
     parts: list[tuple[Tensor, Tensor, Tensor]] = []
-    for addresses in block_voxels(rows):
-        on_surface = (weight[addresses] >= voxels.settings.surface_weight) & (
-            tsdf[addresses].abs() * voxels.settings.truncation_voxels <= 0.75
-        )
-        chosen = addresses[on_surface]
+    for part in rows.split(BLOCKS_AT_ONCE):
+        chosen = voxels.select(part, on_surface, "weight", "tsdf")
         parts.append((voxels.positions(chosen), color[chosen], voxels.alive(label[chosen])))
     if not parts:
         return SurfacePoints(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8), np.zeros(0, np.int32))

@@ -8,7 +8,7 @@ addresses, per-instance counts) travels freely; attributes themselves leave the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import numpy as np
 import open3d as o3d
@@ -26,6 +26,7 @@ from razer.geometry import inverse
 Ints = NDArray[np.int32]
 START_BLOCKS = 1024
 GROWTH = 1.6
+BLOCKS_AT_ONCE = 512  # of passes over the whole map, to bound their memory
 FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
 
 
@@ -162,9 +163,11 @@ class VoxelMap:
 
         group (M,) and cell (M,) list the members of all groups; `labels` is from `labels_at`.
         """
-        owner = labels[self._tensor(cell)].long()
-        pairs, counts = torch.unique((self._tensor(group) << 32 | owner)[owner > 0], return_counts=True)
-        return {(p >> 32, p & 0xFFFFFFFF): c for p, c in zip(pairs.tolist(), counts.tolist(), strict=True)}
+        n_ids = self.newest_id + 1
+        counts = torch.bincount(self._tensor(group) * n_ids + labels[self._tensor(cell)])
+        found = torch.nonzero(counts).squeeze(1)
+        table = zip(found.tolist(), counts[found].tolist(), strict=True)
+        return {divmod(place, n_ids): n for place, n in table if place % n_ids}
 
     def admit(self, track_id: int) -> None:
         """Make a new id known; ids must be admitted in increasing order before they get votes."""
@@ -192,18 +195,18 @@ class VoxelMap:
         order = np.lexsort(keys.T[::-1])
         return keys[order], torch.utils.dlpack.from_dlpack(rows.to_dlpack())[self._tensor(order)]
 
+    def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
+        """Addresses, in order, of the voxels of the given blocks where `keep` holds; `keep` is called with the
+        named attributes of whole blocks, (B, 4096, channels) each, and returns (B, 4096) bool."""
+        whole = [self.attribute(name).unflatten(0, (-1, BLOCK_VOXELS))[rows] for name in names]
+        row, place = torch.nonzero(keep(*whole), as_tuple=True)
+        return rows[row] * BLOCK_VOXELS + place
+
     def settle(self) -> None:
         """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""
         slot_ids, slot_counts, label = (self.attribute(name) for name in ("ids", "counts", "label"))
-        for voxels in block_voxels(self.active_rows()[1]):
-            claimed = voxels[(slot_counts[voxels] > 0).any(dim=1)]
+        for rows in self.active_rows()[1].split(BLOCKS_AT_ONCE):
+            claimed = self.select(rows, lambda counts: (counts > 0).any(dim=2), "counts")
             ids, counts = votes.merge_equal(self.alive(slot_ids[claimed]), slot_counts[claimed])
             slot_ids[claimed], slot_counts[claimed] = ids, counts
             label[claimed, 0] = votes.winner(ids, counts)
-
-
-def block_voxels(rows: Tensor, at_once: int = 256) -> Iterator[Tensor]:
-    """Addresses of all voxels of the given blocks in the flat attributes, some blocks at a time."""
-    place = torch.arange(BLOCK_VOXELS, device=rows.device)
-    for part in rows.split(at_once):
-        yield (part[:, None] * BLOCK_VOXELS + place).flatten()

@@ -22,7 +22,10 @@ _SHIFTED_WINDOW = 0.3  # what a window centred elsewhere must gain
 _CALM = 1.3  # residuals below this many variances are all as good
 _MIN_FILL = 0.4  # share of a window that needs a reading
 _MIN_SPREAD = 0.15  # least determinant of the readings' scatter, as a share of the full window's
-_COST_STEPS, _COST_LIMIT, _CANDIDATES = 4096, 1000, 32  # costs as integers, the candidate in the last digit
+_SAME_SURFACE = 5.5  # spread of one surface's readings within a block, in standard deviations
+
+# A window's rank is one whole number: its cost in steps, then its place in the order of trial.
+_COST_STEPS, _COST_LIMIT, _TRIALS = 4096, 1000, 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,93 +39,97 @@ class LocalPlanes:
     valid: NDArray[np.bool_]
 
 
+@dataclass(frozen=True, slots=True)
+class _WindowFits:
+    """The least-squares plane of the window centred at each pixel, its value there, and its mean squared
+    residual, infinite where too few readings pin the plane down."""
+
+    value: Image
+    slope_x: Image
+    slope_y: Image
+    variance: Image
+
+
 def inverse_depth(depth_m: Image, factor: int, noise_per_m: float) -> Image:
     """Mean inverse depth of each factor x factor block of an (H, W) depth image, 0 where nothing was read.
 
     A block on a depth step takes its nearest surface only: a mean over both would float between them."""
     height, width = (size // factor * factor for size in depth_m.shape)
-    inverse = cv2.divide(1.0, np.ascontiguousarray(depth_m[:height, :width]))
-    inverse[depth_m[:height, :width] <= 0] = 0
-    parts = [
-        np.ascontiguousarray(inverse[i::factor, j::factor]) for i in range(factor) for j in range(factor)
-    ]
-    nearest = np.maximum.reduce(parts) - np.float32(7 * noise_per_m)
-    total, count = np.zeros_like(nearest), np.zeros_like(nearest)
+    depth_m = np.ascontiguousarray(depth_m[:height, :width])
+    inverse = cv2.divide(1.0, depth_m)
+    inverse[depth_m <= 0] = 0
+    parts = [np.ascontiguousarray(inverse[i::factor, j::factor]) for i in range(factor) for j in range(factor)]
+    far_limit = np.maximum.reduce(parts) - np.float32(_SAME_SURFACE * noise_per_m)
+    total, count = np.zeros_like(far_limit), np.zeros_like(far_limit)
     for part in parts:
-        same_surface = ((part > nearest) & (part > 0)).astype(np.float32)
+        same_surface = ((part > far_limit) & (part > 0)).astype(np.float32)
         total += part * same_surface
         count += same_surface
     return total / np.maximum(count, 1)
 
 
 def fit_local_planes(inverse: Image, noise_per_m: float) -> LocalPlanes:
-    """The plane at each pixel of an (h, w) inverse depth image (0 = none) with the given noise, 1/m."""
+    """The plane at each pixel of an (h, w) inverse depth image (0 = none) whose noise has the given
+    standard deviation, 1/m."""
     height, width = inverse.shape
     best = np.full(inverse.shape, np.iinfo(np.int32).max, np.int32)
-    fits, offsets = [], []
+    fits = [_fit_windows(inverse, radius) for radius in _RADII]
+    offsets: list[tuple[int, int, int]] = []
     for scale, radius in enumerate(_RADII):
-        slope_x, slope_y, value, variance = _fit_windows(inverse, radius)
-        fits.append((slope_x, slope_y, value))
-        cost = np.minimum(np.maximum(variance / np.float32(noise_per_m**2), _CALM), _COST_LIMIT)
+        cost = np.clip(fits[scale].variance / np.float32(noise_per_m**2), _CALM, _COST_LIMIT)
         cost += np.float32(_SMALLER_WINDOW * (len(_RADII) - 1 - scale))
-        ranked = _padded((cost * _COST_STEPS).astype(np.int32) * _CANDIDATES, radius)
+        ranks = np.pad(_rank(cost), radius, constant_values=int(_rank(_COST_LIMIT)))
         for dy, dx in [(i, j) for i in (0, -radius, radius) for j in (0, -radius, radius)]:
-            shifted = ranked[radius + dy : radius + dy + height, radius + dx : radius + dx + width]
-            handicap = int(_SHIFTED_WINDOW * _COST_STEPS) * _CANDIDATES if dx or dy else 0
-            np.minimum(best, shifted + np.int32(handicap + len(offsets)), out=best)
+            shifted = ranks[radius + dy : radius + dy + height, radius + dx : radius + dx + width]
+            np.minimum(best, shifted + (_rank(_SHIFTED_WINDOW if dx or dy else 0) + len(offsets)), out=best)
             offsets.append((scale, dy, dx))
-    return _chosen(best & (_CANDIDATES - 1), fits, offsets, inverse)
+    return _chosen(best & (_TRIALS - 1), fits, offsets, inverse)
 
 
-def _padded(ranked: NDArray[np.int32], radius: int) -> NDArray[np.int32]:
-    limit = _COST_LIMIT * _COST_STEPS * _CANDIDATES
-    return np.pad(ranked, radius, constant_values=limit)
+def _rank(cost: Image | float) -> NDArray[np.int32]:
+    return (np.asarray(cost) * _COST_STEPS).astype(np.int32) * np.int32(_TRIALS)
 
 
 def _chosen(
-    candidate: NDArray[np.int32],
-    fits: list[tuple[Image, ...]],
-    offsets: list[tuple[int, int, int]],
-    inverse: Image,
+    trial: NDArray[np.int32], fits: list[_WindowFits], offsets: list[tuple[int, int, int]], inverse: Image
 ) -> LocalPlanes:
     """The winning window's plane, evaluated at the pixel itself."""
     height, width = inverse.shape
     scale, dy, dx = np.array(offsets, np.int32).T
     source = np.arange(height * width, dtype=np.int32).reshape(height, width)
-    source += ((scale * height + dy) * width + dx).astype(np.int32).take(candidate)
+    source += ((scale * height + dy) * width + dx).astype(np.int32).take(trial)
     slope_x, slope_y, value = (
-        np.concatenate([fit[part].ravel() for fit in fits]).take(source, mode="clip") for part in range(3)
+        np.concatenate([getattr(fit, part).ravel() for fit in fits]).take(source, mode="clip")
+        for part in ("slope_x", "slope_y", "value")
     )
-    value -= slope_x * dx.astype(np.float32).take(candidate)
-    value -= slope_y * dy.astype(np.float32).take(candidate)
+    value -= slope_x * dx.astype(np.float32).take(trial)
+    value -= slope_y * dy.astype(np.float32).take(trial)
     return LocalPlanes(value, slope_x, slope_y, inverse > 0)
 
 
-def _fit_windows(inverse: Image, radius: int) -> tuple[Image, Image, Image, Image]:
-    """Slopes, value at the centre and residual variance of the plane in each pixel's window; the variance is
-    infinite where too few readings pin it down."""
+def _fit_windows(inverse: Image, radius: int) -> _WindowFits:
     step = np.arange(-radius, radius + 1, dtype=np.float32)
-    one = np.ones_like(step)
-
-    def mean(image: Image, kernel_x: Image, kernel_y: Image) -> Image:
-        total: Image = cv2.sepFilter2D(image, -1, kernel_x, kernel_y, borderType=cv2.BORDER_CONSTANT)
-        total *= share
-        return total
-
+    one, square = np.ones_like(step), step * step
     read = (inverse > 0).astype(np.float32)
-    share = np.float32(1)
-    count = mean(read, one, one)
-    share = 1 / np.maximum(count, 1)
-    x, y, w = mean(read, step, one), mean(read, one, step), mean(inverse, one, one)
-    xx, yy = mean(read, step * step, one) - x * x, mean(read, one, step * step) - y * y
-    xy = mean(read, step, step) - x * y
-    xw, yw = mean(inverse, step, one) - x * w, mean(inverse, one, step) - y * w
-    ww = mean(inverse * inverse, one, one) - w * w
+    count = _windowed(read, one, one)
+    share: Image = np.reciprocal(np.maximum(count, np.float32(1)))
+    x, y = _windowed(read, step, one) * share, _windowed(read, one, step) * share
+    xx = _windowed(read, square, one) * share - x * x
+    yy = _windowed(read, one, square) * share - y * y
+    xy = _windowed(read, step, step) * share - x * y
+    mean = _windowed(inverse, one, one) * share
+    xw = _windowed(inverse, step, one) * share - x * mean
+    yw = _windowed(inverse, one, step) * share - y * mean
+    ww = _windowed(inverse * inverse, one, one) * share - mean * mean
     determinant = xx * yy - xy * xy
-    full = radius * (radius + 1) / 3
-    pinned = (count >= _MIN_FILL * (2 * radius + 1) ** 2) & (determinant > _MIN_SPREAD * full * full)
-    scale = 1 / np.maximum(determinant, np.float32(1e-3))
-    slope_x, slope_y = (yy * xw - xy * yw) * scale, (xx * yw - xy * xw) * scale
+    full = (radius * (radius + 1) / 3) ** 2
+    pinned = (count >= _MIN_FILL * (2 * radius + 1) ** 2) & (determinant > _MIN_SPREAD * full)
+    determinant = np.maximum(determinant, np.float32(1e-3))
+    slope_x, slope_y = (yy * xw - xy * yw) / determinant, (xx * yw - xy * xw) / determinant
     variance = ww - slope_x * xw - slope_y * yw
     variance[~pinned] = np.inf
-    return slope_x, slope_y, w - slope_x * x - slope_y * y, variance
+    return _WindowFits(mean - slope_x * x - slope_y * y, slope_x, slope_y, variance)
+
+
+def _windowed(image: Image, kernel_x: Image, kernel_y: Image) -> Image:
+    return cv2.sepFilter2D(image, -1, kernel_x, kernel_y, borderType=cv2.BORDER_CONSTANT)

@@ -1,4 +1,4 @@
-"""Touching image regions, and merging of the pairs that belong together, cheapest first."""
+"""Touching image regions, and the merging of those that belong together, cheapest first."""
 
 from __future__ import annotations
 
@@ -8,80 +8,88 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Sums = NDArray[np.floating]
+Indices = NDArray[np.int64]
+Sums = NDArray[np.float64]
+Images = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
 class RegionGraph:
-    """Regions 0..N-1 with `sums` (N, A) of what adds up over their pixels, column 0 the pixel count; pairs that
-    touch, (E, 2) with the smaller index first, with `boundary` (E, B) of what adds up along their common
-    border, column 0 its length; and `region` (R,), where each of the R first regions went."""
+    """Regions 0 .. N-1 and the pairs of them that touch.
+
+    sums (N, A): what adds up over a region's pixels, column 0 being their number. pairs (E, 2): smaller index
+    first. boundary (E, B): what adds up along the pair's common border, column 0 being its length. region
+    (N,): where each region went; one that went elsewhere has sums of 0 and is in no pair."""
 
     sums: Sums
-    pairs: NDArray[np.int64]
+    pairs: Indices
     boundary: Sums
-    region: NDArray[np.int64]
+    region: Indices
 
     @classmethod
     def of(
-        cls, labels: NDArray[np.int32], n: int, pixels: Sums, borders: list[Sums], every: int
+        cls, labels: NDArray[np.int32], n: int, pixels: Images, borders: tuple[Images, Images], every: int
     ) -> RegionGraph:
-        """The graph of an (h, w) label image, -1 = nobody. What to sum up is given by pixels (A, h', w') at
-        every so many pixels, and, for the steps to the right and down, by borders (B, h, w)."""
+        """The graph of n regions in an (h, w) label image, -1 = nobody. What adds up is given by pixels
+        (A, h', w') at every so many pixels and, towards the right and the lower neighbour, by borders
+        (B, h, w)."""
         place = labels[::every, ::every].ravel() + 1
-        sums = np.stack([np.bincount(place, image.ravel(), n + 1)[1:] for image in pixels], axis=1)
-        first, second, values = [], [], []
+        sums = np.zeros((n, len(pixels)))
+        for column, image in enumerate(pixels):
+            sums[:, column] = np.bincount(place, image.ravel(), n + 1)[1:]
+        flat, pairs, values = labels.ravel(), [], []
         for border, (down, right) in zip(borders, ((0, 1), (1, 0)), strict=True):
-            here = labels[: labels.shape[0] - down, : labels.shape[1] - right]
-            there = labels[down:, right:]
-            touching = np.flatnonzero((here != there) & (here >= 0) & (there >= 0))
-            first.append(here.ravel()[touching])
-            second.append(there.ravel()[touching])
-            values.append(border[:, : here.shape[0], : here.shape[1]].reshape(len(border), -1)[:, touching])
-        pairs = np.sort(np.stack([np.concatenate(first), np.concatenate(second)], axis=1), axis=1)
-        return cls(sums, *_added_up(pairs, np.concatenate(values, axis=1).T, n), np.arange(n))
+            here, there = labels[: len(labels) - down, : labels.shape[1] - right], labels[down:, right:]
+            parted = np.zeros(labels.shape, bool)
+            parted[: here.shape[0], : here.shape[1]] = (here != there) & (np.minimum(here, there) >= 0)
+            touching = np.flatnonzero(parted)
+            other = touching + (down * labels.shape[1] + right)
+            pairs.append(np.stack([flat[touching], flat[other]], axis=1).astype(np.int64))
+            values.append(border.reshape(len(border), -1)[:, touching].T.astype(np.float64))
+        return cls(sums, *_added_up(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
 
-    def merged(self, cost: Callable[[RegionGraph], NDArray[np.float64]]) -> RegionGraph:
-        """The graph after merging, as long as any pair's cost (E,) is below 1, each region into its cheapest
-        larger neighbour. Costs are asked afresh after each round; equal costs go by region number."""
+    def merged(self, cost: Callable[[RegionGraph], Sums]) -> RegionGraph:
+        """The graph after merging regions into larger neighbours, each into its cheapest, until no pair's
+        cost (E,) is below 1. Costs are asked afresh after each round; equal ones go by region number."""
         graph = self
         while True:
             target = _targets(graph, cost(graph))
-            if (target == np.arange(len(target))).all():
+            moved = np.flatnonzero(target != np.arange(len(target)))
+            if len(moved) == 0:
                 return graph
-            graph = graph._contracted(target)
+            graph = graph._contracted(target, moved)
 
-    def _contracted(self, target: NDArray[np.int64]) -> RegionGraph:
-        moved = np.flatnonzero(target != np.arange(len(target)))
+    def _contracted(self, target: Indices, moved: Indices) -> RegionGraph:
         sums = self.sums.copy()
         np.add.at(sums, target[moved], sums[moved])
         sums[moved] = 0
-        pairs = np.sort(target[self.pairs], axis=1)
+        pairs = target[self.pairs]
         apart = pairs[:, 0] != pairs[:, 1]
-        pairs, boundary = _added_up(pairs[apart], self.boundary[apart], len(target))
-        return RegionGraph(sums, pairs, boundary, target[self.region])
+        summed = _added_up(pairs[apart], self.boundary[apart], len(target))
+        return RegionGraph(sums, *summed, target[self.region])
 
 
-def _added_up(pairs: NDArray, values: Sums, n: int) -> tuple[NDArray[np.int64], Sums]:
-    """Equal pairs made one, their values summed."""
-    keys, place = np.unique(pairs[:, 0].astype(np.int64) * n + pairs[:, 1], return_inverse=True)
-    sums = np.stack([np.bincount(place, column, len(keys)) for column in values.T], axis=1)
+def _added_up(pairs: Indices, values: Sums, n: int) -> tuple[Indices, Sums]:
+    """Equal pairs, whichever way round, made one, and their values (E, B) summed."""
+    keys, place = np.unique(pairs.min(axis=1) * n + pairs.max(axis=1), return_inverse=True)
+    sums = np.zeros((len(keys), values.shape[1]))
+    for column in range(values.shape[1]):
+        sums[:, column] = np.bincount(place, values[:, column], len(keys))
     return np.stack(np.divmod(keys, n), axis=1), sums
 
 
-def _targets(graph: RegionGraph, cost: NDArray[np.float64]) -> NDArray[np.int64]:
+def _targets(graph: RegionGraph, cost: Sums) -> Indices:
     """Where each region goes in this round: a star of smaller ones into each larger one."""
-    n = len(graph.sums)
-    target = np.arange(n)
+    size = graph.sums[:, 0]
+    target = np.arange(len(size))
     wanted = np.flatnonzero(cost < 1)
     order = wanted[np.argsort(-cost[wanted], kind="stable")]
-    best = np.full(n, -1)
-    best[graph.pairs[order].ravel()] = np.repeat(order, 2)  # the last write, the cheapest, stays
+    best = np.full(len(size), -1)
+    best[graph.pairs[order].ravel()] = np.repeat(order, 2)  # the last to write, the cheapest, stays
     movers = np.flatnonzero(best >= 0)
     other = graph.pairs[best[movers]].sum(axis=1) - movers
-    size = graph.sums[:, 0]
     smaller = (size[movers] < size[other]) | ((size[movers] == size[other]) & (movers > other))
     movers, other = movers[smaller], other[smaller]
-    settled = ~np.isin(other, movers)  # whoever's target moves itself waits a round
+    settled = ~np.isin(other, movers)  # whose target moves itself, waits a round
     target[movers[settled]] = other[settled]
     return target

@@ -1,0 +1,38 @@
+# make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors.
+# Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
+# PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
+
+VENV ?= .venv
+BIN := $(VENV)/bin
+
+.PHONY: help demo test lint format clean
+
+help:
+	@sed -n 's/^# //p' Makefile
+
+demo: $(VENV)/installed
+	$(BIN)/razer demo $(ARGS)
+
+test: $(VENV)/installed-dev
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(VENV)/installed-dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info
+
+# The stamps are written last, so that an installation that broke off is taken up again.
+$(VENV)/installed: pyproject.toml constraints.txt
+	@.ci/install $(VENV) .
+	@touch $@
+
+$(VENV)/installed-dev: pyproject.toml constraints.txt
+	@.ci/install $(VENV) '.[dev]'
+	@touch $@ $(VENV)/installed

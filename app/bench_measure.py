@@ -1,0 +1,68 @@
+"""The figures of `razer bench`: one run that keeps nothing, and the yardstick on the same frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from app.config import RunConfig
+from app.consoles import progress_console
+from app.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
+from app.prefetch import prefetch
+from app.recorder import summary
+from app.recording import open_recording
+from app.yardstick import fuse_plainly
+from data_tools.sequence import Sequence
+from data_tools.synthetic import SyntheticRoom
+from razer.frame import Frame
+
+# Stages of the map itself; the others read, look at pictures with 2D models, or log.
+BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
+ROOM_FRAMES = 120
+
+
+def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
+    """The figures of one run: those of timings.json, each stage's share, the yardstick, and ratios to it."""
+    console = progress_console()
+    sequence = open_recording(folder, config.input, console) if folder else _room(config)
+    mapper = make_mapper(config)
+    with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
+        _, recorder = map_sequence(sequence, config, mapper, timeline, console)
+        timeline.finish(mapper, mapper.snapshot())
+        timings = recorder.timings()
+    n_blocks = mapper.voxels.n_blocks
+    del mapper
+    console.print("yardstick: plain fusion of the same frames")
+    plain = summary(fuse_plainly(posed_frames(sequence, config), config.voxels, n_blocks))
+    return {
+        "name": sequence.name,
+        **with_shares(timings),
+        "yardstick": plain,
+        "ratios": ratios(timings, plain),
+    }
+
+
+def posed_frames(sequence: Sequence, config: RunConfig) -> Iterator[Frame]:
+    """The frames that the run could use."""
+    for decoded in prefetch(sequence, selected_frames(len(sequence), config.input)):
+        if decoded.frame is not None and decoded.frame.world_from_camera is not None:
+            yield decoded.frame
+
+
+def with_shares(timings: dict[str, Any]) -> dict[str, Any]:
+    """Timings whose stages also tell their share in [0, 1] of the time of all stages."""
+    busy_s = sum(stage["total_s"] for stage in timings["stages"].values()) or 1.0
+    stages = {name: {**stage, "share": stage["total_s"] / busy_s} for name, stage in timings["stages"].items()}
+    return {**timings, "stages": stages}
+
+
+def ratios(timings: dict[str, Any], plain: dict[str, float]) -> dict[str, float]:
+    """Time of the run's fusion, and of all map stages together (BACKEND), over that of the yardstick."""
+    stages = timings["stages"]
+    backend_s = sum(stages[name]["total_s"] for name in BACKEND if name in stages)
+    integrate_s = stages.get("integrate", {"total_s": 0.0})["total_s"]
+    plain_s = plain["total_s"] or float("nan")
+    return {"integrate": round(integrate_s / plain_s, 3), "backend": round(backend_s / plain_s, 3)}

@@ -1,0 +1,35 @@
+"""The figures of `razer bench` as tables for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.table import Table
+
+from app.consoles import result_console
+from app.report import print_timings
+
+
+def print_bench(result: dict[str, Any]) -> None:
+    """Stages, memory along the way, and the yardstick."""
+    console = result_console()
+    of_runs = f", median of {result['repeat']} runs" if result["repeat"] > 1 else ""
+    console.print(f"{result['name']}: {result['frames']} frames{of_runs}", soft_wrap=True)
+    print_timings(result, console)
+    console.print(_memory_table(result))
+    plain, ratios = result["yardstick"], result["ratios"]
+    console.print(f"plain fusion: median {plain['median_ms']:.1f} ms, p95 {plain['p95_ms']:.1f} ms a frame")
+    console.print(
+        f"beside it: our fusion takes {ratios['integrate']:.2f}x, "
+        f"the whole map (fusion, lifting, association, votes, maintenance) {ratios['backend']:.2f}x"
+    )
+
+
+def _memory_table(result: dict[str, Any]) -> Table:
+    table = Table()
+    for name in ("run, %", "memory, MB", "blocks"):
+        table.add_column(name, justify="right")
+    samples = zip(result["rss_mb_at_tenths"], result["blocks_at_tenths"], strict=True)
+    for tenth, (rss_mb, blocks) in enumerate(samples, start=1):
+        table.add_row(str(10 * tenth), f"{rss_mb:.0f}", str(blocks))
+    return table

@@ -1,0 +1,43 @@
+"""The command line. Verbs are imported when they are used, so that `razer --help` is instant."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+
+from cyclopts import App, CycloptsError
+
+BAD_INPUT = 2
+
+app = App(
+    name="razer",
+    help="RGB-D recordings become 3D panoptic maps that know what is where.",
+    help_format="plaintext",
+    version=lambda: metadata.version("razer"),
+)
+app.command("app.run:run", name="run", help="Map a posed RGB-D recording.")
+app.command("app.view:view", name="view", help="Open the timeline of a run in Rerun.")
+app.command("app.show_config:config", name="config", help="Print every setting with its value, range and meaning.")
+app.command("app.bench:bench", name="bench", help="Measure time per stage and memory, beside plain TSDF fusion.")
+app.command("app.demo:demo", name="demo", help="Map a small synthetic room, no data needed.")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and exit: 0 done, 2 unusable input or usage (one plain line), 130 interrupted."""
+    try:
+        code = app(arguments, exit_on_error=False, result_action="return_value")
+    except CycloptsError:
+        sys.exit(BAD_INPUT)
+    except ValueError as error:
+        from razer.frame import BadInput  # late: it brings numpy along
+
+        if not isinstance(error, BadInput):
+            raise
+        print(f"razer: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""Every setting of a run: the method's own sections, what to read, which models, what to show."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from app.timeline_config import TimelineConfig
+from razer.config import MapperConfig, Settings
+
+
+class InputSettings(Settings):
+    """What is read from the folder, and what the folder itself does not say."""
+
+    reader: str | None = Field(
+        None,
+        description="Layout of the folder: a reader's name, or module:function. Not set: recognised.",
+    )
+    stride: int = Field(
+        1, ge=1, description="Every how many frames one is used. Larger: faster, with gaps on fast moves."
+    )
+    max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
+    poses: Literal["given", "auto"] = Field(
+        "auto",
+        description="Where poses come from: 'given' with the folder; 'auto' takes those if there are any.",
+    )
+    max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
+    intrinsics: str | None = Field(
+        None,
+        description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, or a JSON file. Not set: the folder's.",
+    )
+    depth_scale: float | None = Field(
+        None,
+        gt=0,
+        description="Units of the depth images in a metre. Not set: from the folder or its layout.",
+    )
+    depth_to_color: str | None = Field(
+        None,
+        description="File with the 4x4 transform from the depth to the colour camera, if not registered.",
+    )
+
+
+class SegmenterSettings(Settings):
+    """What finds masks."""
+
+    name: str = Field("geometric", description="geometric, oracle, masks, or an outside module:Class.")
+    options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
+
+
+class EmbedderSettings(Settings):
+    """What describes masks by vectors."""
+
+    name: str = Field("appearance", description="appearance, oracle, or an outside module:Class.")
+    options: dict[str, Any] = Field({}, description="Its named arguments.")
+
+
+class RunSettings(Settings):
+    """How the program runs."""
+
+    device: Literal["auto", "cpu", "cuda"] = Field(
+        "auto", description="Where voxels live; 'auto' takes CUDA where Open3D and the machine have it."
+    )
+    timeline: bool = Field(True, description="Write timeline.rrd. Costs up to 15 % of the run's time.")
+
+
+class RunConfig(MapperConfig):
+    """All settings of a run; the sections of MapperConfig lie beside those of the program."""
+
+    format: Literal[1] = Field(1, description="Version of this set of names.")
+    input: InputSettings = InputSettings()
+    segmenter: SegmenterSettings = SegmenterSettings()
+    embedder: EmbedderSettings = EmbedderSettings()
+    run: RunSettings = RunSettings()
+    timeline: TimelineConfig = TimelineConfig()

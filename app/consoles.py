@@ -1,0 +1,15 @@
+"""Standard output for results, standard error for everything else."""
+
+from __future__ import annotations
+
+from rich.console import Console
+
+
+def result_console() -> Console:
+    """Where results go; square brackets in file names are not markup."""
+    return Console(markup=False, highlight=False)
+
+
+def progress_console() -> Console:
+    """Where progress and warnings go."""
+    return Console(stderr=True, markup=False, highlight=False)

@@ -1,0 +1,86 @@
+"""The map in chunks of 4^3 blocks, each drawn again only when it has been observed much more often.
+
+A chunk observed n times is drawn about log(n) times, which keeps the timeline small and drawing cheap.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.cells import BLOCK
+from razer.surface import SurfacePoints
+
+BLOCKS_PER_EDGE = 4
+_WITHIN = np.stack(np.meshgrid(*3 * [np.arange(BLOCKS_PER_EDGE)], indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+class Chunk(NamedTuple):
+    """Place of a chunk on the lattice of chunks."""
+
+    x: int
+    y: int
+    z: int
+
+    @property
+    def block_keys(self) -> NDArray[np.int32]:
+        """Keys (64, 3) of the blocks it may hold."""
+        return (np.array(self) * BLOCKS_PER_EDGE + _WITHIN).astype(np.int32)
+
+
+class ChunkSchedule:
+    """Counts how often each chunk's blocks were observed, and tells which chunks are due to be drawn."""
+
+    def __init__(self, growth: float) -> None:
+        self._growth = growth
+        self._seen: dict[Chunk, int] = {}
+        self._drawn: dict[Chunk, int] = {}
+
+    def observe(self, block_keys: NDArray[np.int32]) -> None:
+        """Take in the keys (M, 3) of the blocks that one frame changed."""
+        chunks, counts = np.unique(block_keys // BLOCKS_PER_EDGE, axis=0, return_counts=True)
+        for key, count in zip(chunks.tolist(), counts.tolist(), strict=True):
+            chunk = Chunk(*key)
+            self._seen[chunk] = self._seen.get(chunk, 0) + count
+
+    def take_due(self) -> list[Chunk]:
+        """The chunks observed `growth` times as often as when last taken; they count as drawn from now on."""
+        due = [c for c, seen in self._seen.items() if seen >= self._growth * self._drawn.get(c, 0)]
+        self._drawn.update((chunk, self._seen[chunk]) for chunk in due)
+        return due
+
+    @property
+    def drawn(self) -> list[Chunk]:
+        """All chunks taken so far."""
+        return list(self._drawn)
+
+
+def thinned(points: SurfacePoints, voxel_size_m: float, keep_one_of: int) -> SurfacePoints:
+    """A fixed pseudo-random choice of the voxels: a voxel that is kept stays kept in every later drawing."""
+    if keep_one_of == 1:
+        return points
+    lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)
+    keep = _hashed(lattice) % keep_one_of == 0
+    return SurfacePoints(points.positions[keep], points.colors[keep], points.instances[keep])
+
+
+def by_chunk(points: SurfacePoints, voxel_size_m: float) -> dict[Chunk, NDArray[np.int64]]:
+    """Indices of the points that lie in each chunk; chunks without points are left out."""
+    lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)
+    chunks, owner, counts = np.unique(
+        lattice // (BLOCK * BLOCKS_PER_EDGE), axis=0, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(owner.ravel(), kind="stable")
+    ends = np.cumsum(counts)
+    return {Chunk(*key): order[end - n : end] for key, end, n in zip(chunks.tolist(), ends, counts, strict=True)}
+
+
+def _hashed(lattice: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Well mixed numbers (N,) of lattice coordinates (N, 3), by half of SplitMix64's finaliser."""
+    mixed = lattice.astype(np.uint64) @ np.array(
+        [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64
+    )
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    return mixed ^ (mixed >> np.uint64(31))

@@ -1,0 +1,26 @@
+"""A timeline that shows nothing, so that the loop needs no question whether there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from razer.frame import Frame
+from razer.mapper import Mapper
+from razer.panoptic_map import PanopticMap
+from razer.step import Step
+
+
+class NoTimeline:
+    """Takes what `Timeline` takes and does nothing."""
+
+    def show(self, frame: Frame, step: Step, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
+        """Nothing."""
+
+    def skipped(self, frame_index: int, reason: str) -> None:
+        """Nothing."""
+
+    def finish(self, mapper: Mapper, panoptic: PanopticMap) -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""

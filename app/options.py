@@ -1,0 +1,76 @@
+"""Command-line options that several verbs share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from app.config import RunConfig
+from app.config_sources import read_config
+
+Assignments = Annotated[tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)]
+Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SettingOptions:
+    """Settings from a file and from the command line; the latter win."""
+
+    config: Path | None = None
+    """TOML file with settings, such as the config.toml of an earlier run."""
+    set: Assignments = ()
+    """One setting as section.key=value; may be repeated. `razer config` lists them all."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RunOptions(SettingOptions):
+    """Options that are shorter names for settings; those not given leave the setting as it is."""
+
+    reader: str | None = None
+    """Layout of the folder; recognised if not given."""
+    stride: int | None = None
+    """Use every n-th frame."""
+    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
+    """Use at most this many frames."""
+    poses: Literal["given", "auto"] | None = None
+    """Where poses come from."""
+    intrinsics: str | None = None
+    """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
+    depth_scale: float | None = None
+    """Units of the depth images in a metre: 1000 for millimetres."""
+    depth_to_color: str | None = None
+    """File with the 4x4 transform from the depth to the colour camera."""
+    max_bad: float | None = None
+    """Give up when more than this share of the frames is unusable."""
+    segmenter: str | None = None
+    """What finds masks: a name or module:Class."""
+    embedder: str | None = None
+    """What describes masks by vectors: a name or module:Class."""
+    device: Literal["auto", "cpu", "cuda"] | None = None
+    """Where the voxels live."""
+    timeline: bool | None = None
+    """Write the timeline (the default) or not."""
+
+    def read(self) -> RunConfig:
+        """The settings these options lead to; raises BadInput."""
+        return read_config(self.config, self.set, self._flags())
+
+    def _flags(self) -> dict[str, Any]:
+        names = (
+            "reader",
+            "stride",
+            "max_frames",
+            "poses",
+            "intrinsics",
+            "depth_scale",
+            "depth_to_color",
+            "max_bad",
+        )
+        flags = {f"input.{name}": getattr(self, name) for name in names}
+        flags |= {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
+        return flags | {"run.device": self.device, "run.timeline": self.timeline}

@@ -1,0 +1,72 @@
+"""What became of the frames of a run: used, skipped with a reason, or lost."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput, Frame
+
+
+@dataclass(frozen=True, slots=True)
+class SkippedFrame:
+    """A frame that could not be used, and why in one plain line."""
+
+    frame: int
+    reason: str
+
+
+@dataclass(slots=True)
+class Outcome:
+    """The account of one run over `planned` frames of the sequence `name`."""
+
+    name: str
+    planned: int
+    max_bad: float
+    stamps: list[float] = field(default_factory=list)
+    poses: list[NDArray[np.float64]] = field(default_factory=list)
+    skipped: list[SkippedFrame] = field(default_factory=list)
+    lost: int = 0
+    notes: Counter[str] = field(default_factory=Counter)
+    interrupted: bool = False
+
+    @property
+    def used(self) -> int:
+        """How many frames went into the map."""
+        return len(self.poses)
+
+    @property
+    def frames(self) -> int:
+        """How many frames were looked at."""
+        return self.used + self.lost + len(self.skipped)
+
+    def use(self, frame: Frame) -> None:
+        """Count a posed frame that went into the map."""
+        self.stamps.append(frame.stamp)
+        self.poses.append(frame.pose)
+        self.notes.update(frame.notes)
+
+    def skip(self, index: int, reason: str) -> None:
+        """Count an unusable frame; raises BadInput once more than max_bad of all frames are."""
+        self.skipped.append(SkippedFrame(index, reason))
+        if len(self.skipped) > self.max_bad * self.planned:
+            share = len(self.skipped) / self.planned
+            hint = f"; repair them, or accept more with --max-bad {share:.2f} or higher" if self.used else ""
+            raise BadInput(f"{self._unusable()}{hint}")
+
+    def require_used(self) -> None:
+        """Raise BadInput if nothing went into the map."""
+        if not self.used and not self.interrupted:
+            raise BadInput(
+                self._unusable() if self.skipped else f"{self.name}: the camera could not be located in any frame"
+            )
+
+    def _unusable(self) -> str:
+        first = self.skipped[0]
+        return (
+            f"{self.name}: {len(self.skipped)} of {self.planned} frames cannot be used, "
+            f"first frame {first.frame}: {first.reason}"
+        )

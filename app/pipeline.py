@@ -1,0 +1,128 @@
+"""One run from an open sequence to a finished run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import open3d as o3d
+from rich.console import Console
+
+from app.config import InputSettings, RunConfig
+from app.interrupt import StopRequest
+from app.mapping import map_frames
+from app.memory import rss_mb
+from app.no_timeline import NoTimeline
+from app.outcome import Outcome
+from app.prefetch import Decoded, prefetch
+from app.progress import watch
+from app.recorder import Recorder
+from app.run_folder import TIMELINE, RunFolder
+from app.save import save_run, save_timings
+from app.timeline import Timeline
+from data_tools.sequence import Sequence
+from razer.frame import BadInput
+from razer.mapper import Mapper
+from razer.models import make_embedder, make_segmenter
+from razer.panoptic_map import PanopticMap
+from slam.system import GivenPoses
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a run made: the account of its frames, the map, and the contents of timings.json."""
+
+    outcome: Outcome
+    panoptic: PanopticMap
+    timings: dict[str, Any]
+
+
+def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, console: Console) -> Finished:
+    """Map `sequence` and leave everything in `folder`, or nothing at all if it fails.
+
+    Raises BadInput for input or settings that cannot be used; a Ctrl-C keeps what was mapped until then.
+    """
+    mapper = make_mapper(config)
+    for leftover in folder.leftovers():
+        console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
+    with folder:
+        with closing(open_timeline(folder.partial, sequence, config)) as timeline:
+            outcome, recorder = map_sequence(sequence, config, mapper, timeline, console)
+            if not outcome.used:
+                raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
+            panoptic = mapper.snapshot()
+            timeline.finish(mapper, panoptic)
+        save_run(folder, config, sequence.name, mapper, panoptic, outcome)
+        timings = recorder.timings()
+        save_timings(folder, timings)
+        folder.commit()
+    return Finished(outcome, panoptic, timings)
+
+
+def map_sequence(
+    sequence: Sequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
+) -> tuple[Outcome, Recorder]:
+    """Run the main loop with progress shown; a Ctrl-C ends it early, and `outcome.interrupted` says so."""
+    require_poses(sequence)
+    indices = selected_frames(len(sequence), config.input)
+    outcome = Outcome(sequence.name, len(indices), config.input.max_bad)
+    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
+
+    def status() -> str:
+        confirmed = sum(track.confirmed for track in mapper.tracks)
+        return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
+
+    with StopRequest() as stop:
+        frames = until_stopped(prefetch(sequence, indices), stop)
+        map_frames(watch(frames, len(indices), status, console), GivenPoses(), mapper, timeline, recorder, outcome)
+        outcome.interrupted = stop.requested
+    outcome.require_used()
+    mapper.finish()
+    return outcome, recorder
+
+
+def make_mapper(config: RunConfig) -> Mapper:
+    """The method with the models and on the device that the settings name; raises BadInput."""
+    segmenter = make_segmenter(config.segmenter.name, config.segmenter.options)
+    embedder = make_embedder(config.embedder.name, config.embedder.options)
+    return Mapper(config, segmenter, embedder, device=_device(config.run.device))
+
+
+def selected_frames(n_frames: int, settings: InputSettings) -> range:
+    """The indices of the frames to use."""
+    chosen = range(0, n_frames, settings.stride)
+    return chosen if settings.max_frames is None else chosen[: settings.max_frames]
+
+
+def until_stopped(frames: Iterable[Decoded], stop: StopRequest) -> Iterator[Decoded]:
+    """The frames until a stop is requested."""
+    for frame in frames:
+        if stop.requested:
+            return
+        yield frame
+
+
+def require_poses(sequence: Sequence) -> None:
+    """Raise BadInput if the sequence has no poses at all: this version does not estimate them."""
+    if not sequence.has_poses:
+        raise BadInput(
+            f"{sequence.name}: no camera poses found; add trajectory.txt with lines 'stamp tx ty tz qx qy qz qw' "
+            "(world from camera), or name the layout with --reader"
+        )
+
+
+def _device(choice: str) -> str:
+    has_cuda = o3d.core.cuda.is_available()
+    if choice == "cuda" and not has_cuda:
+        raise BadInput("--device cuda: Open3D finds no CUDA device here; use --device cpu or auto")
+    return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
+
+
+def open_timeline(folder: Path, sequence: Sequence, config: RunConfig) -> Timeline | NoTimeline:
+    """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
+    if not config.run.timeline:
+        return NoTimeline()
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)

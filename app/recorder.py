@@ -1,0 +1,86 @@
+"""What a run costs: time per stage and frame, memory and map size along the way."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from app.memory import peak_rss_mb, rss_mb
+from razer.stages import measured_by
+
+TENTHS = 10
+
+
+class Recorder:
+    """Collects the figures of timings.json for a run of `frames` frames; `blocks` tells the map's size."""
+
+    def __init__(self, frames: int, blocks: Callable[[], int]) -> None:
+        self._frames = frames
+        self._blocks = blocks
+        self._done = 0
+        self._start_s = perf_counter()
+        self._stages: dict[str, list[float]] = defaultdict(list)
+        self._rss_mb: list[float] = []
+        self._n_blocks: list[int] = []
+
+    @contextmanager
+    def frame(self, decode_ms: float) -> Iterator[dict[str, float]]:
+        """Measure every stage within; yields the milliseconds of this frame's stages so far."""
+        stage_ms = {"decode": decode_ms}
+
+        @contextmanager
+        def measure(name: str) -> Iterator[None]:
+            start = perf_counter()
+            try:
+                yield
+            finally:
+                stage_ms[name] = stage_ms.get(name, 0.0) + 1e3 * (perf_counter() - start)
+
+        try:
+            with measured_by(measure):
+                yield stage_ms
+        finally:
+            for name, ms in stage_ms.items():
+                self._stages[name].append(ms)
+            self._done += 1
+            self._sample(TENTHS * self._done // max(self._frames, 1))
+
+    def _sample(self, up_to: int) -> None:
+        while len(self._rss_mb) < up_to:
+            self._rss_mb.append(round(rss_mb(), 1))
+            self._n_blocks.append(self._blocks())
+
+    @property
+    def frames_per_s(self) -> float:
+        """Frames done in a second since the start."""
+        return self._done / (perf_counter() - self._start_s)
+
+    def timings(self) -> dict[str, Any]:
+        """The contents of timings.json; a run cut short repeats its last sample in the missing tenths."""
+        self._sample(TENTHS)
+        wall_s = perf_counter() - self._start_s
+        return {
+            "format": 1,
+            "frames": self._done,
+            "wall_s": round(wall_s, 3),
+            "fps": round(self._done / wall_s, 3),
+            "peak_rss_mb": round(peak_rss_mb(), 1),
+            "rss_mb_at_tenths": self._rss_mb,
+            "blocks_at_tenths": self._n_blocks,
+            "stages": {name: summary(ms) for name, ms in self._stages.items()},
+        }
+
+
+def summary(ms: list[float]) -> dict[str, float]:
+    """Median, 95th percentile (milliseconds) and sum (seconds) of the durations of one stage."""
+    median, p95 = np.percentile(ms, [50, 95]) if ms else (0.0, 0.0)
+    return {
+        "median_ms": round(float(median), 3),
+        "p95_ms": round(float(p95), 3),
+        "total_s": round(sum(ms) / 1e3, 4),
+    }

@@ -1,0 +1,60 @@
+"""Fills a run folder with what a run found."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from app import run_folder as names
+from app.config import RunConfig
+from app.glb import write_glb
+from app.outcome import Outcome
+from app.run_folder import RunFolder
+from app.settings_list import list_settings
+from app.toml_text import toml_text
+from razer import storage
+from razer.mapper import Mapper
+from razer.panoptic_map import PanopticMap
+
+
+def save_run(
+    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, outcome: Outcome
+) -> None:
+    """Write every file of a run but the timeline and the timings."""
+    header = f"Settings of a run over {name}; `razer run --config` reads this file."
+    folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
+    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(outcome.stamps, outcome.poses)))
+    folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
+    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, camera_up(outcome.poses)))
+    folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic))
+    folder.write(names.EMBEDDINGS, lambda path: storage.write_embeddings_npz(path, panoptic))
+    folder.write(names.VOXELS, lambda path: storage.save_voxels(path, mapper.voxels))
+
+
+def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
+    """Write timings.json."""
+    folder.write(names.TIMINGS, lambda path: _write_text(path, json.dumps(timings, indent=1) + "\n"))
+
+
+def tum_text(stamps: list[float], poses: list[NDArray[np.float64]]) -> str:
+    """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
+    lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
+    for stamp, pose in zip(stamps, poses, strict=True):
+        numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True))
+        lines.append(f"{stamp:.6f} " + " ".join(f"{number:.9f}" for number in numbers))
+    return "\n".join(lines) + "\n"
+
+
+def camera_up(poses: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
+    up: NDArray[np.float64] = -np.mean([pose[:3, 1] for pose in poses], axis=0)
+    return up
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

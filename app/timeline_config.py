@@ -1,0 +1,45 @@
+"""Settings of the timeline: how often and how finely things are logged, which is what it costs."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from razer.config import Settings
+
+
+class TimelineConfig(Settings):
+    """What goes onto the timeline. The defaults take about 50 MB for 600 frames of 640x480."""
+
+    image_every: int = Field(
+        2, ge=1, description="Frames between logged colour images. Smaller: smoother, larger file."
+    )
+    image_max_edge: int = Field(
+        640, ge=64, description="Longest edge of logged colour images, pixels; larger ones are scaled down."
+    )
+    jpeg_quality: int = Field(70, ge=1, le=100, description="JPEG quality of colour images. Higher: larger file.")
+    ids_every: int = Field(1, ge=1, description="Frames between logged instance id images.")
+    depth_every: int = Field(5, ge=1, description="Frames between logged depth images.")
+    raster_max_edge: int = Field(
+        320,
+        ge=64,
+        description="Longest edge of logged depth and id images, pixels; larger ones keep every n-th pixel.",
+    )
+    boxes_every: int = Field(1, ge=1, description="Frames between logged sets of boxes.")
+    decisions: bool = Field(True, description="Log, for each frame, why each detection went where it went.")
+    points_every: int = Field(
+        5, ge=1, description="Frames between looks at which parts of the map changed enough to log."
+    )
+    points_growth: float = Field(
+        1.6, gt=1, le=10,
+        description="A part of the map is logged again when it has been observed this many times as often. "
+        "Smaller: livelier points, larger file.",
+    )  # fmt: skip
+    points_thinning: int = Field(2, ge=1, description="One of so many surface voxels is logged as a point. 1 = all.")
+    mesh_max_vertices: int = Field(
+        300_000,
+        ge=1000,
+        description="The final mesh is logged coarser if it has more vertices; the saved one stays.",
+    )
+    close_timeout_s: float = Field(
+        20.0, gt=0, description="Longest wait, seconds, for the file to be written out at the end of a run."
+    )

@@ -1,0 +1,143 @@
+"""What is declared about the cameras of a recording, by its files or by the user."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from razer.frame import BadInput, Intrinsics
+from razer.geometry import Array, is_rigid
+
+HOW_TO_DECLARE = "--intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3] or --intrinsics FILE.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera with the distortion k1 k2 p1 p2 k3 of Brown's model (empty = none); size (width,
+    height) is that of the images it was calibrated on, None = of whatever images come with it."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()
+    size: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([self.fx, self.fy, self.cx, self.cy, *self.distortion]).all():
+            raise BadInput("intrinsics must be finite numbers")
+        if self.fx <= 0 or self.fy <= 0:
+            raise BadInput(f"focal lengths must be positive, not {self.fx:g}, {self.fy:g}")
+        if len(self.distortion) not in (0, 5):
+            raise BadInput(f"distortion needs the five numbers k1,k2,p1,p2,k3, not {len(self.distortion)}")
+
+    def at(self, size: tuple[int, int]) -> Intrinsics:
+        """The pinhole part for images of `size`; raises BadInput for one of another aspect."""
+        width, height = self.size or size
+        declared = Intrinsics(width, height, self.fx, self.fy, self.cx, self.cy)
+        if declared.width * size[1] != declared.height * size[0]:
+            raise BadInput(
+                f"the intrinsics are for {width}x{height} but the images are {size[0]}x{size[1]}: "
+                f"correct width and height"
+            )
+        return declared.resized(*size)
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """What is known of a recording beyond its images; None = not declared.
+
+    depth_scale is in units per metre; color_from_depth (4, 4) takes points of the depth camera to the
+    colour camera, metres.
+    """
+
+    depth_camera: Camera | None = None
+    color_camera: Camera | None = None
+    depth_scale: float | None = None
+    color_from_depth: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.depth_scale is not None and not (np.isfinite(self.depth_scale) and self.depth_scale > 0):
+            raise BadInput(f"the depth scale must be positive units per metre, not {self.depth_scale:g}")
+
+    def or_else(self, fallback: Declared) -> Declared:
+        """These declarations, with the gaps filled from `fallback`; a camera brings its own partner."""
+        cameras = self if self.depth_camera else fallback
+        scale = fallback.depth_scale if self.depth_scale is None else self.depth_scale
+        moved = fallback.color_from_depth if self.color_from_depth is None else self.color_from_depth
+        return Declared(cameras.depth_camera, cameras.color_camera, scale, moved)
+
+
+def declare(
+    camera: str | None = None, depth_scale: float | None = None, depth_to_color: Path | None = None
+) -> Declared:
+    """What the user says on the command line: `camera` is fx,fy,cx,cy[,k1,k2,p1,p2,k3] or a JSON file;
+    raises BadInput."""
+    told = Declared() if camera is None else _parse_camera(camera)
+    if depth_scale is not None:
+        told = replace(told, depth_scale=depth_scale)
+    if depth_to_color is not None:
+        told = replace(told, color_from_depth=_read_extrinsic(depth_to_color))
+    return told
+
+
+def read_camera_file(path: Path) -> Declared:
+    """An intrinsics.json: width, height, fx, fy, cx, cy, optionally distortion [5], depth_scale (units per
+    metre), and "color" with a camera of its own; raises BadInput naming the file."""
+    try:
+        content = json.loads(path.read_text())
+        color = content.get("color")
+        return Declared(_camera_from(content), _camera_from(color) if color else None, content.get("depth_scale"))
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist; give {HOW_TO_DECLARE}") from None
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise BadInput(
+            f"{path} must be JSON with width, height, fx, fy, cx, cy as numbers (problem: {error})"
+        ) from error
+
+
+def read_camera_matrix(path: Path) -> Camera:
+    """A text file with a 3x3 camera matrix, as 7-Scenes tools write it; raises BadInput naming the file."""
+    try:
+        (fx, _, cx), (_, fy, cy), _ = np.loadtxt(path).reshape(3, 3).tolist()
+        return Camera(fx, fy, cx, cy)
+    except ValueError:
+        raise BadInput(f"{path} must hold a 3x3 camera matrix; or give {HOW_TO_DECLARE}") from None
+
+
+def _camera_from(content: Mapping[str, Any]) -> Camera:
+    fx, fy, cx, cy = (float(content[name]) for name in ("fx", "fy", "cx", "cy"))
+    distortion = tuple(float(value) for value in content.get("distortion", ()))
+    return Camera(fx, fy, cx, cy, distortion, (int(content["width"]), int(content["height"])))
+
+
+def _parse_camera(text: str) -> Declared:
+    if text.lower().endswith(".json"):
+        return read_camera_file(Path(text))
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (4, 9):
+        raise BadInput(f"intrinsics '{text}' are not understood: give {HOW_TO_DECLARE}")
+    fx, fy, cx, cy, *distortion = numbers
+    return Declared(Camera(fx, fy, cx, cy, tuple(distortion)))
+
+
+def _read_extrinsic(path: Path) -> Array:
+    try:
+        matrix = np.loadtxt(path).reshape(-1, 4)
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist: give --depth-to-color a file with a 4x4 matrix") from None
+    except ValueError:
+        matrix = np.empty((0, 4))
+    if not is_rigid(matrix, tolerance=1e-3):
+        raise BadInput(f"{path} must hold a rigid 4x4 matrix that takes depth-camera metres to colour-camera")
+    return matrix

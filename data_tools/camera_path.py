@@ -1,0 +1,67 @@
+"""A hand-held camera that walks round a room, looks across it, then round about, and returns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+_TREMBLE_M = 0.012
+_TREMBLE_DEG = 0.6
+
+
+def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int) -> NDArray[np.float64]:
+    """Poses world_from_camera (n_frames, 4, 4), z up, on ellipses about the origin with the given radii in x and
+    y: one turn looking across the middle, one near the middle looking at the walls, and back to the start."""
+    s = np.arange(n_frames) / n_frames
+    heading = 4 * np.pi * s + 0.6
+    # From the outside (1) to a little beyond the middle (-0.25) and back; the heading never jumps.
+    inward = _smooth_step(s, 0.42, 0.58) - _smooth_step(s, 0.9, 1.0)
+    out = 1 - 1.25 * inward
+    position = np.stack(
+        [
+            radii_m[0] * out * np.cos(heading),
+            radii_m[1] * out * np.sin(heading),
+            1.5 + 0.2 * np.sin(6 * np.pi * s) + 0.1 * inward,
+        ],
+        axis=1,
+    )
+    # Looking across: down at the furniture; near the middle: up and down the walls.
+    pitch = np.radians(-24 + 9 * np.sin(8 * np.pi * s) + inward * (10 + 17 * np.sin(14 * np.pi * s)))
+    shake = _tremble(n_frames, seed)
+    return np.stack(
+        [
+            _look(p + _TREMBLE_M * w[:3], h + np.pi + np.radians(_TREMBLE_DEG) * w[3], a, w[4:])
+            for p, h, a, w in zip(position, heading, pitch, shake, strict=True)
+        ]
+    )
+
+
+def _smooth_step(s: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+    x = np.clip((s - start) / (end - start), 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def _tremble(n_frames: int, seed: int) -> NDArray[np.float64]:
+    """Six smooth random signals of unit amplitude, (n_frames, 6), from sines of 7 to 25 frames."""
+    rng = np.random.default_rng([seed, 2])
+    periods, phases = rng.uniform(7, 25, (4, 6)), rng.uniform(0, 2 * np.pi, (4, 6))
+    waves = np.sin(2 * np.pi * np.arange(n_frames)[:, None, None] / periods + phases)
+    return waves.mean(axis=1) * np.sqrt(2)
+
+
+def _look(
+    position: NDArray[np.float64], heading: float, pitch: float, tremble: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The pose at a position that looks along heading (about z) and pitch (up positive), in radians, with a
+    little extra pitch and roll; camera axes x right, y down, z forward."""
+    pitch = pitch + np.radians(_TREMBLE_DEG) * tremble[0]
+    roll = np.radians(_TREMBLE_DEG) * tremble[1]
+    forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(heading) * np.cos(pitch), np.sin(pitch)])
+    right = np.array([np.sin(heading), -np.cos(heading), 0.0])
+    down = np.cross(forward, right)
+    pose = np.eye(4)
+    pose[:3, 0] = np.cos(roll) * right + np.sin(roll) * down
+    pose[:3, 1] = np.cos(roll) * down - np.sin(roll) * right
+    pose[:3, 2] = forward
+    pose[:3, 3] = position
+    return pose

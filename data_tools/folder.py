@@ -1,0 +1,101 @@
+"""The project's own layout, and any folder with a color/ and a depth/ folder of images in it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from data_tools.camera import Declared, read_camera_file
+from data_tools.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.images import IMAGE_SUFFIXES
+from data_tools.poses import Pose, PoseSource, read_pose, read_trajectory
+from razer.frame import BadInput
+
+MILLIMETRES = 1000.0
+FRAMES_PER_SECOND = 30.0
+_COLOR_FOLDERS = ("color", "rgb")
+_POSE_FOLDERS = ("pose", "poses")
+
+
+def is_folder(folder: Path) -> bool:
+    """Whether there are a colour and a depth folder."""
+    return (folder / "depth").is_dir() and any((folder / name).is_dir() for name in _COLOR_FOLDERS)
+
+
+def read_folder(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+    """A folder in this layout: intrinsics.json, color/, depth/, and optionally trajectory.txt (or pose/ with
+    a 4x4 matrix a frame), stamps.txt, ids/ with truth/objects.json; raises BadInput."""
+    color_folder = next(path for name in _COLOR_FOLDERS if (path := folder / name).is_dir())
+    color = _images(color_folder)
+    depth = _images(folder / "depth")
+    if not set(color) & set(depth):
+        color, depth = _by_last_number(color), _by_last_number(depth)
+    keys = sorted(set(color) | set(depth), key=lambda key: (int(key) if key.isdigit() else 0, key))
+    stamps = _stamps(folder, keys)
+    ids = folder / "ids"
+    shots = tuple(
+        Shot(
+            color.get(key, color_folder / f"{key}.*"),
+            depth.get(key, folder / "depth" / f"{key}.png"),
+            stamp,
+            ids / f"{key}.png" if ids.is_dir() else None,
+        )
+        for key, stamp in zip(keys, stamps, strict=True)
+    )
+    camera_file = folder / "intrinsics.json"
+    told = read_camera_file(camera_file) if camera_file.exists() else Declared()
+    declared = declared.or_else(told).or_else(Declared(depth_scale=MILLIMETRES))
+    pose_of = _poses(folder, keys, stamps) if use_poses else None
+    return file_sequence(folder, shots, declared, pose_of, _class_names(folder))
+
+
+def _images(folder: Path) -> dict[str, Path]:
+    """Image files by the name before the suffix."""
+    return {path.stem: path for path in sorted(folder.iterdir()) if path.suffix.lower() in IMAGE_SUFFIXES}
+
+
+def _by_last_number(files: dict[str, Path]) -> dict[str, Path]:
+    """The same files by the last number in their names: color_12.jpg belongs to depth_0012.png."""
+    numbers = {stem: re.findall(r"\d+", stem) for stem in files}
+    return {str(int(numbers[stem][-1])) if numbers[stem] else stem: path for stem, path in files.items()}
+
+
+def _stamps(folder: Path, keys: list[str]) -> list[float]:
+    """Seconds, one for each frame: from stamps.txt, else frame number / 30."""
+    path = folder / "stamps.txt"
+    if not path.exists():
+        numbered = all(key.isdigit() and len(key) <= 7 for key in keys)
+        return [(int(key) if numbered else i) / FRAMES_PER_SECOND for i, key in enumerate(keys)]
+    try:
+        stamps = [float(line) for line in path.read_text().split()]
+    except ValueError:
+        raise BadInput(f"{path} must hold one number of seconds a line") from None
+    if len(stamps) != len(keys):
+        raise BadInput(f"{path} has {len(stamps)} stamps for {len(keys)} frames: it needs one each")
+    return stamps
+
+
+def _poses(folder: Path, keys: list[str], stamps: list[float]) -> PoseSource | None:
+    if (folder / "trajectory.txt").is_file():
+        trajectory = read_trajectory(folder / "trajectory.txt")
+        return lambda index: trajectory.nearest(stamps[index])
+    for name in _POSE_FOLDERS:
+        if (folder / name).is_dir():
+            matrices = folder / name
+
+            def pose_of(index: int, matrices: Path = matrices) -> Pose:
+                return read_pose(matrices / f"{keys[index]}.txt")
+
+            return pose_of
+    return None
+
+
+def _class_names(folder: Path) -> dict[int, str]:
+    path = folder / "truth" / "objects.json"
+    if not path.is_file():
+        return {}
+    try:
+        return {int(item["id"]): str(item["class"]) for item in json.loads(path.read_text())}
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(f'{path} must be a list of {{"id": 1, "class": "chair"}} (problem: {error})') from error

@@ -1,0 +1,77 @@
+"""Image files: colour, depth and instance ids. Decoding runs in OpenCV, which lets other threads work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import UnusableFrame
+
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
+SATURATED = 65535  # 7-Scenes marks missing depth with it; elsewhere it is the largest value a PNG holds
+# How complete files end. A decoder may fill what is missing with grey, so the end is looked at first.
+_ENDINGS = {".png": b"IEND", ".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9"}
+_ENDING_BYTES = 1024
+
+
+def read_rgb(path: Path) -> NDArray[np.uint8]:
+    """A colour image, (H, W, 3) uint8 in RGB order; raises UnusableFrame."""
+    # The EXIF orientation is ignored because depth, which has none, must stay on the same grid.
+    return _decode(path, cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION)
+
+
+def read_depth(path: Path, units_per_metre: float) -> NDArray[np.float32]:
+    """A 16-bit depth image in metres, (H, W) float32, 0 = no reading (0 and 65535 in the file); raises
+    UnusableFrame, also for an image without any reading."""
+    raw = _single_channel(path, "depth")
+    depth = np.divide(raw, np.float32(units_per_metre), dtype=np.float32)
+    depth[raw == SATURATED] = 0
+    if not depth.any():
+        raise UnusableFrame(f"{short_name(path)} holds no valid depth: every pixel is 0 or {SATURATED}")
+    return depth
+
+
+def read_ids(path: Path) -> NDArray[np.int32]:
+    """A 16-bit image of instance ids, (H, W) int32, 0 = nobody; raises UnusableFrame."""
+    return _single_channel(path, "instance ids").astype(np.int32)
+
+
+def short_name(path: Path) -> str:
+    """The last folder and the name: enough to find the file within its recording."""
+    return f"{path.parent.name}/{path.name}"
+
+
+def size_of(image: NDArray) -> tuple[int, int]:
+    """(width, height) of an image array."""
+    return image.shape[1], image.shape[0]
+
+
+def _single_channel(path: Path, what: str) -> NDArray[np.uint16]:
+    image = _decode(path, cv2.IMREAD_UNCHANGED)
+    if image.ndim != 2 or image.dtype != np.uint16:
+        channels = 1 if image.ndim == 2 else image.shape[2]
+        raise UnusableFrame(
+            f"{short_name(path)} has {channels} channel(s) of {image.dtype}: "
+            f"{what} must be a 16-bit PNG with one channel"
+        )
+    return image
+
+
+def _decode(path: Path, flags: int) -> NDArray:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise UnusableFrame(f"{short_name(path)} is missing") from None
+    except OSError as error:
+        raise UnusableFrame(f"{short_name(path)} cannot be read: {error.strerror}") from error
+    if not data:
+        raise UnusableFrame(f"{short_name(path)} is empty")
+    if _ENDINGS.get(path.suffix.lower(), b"") not in data[-_ENDING_BYTES:]:
+        raise UnusableFrame(f"{short_name(path)} is truncated")
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    if image is None:
+        raise UnusableFrame(f"{short_name(path)} is no image, or a damaged one")
+    return image

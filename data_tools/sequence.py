@@ -1,0 +1,91 @@
+"""What every recording looks like to the program, and how a folder is opened as one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from data_tools.camera import declare
+from data_tools.folder import is_folder
+from data_tools.seven_scenes import is_seven_scenes
+from data_tools.tum import is_tum
+from razer.frame import BadInput, Frame, Intrinsics
+from razer.plugins import load
+
+READERS = {
+    "7scenes": "data_tools.seven_scenes:read_seven_scenes",
+    "tum": "data_tools.tum:read_tum",
+    "folder": "data_tools.folder:read_folder",
+}
+_RECOGNISERS = {"7scenes": is_seven_scenes, "tum": is_tum, "folder": is_folder}
+
+
+class Sequence(Protocol):
+    """A recording, read lazily and in any order."""
+
+    @property
+    def name(self) -> str:
+        """What to call the recording."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """The pinhole camera of every frame."""
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether frames come with world_from_camera."""
+
+    @property
+    def depth_scale(self) -> float:
+        """Declared depth units per metre of the files; 1 where depth is made in metres."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int) -> Frame:
+        """The frame at `index`; raises UnusableFrame with the reason, or IndexError past the end."""
+
+
+def open_sequence(
+    folder: Path,
+    *,
+    reader: str | None = None,
+    camera: str | None = None,
+    depth_scale: float | None = None,
+    depth_to_color: Path | None = None,
+    use_poses: bool = True,
+) -> Sequence:
+    """The recording in a folder; raises BadInput.
+
+    reader: a name in READERS or "module:function", None = recognised. camera: fx,fy,cx,cy[,k1,k2,p1,p2,k3]
+    or a JSON file; depth_scale: units per metre; depth_to_color: a file with the 4x4 matrix from the depth
+    to the colour camera, metres; each overrides what the folder says. use_poses=False leaves poses unread.
+    """
+    folder = Path(folder).absolute()
+    if not folder.exists():
+        raise BadInput(f"{folder} does not exist: give a folder with a recording")
+    if not folder.is_dir():
+        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording")
+    if reader in _RECOGNISERS and not _RECOGNISERS[reader](folder):
+        raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
+    declared = declare(camera, depth_scale, depth_to_color)
+    options = {"folder": folder, "declared": declared, "use_poses": use_poses}
+    sequence: Sequence = load("reader", reader or recognise(folder), READERS, options)
+    return sequence
+
+
+def recognise(folder: Path) -> str:
+    """The name in READERS of a folder's layout; raises BadInput where it has none of them."""
+    if found := _layout(folder):
+        return found
+    if not any(folder.iterdir()):
+        raise BadInput(f"{folder} is empty: give a folder with a recording")
+    inside = [path.name for path in sorted(folder.iterdir()) if path.is_dir() and _layout(path)]
+    hint = f"; there are recordings inside it: {', '.join(inside[:5])}" if inside else ""
+    raise BadInput(
+        f"{folder} has no known layout: it needs frame-*.color.* and .depth.png, or rgb.txt and depth.txt, "
+        f"or the folders color and depth{hint}"
+    )
+
+
+def _layout(folder: Path) -> str | None:
+    return next((name for name, matches in _RECOGNISERS.items() if matches(folder)), None)

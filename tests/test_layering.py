@@ -1,0 +1,227 @@
+"""The picture of the house, enforced: who imports whom, what is fenced, how long files may be."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+ROOMS = ("app", "razer", "slam", "data_tools")
+FILES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
+BORDER = {"razer.frame", "razer.geometry", "razer.plugins"}
+ONE_FILE_FENCES = ("gtsam", "rtree", "rerun")
+MODEL_LIBRARIES = {"onnxruntime", "ultralytics", "transformers", "open_clip", "clip", "torchvision", "timm"}
+# Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
+MAY_COPY_TO_HOST = {"razer/surface.py", "razer/storage.py"}
+ATTRIBUTE_READERS = {"attribute", "labels_at", "histograms_at"}
+VAGUE_NAMES = {"utils.py", "util.py", "common.py", "base.py", "helpers.py", "helper.py", "misc.py"}
+MAX_FILE_LINES = 300
+MAX_FUNCTION_LINES = 60
+
+
+def relative(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+OURS = {module_name(path) for path in FILES}
+
+
+def imported(tree: ast.AST, package: str = "") -> Iterator[str]:
+    """Every module named by an import anywhere in the file, whether at the top or inside a function."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            anchor = package.rsplit(".", node.level - 1)[0] if node.level > 1 else package
+            base = ".".join(filter(None, [anchor if node.level else "", node.module]))
+            submodules = [f"{base}.{alias.name}" for alias in node.names if f"{base}.{alias.name}" in OURS]
+            yield from submodules or [base]
+
+
+def imports_of(path: Path) -> set[str]:
+    package = module_name(path) if path.name == "__init__.py" else module_name(path).rpartition(".")[0]
+    return set(imported(tree_of(path), package))
+
+
+def named_imports_by_string() -> Iterator[tuple[str, str]]:
+    """Modules that a plug-in table names as "module:Class"."""
+    for path in FILES:
+        for node in ast.walk(tree_of(path)):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                match = re.fullmatch(r"((?:app|razer|slam|data_tools)[\w.]*):\w+", node.value)
+                if match:
+                    yield relative(path), match[1]
+
+
+def direction_error(room: str, module: str) -> bool:
+    """Whether a file in `room` must not import `module`."""
+    other = module.split(".")[0]
+    if other not in (*ROOMS, "tests") or other == room or room == "app":
+        return other == "tests"
+    return room == "razer" or module not in BORDER
+
+
+def test_rule_of_direction_on_known_cases():
+    assert direction_error("razer", "slam.system")
+    assert direction_error("razer", "app.cli")
+    assert direction_error("slam", "data_tools.sequence")
+    assert direction_error("data_tools", "razer.voxels")
+    assert direction_error("slam", "razer")
+    assert direction_error("app", "tests.test_cli")
+    assert not direction_error("slam", "razer.frame")
+    assert not direction_error("data_tools", "razer.plugins")
+    assert not direction_error("app", "razer.mapper")
+    assert not direction_error("razer", "numpy")
+
+
+def test_import_parser_on_known_cases():
+    source = "import a.b, c\nfrom d import e\nfrom razer import frame\ndef f():\n    from .sibling import x\n"
+    assert set(imported(ast.parse(source), "razer")) == {"a.b", "c", "d", "razer.frame", "razer.sibling"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=relative)
+def test_imports_follow_the_direction(path):
+    room = path.relative_to(ROOT).parts[0]
+    assert [module for module in imports_of(path) if direction_error(room, module)] == []
+
+
+def test_named_parts_follow_the_direction_and_exist():
+    for file, module in named_imports_by_string():
+        assert module in OURS, f"{file} names {module}, which does not exist"
+        assert not direction_error(file.split("/")[0], module), f"{file} names {module}"
+
+
+@pytest.mark.parametrize("library", ONE_FILE_FENCES)
+def test_fenced_library_is_imported_by_one_file_at_most(library):
+    users = [relative(path) for path in FILES if library in {name.split(".")[0] for name in imports_of(path)}]
+    assert len(users) <= 1, users
+
+
+def test_model_libraries_stay_in_models():
+    for path in FILES:
+        found = {name.split(".")[0] for name in imports_of(path)} & MODEL_LIBRARIES
+        assert not found or relative(path).startswith("razer/models/"), f"{relative(path)} imports {found}"
+
+
+def test_no_import_cycles():
+    graph = {module_name(path): imports_of(path) & OURS - {module_name(path)} for path in FILES}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(f"import cycle: {' -> '.join(error.args[1])}")
+
+
+def test_method_has_no_clock_and_does_not_print():
+    for path in FILES:
+        if path.relative_to(ROOT).parts[0] in ("razer", "slam"):
+            assert not imports_of(path) & {"time", "rich", "logging", "matplotlib"}, relative(path)
+            calls = [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)]
+            assert not [c.lineno for c in calls if isinstance(c.func, ast.Name) and c.func.id == "print"], relative(
+                path
+            )
+
+
+def names_in(node: ast.AST) -> set[str]:
+    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+
+
+def holds_attribute(expression: ast.AST, tainted: set[str]) -> bool:
+    """Whether the value may be, or may be cut from, a voxel attribute."""
+    calls = [
+        node.func.attr
+        for node in ast.walk(expression)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+    ]
+    return bool(names_in(expression) & tainted or ATTRIBUTE_READERS & set(calls))
+
+
+def bindings(function: ast.FunctionDef) -> Iterator[tuple[ast.AST, ast.AST]]:
+    """(target, value) of everything that gives a value a name."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            yield from ((target, node.value) for target in node.targets)
+        elif isinstance(node, ast.AnnAssign | ast.AugAssign | ast.NamedExpr) and node.value:
+            yield node.target, node.value
+        elif isinstance(node, ast.For | ast.comprehension):
+            yield node.target, node.iter
+
+
+def host_copies(tree: ast.Module) -> set[int]:
+    """Lines where .numpy(), .cpu() or .to("cpu") is called on a voxel attribute, on what comes from one, or on
+    a tensor that was handed in. Block keys are not attributes; counts leave by .tolist()."""
+    found = set()
+    for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+        arguments = [*function.args.args, *function.args.kwonlyargs]
+        tainted = {a.arg for a in arguments if a.annotation and "Tensor" in ast.unparse(a.annotation)}
+        size = -1
+        while size != len(tainted):
+            size = len(tainted)
+            for target, value in bindings(function):
+                if holds_attribute(value, tainted):
+                    tainted |= names_in(target)
+        found |= {
+            call.lineno for call in ast.walk(function) if is_host_copy(call) and holds_attribute(call.func, tainted)
+        }
+    return found
+
+
+def is_host_copy(node: ast.AST) -> bool:
+    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+        return False
+    to_cpu = node.func.attr == "to" and any("cpu" in ast.unparse(argument).lower() for argument in node.args)
+    return to_cpu or node.func.attr in ("numpy", "cpu")
+
+
+def test_host_copies_of_attributes_are_found_and_of_keys_are_not():
+    source = """
+def bad(self, ids: Tensor, keys):
+    label = self.attribute("label")
+    part = label[3:]
+    a = part.numpy()
+    b = ids.cpu()
+    c = [row.to("cpu") for row in part]
+    d = self.attribute("tsdf").cpu()
+
+def good(self, keys, rows):
+    host = keys.cpu().numpy()
+    moved = self.attribute("label").to(self.device)
+    return host, moved.tolist()
+"""
+    assert host_copies(ast.parse(source)) == {5, 6, 7, 8}
+
+
+METHOD_FILES = [path for path in sorted((ROOT / "razer").glob("*.py")) if relative(path) not in MAY_COPY_TO_HOST]
+
+
+@pytest.mark.parametrize("path", METHOD_FILES, ids=relative)
+def test_voxel_attributes_stay_on_their_device(path):
+    assert host_copies(tree_of(path)) == set()
+
+
+@pytest.mark.parametrize("path", FILES, ids=relative)
+def test_files_and_functions_are_short(path):
+    assert path.name not in VAGUE_NAMES
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_FILE_LINES
+    functions = [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    long = [
+        f"{node.name}: {node.end_lineno - node.lineno + 1}"
+        for node in functions
+        if node.end_lineno - node.lineno >= MAX_FUNCTION_LINES
+    ]
+    assert long == []

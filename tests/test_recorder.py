@@ -1,0 +1,135 @@
+"""Frames come in order and bounded, and the figures of a run add up."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from app.prefetch import prefetch
+from app.recorder import Recorder, summary
+from razer.frame import Frame, Intrinsics, UnusableFrame
+from razer.stages import stage
+
+CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
+
+
+def blank(index):
+    return Frame(index, float(index), np.zeros((3, 4, 3), np.uint8), np.zeros((3, 4), np.float32), CAMERA)
+
+
+class Clip:
+    """Frames that count how often they are read; those in `broken` are unusable."""
+
+    name, intrinsics, has_poses, depth_scale = "clip", CAMERA, False, 1.0
+
+    def __init__(self, length, broken=(), fatal=()):
+        self.length, self.broken, self.fatal, self.read = length, broken, fatal, []
+
+    def __len__(self):
+        return self.length
+
+    def __getitem__(self, index):
+        self.read.append(index)
+        if index in self.broken:
+            raise UnusableFrame(f"frame {index} is torn")
+        if index in self.fatal:
+            raise RuntimeError("bug")
+        return blank(index)
+
+
+def test_frames_come_in_order_with_the_broken_ones_named():
+    decoded = list(prefetch(Clip(9, broken=(2, 8)), range(0, 9, 2)))
+    assert [item.index for item in decoded] == [0, 2, 4, 6, 8]
+    assert [item.frame.index for item in decoded if item.frame] == [0, 4, 6]
+    assert {item.index: item.reason for item in decoded if item.reason} == {
+        2: "frame 2 is torn",
+        8: "frame 8 is torn",
+    }
+
+
+def test_reading_ahead_is_bounded():
+    clip = Clip(100)
+    frames = prefetch(clip, range(100), ahead=3)
+    for _ in range(5):
+        next(frames)
+    frames.close()
+    assert 5 <= len(clip.read) <= 5 + 3
+
+
+def test_an_unknown_error_is_raised_at_its_frames_turn():
+    frames = prefetch(Clip(5, fatal=(1,)), range(5))
+    assert next(frames).index == 0
+    with pytest.raises(RuntimeError, match="bug"):
+        next(frames)
+
+
+def test_no_reading_thread_is_left_behind():
+    before = threading.active_count()
+    frames = prefetch(Clip(50), range(50))
+    next(frames)
+    frames.close()
+    assert threading.active_count() == before
+
+
+def record(frames, done, blocks=lambda: 7):
+    recorder = Recorder(frames, blocks)
+    for index in range(done):
+        with recorder.frame(decode_ms=2.0 + index):
+            with stage("lift"):
+                pass
+            with stage("lift"):
+                pass
+    return recorder.timings()
+
+
+@pytest.mark.parametrize(("frames", "done"), [(1, 1), (7, 7), (10, 10), (25, 25), (600, 600), (20, 5), (20, 0)])
+def test_there_are_ten_samples_whatever_the_length(frames, done):
+    timings = record(frames, done)
+    assert timings["frames"] == done
+    assert len(timings["rss_mb_at_tenths"]) == len(timings["blocks_at_tenths"]) == 10
+
+
+def test_tenths_are_sampled_when_they_are_reached():
+    size = iter(range(100))
+    recorder = Recorder(20, lambda: next(size))
+    seen = []
+    for _ in range(20):
+        with recorder.frame(0.0):
+            pass
+        seen.append(len(recorder._n_blocks))
+    assert seen == [n // 2 for n in range(1, 21)]
+
+
+def test_a_stage_entered_twice_in_a_frame_is_one_duration_of_that_frame():
+    recorder = Recorder(2, lambda: 0)
+    with recorder.frame(1.5) as stage_ms:
+        with stage("lift"):
+            assert stage_ms == {"decode": 1.5}
+        once = stage_ms["lift"]
+        with stage("lift"):
+            pass
+        assert stage_ms["lift"] > once
+    stages = recorder.timings()["stages"]
+    assert list(stages) == ["decode", "lift"]
+    assert stages["decode"] == {"median_ms": 1.5, "p95_ms": 1.5, "total_s": 0.0015}
+
+
+def test_stages_outside_a_frame_are_not_counted():
+    recorder = Recorder(1, lambda: 0)
+    with stage("lift"):
+        pass
+    assert recorder.timings()["stages"] == {}
+
+
+def test_a_stage_that_raises_is_still_counted():
+    recorder = Recorder(1, lambda: 0)
+    with pytest.raises(KeyError), recorder.frame(0.0), stage("pose"):
+        raise KeyError
+    assert "pose" in recorder.timings()["stages"]
+
+
+def test_summary_of_known_durations():
+    assert summary([1.0, 2.0, 3.0, 4.0, 100.0]) == {"median_ms": 3.0, "p95_ms": 80.8, "total_s": 0.11}
+    assert summary([]) == {"median_ms": 0.0, "p95_ms": 0.0, "total_s": 0}
