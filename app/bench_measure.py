@@ -45,6 +45,10 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     }
 
 
+def _room(config: RunConfig) -> SyntheticRoom:
+    return SyntheticRoom(n_frames=config.input.max_frames or ROOM_FRAMES)
+
+
 def posed_frames(sequence: Sequence, config: RunConfig) -> Iterator[Frame]:
     """The frames that the run could use."""
     for decoded in prefetch(sequence, selected_frames(len(sequence), config.input)):

@@ -13,7 +13,8 @@ from app.options import Flag, SettingOptions
 from app.run import INTERRUPTED
 from app.run_folder import RunFolder
 
-ROOM_FRAMES = 150
+ROOM_FRAMES = 120
+ROOM_SIZE = (480, 360)  # pixels; half the work of 640x480
 _ABOUT = (
     "A simulated room: masks and class names come from the simulator (segmenter and embedder 'oracle'), not from "
     "a 2D model; what is shown is the mapping. On recordings of your own, `razer run` finds masks in depth and "
@@ -48,7 +49,7 @@ def demo(
     from app.report import report
     from data_tools.synthetic import SyntheticRoom
 
-    finished = run_to_folder(SyntheticRoom(n_frames=frames), config, target, progress_console())
+    finished = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
     if not json:
         result_console().print(_ABOUT)
     report(finished, target.final, as_json=json)

@@ -11,7 +11,9 @@ from cyclopts import Parameter
 from app.config import RunConfig
 from app.config_sources import read_config
 
-Assignments = Annotated[tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)]
+Assignments = Annotated[
+    tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
+]
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 

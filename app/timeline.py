@@ -47,6 +47,7 @@ INSTANCES = "plots/instances"
 MEMORY = "plots/memory"
 
 PATH_COLOR = (255, 160, 0)
+MAX_IDS = 2**16  # what an id image can hold
 NAMED_IDS = 1024  # colours of ids are announced in batches of so many
 # Larger chunks than Rerun's own: a browser opens the recording many times faster.
 BATCHES = rr.ChunkBatcherConfig(flush_tick=10, flush_num_bytes=4 * 2**20)
@@ -161,9 +162,9 @@ class Timeline:
 
     def _name_ids(self, highest: int) -> None:
         """Give ids their colours before they are first seen in an id image."""
-        if highest < self._named_ids:
+        if highest < self._named_ids or self._named_ids == MAX_IDS:
             return
-        self._named_ids = (highest // NAMED_IDS + 1) * NAMED_IDS
+        self._named_ids = min((highest // NAMED_IDS + 1) * NAMED_IDS, MAX_IDS)
         colors = instance_colors(np.arange(self._named_ids))
         named = [rr.AnnotationInfo(i, f"#{i}", tuple(color)) for i, color in enumerate(colors.tolist())]
         self._stream.log(WORLD, rr.AnnotationContext(named), static=True)
@@ -238,7 +239,7 @@ def _blueprint(view: Viewpoint) -> rrb.Blueprint:
         rrb.TextDocumentView(origin=DECISIONS, name="Why"),
         rrb.TextLogView(origin=EVENTS, name="Events", rows=rrb.TextLogRows(filter_by_log_level=["INFO", "WARN"])),
     )
-    side = rrb.Vertical(images, plots, words, row_shares=[3, 2, 3])
+    side = rrb.Vertical(images, plots, words, row_shares=[3, 3, 4])
     return rrb.Blueprint(
         rrb.Horizontal(scene, side, column_shares=[3, 2]),
         rrb.TimePanel(state="collapsed", timeline=FRAME, play_state="following"),

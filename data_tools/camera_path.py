@@ -9,13 +9,14 @@ _TREMBLE_M = 0.012
 _TREMBLE_DEG = 0.6
 
 
-def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int) -> NDArray[np.float64]:
+def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_out: bool = True) -> NDArray[np.float64]:
     """Poses world_from_camera (n_frames, 4, 4), z up, on ellipses about the origin with the given radii in x and
-    y: one turn looking across the middle, one near the middle looking at the walls, and back to the start."""
+    y: one turn looking across the middle, one near the middle looking at the walls, and back to the start; or,
+    not to look out, the first turn twice."""
     s = np.arange(n_frames) / n_frames
     heading = 4 * np.pi * s + 0.6
     # From the outside (1) to a little beyond the middle (-0.25) and back; the heading never jumps.
-    inward = _smooth_step(s, 0.42, 0.58) - _smooth_step(s, 0.9, 1.0)
+    inward = look_out * (_smooth_step(s, 0.42, 0.58) - _smooth_step(s, 0.9, 1.0))
     out = 1 - 1.25 * inward
     position = np.stack(
         [
@@ -26,7 +27,7 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int) -> NDArra
         axis=1,
     )
     # Looking across: down at the furniture; near the middle: up and down the walls.
-    pitch = np.radians(-24 + 9 * np.sin(8 * np.pi * s) + inward * (10 + 17 * np.sin(14 * np.pi * s)))
+    pitch = np.radians(-24 + 9 * np.sin(8 * np.pi * s) + inward * (12 + 20 * np.sin(14 * np.pi * s)))
     shake = _tremble(n_frames, seed)
     return np.stack(
         [

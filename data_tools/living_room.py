@@ -14,6 +14,7 @@ LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 _X, _Y = LENGTH_M / 2, WIDTH_M / 2
 _TABLE_M = 0.75
 _CABINET_M = 0.8
+_MOVABLE_CHAIR = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +35,8 @@ def living_room(seed: int) -> Layout:
     rng = np.random.default_rng([seed, 1])
     chairs, elsewhere = _chairs(rng)
     things = [*_shell(rng), *chairs, *_furniture(rng), *_small_things(rng)]
-    return Layout(dict(enumerate(things, start=1)), _number_of_shell_parts() + len(chairs), elsewhere)
-
-
-def _number_of_shell_parts() -> int:
-    return 6
+    movable = next(number for number, thing in enumerate(things, start=1) if thing is chairs[_MOVABLE_CHAIR])
+    return Layout(dict(enumerate(things, start=1)), movable, elsewhere)
 
 
 def _colour(rng: np.random.Generator, base: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -57,7 +55,7 @@ def _flat(origin: tuple, across: tuple, up: tuple, material: Material) -> Solid:
 
 def _shell(rng: np.random.Generator) -> list[Thing]:
     """Floor, ceiling and four walls, each an instance of its own."""
-    wall = tinted("plaster", _colour(rng, (222, 208, 180)), 0.36, 2.6)
+    wall = tinted("plaster", _colour(rng, (222, 208, 180)), 0.45, 2.6)
     feature = tinted("bricks", _colour(rng, (205, 130, 105)), 0.6, 2.0)
     floor = tinted("planks", _colour(rng, (205, 160, 115)), 0.65, 2.2)
     ceiling = tinted("plaster", _colour(rng, (238, 238, 236)), 0.3, 3.3)
@@ -73,7 +71,7 @@ def _shell(rng: np.random.Generator) -> list[Thing]:
 
 
 def _chairs(rng: np.random.Generator) -> tuple[list[Thing], Thing]:
-    """Six equal chairs round the table; the last can also stand a metre away."""
+    """Six equal chairs round the table, and where the movable one can also stand, a metre away."""
     chair = f.chair(
         tinted("wood", _colour(rng, (120, 80, 50))), tinted("fabric", _colour(rng, (70, 120, 150)), 0.7, 0.8)
     )
@@ -90,7 +88,7 @@ def _chairs(rng: np.random.Generator) -> tuple[list[Thing], Thing]:
         chair.placed(x + dx, y + dy, 0.0, yaw + turn)
         for (x, y, yaw), (dx, dy, turn) in zip(places, nudges, strict=True)
     ]
-    return chairs, chair.placed(1.5, -0.97, 0.0, 40.0)
+    return chairs, chair.placed(1.62, -0.98, 0.0, 40.0)
 
 
 def _furniture(rng: np.random.Generator) -> list[Thing]:
@@ -108,7 +106,7 @@ def _furniture(rng: np.random.Generator) -> list[Thing]:
     return [
         f.table(1.6, 0.85, _TABLE_M, oak, metal).placed(0.23, 0.0),
         f.sofa(1.9, sofa_cloth).placed(-1.05, _Y - 0.4 - gap, yaw_deg=180),
-        f.sofa(0.9, armchair_cloth, "armchair").placed(1.05, _Y - 0.42, yaw_deg=175),
+        f.sofa(0.9, armchair_cloth, "armchair").placed(1.05, _Y - 0.445, yaw_deg=175),
         f.cabinet(1.3, 0.45, _CABINET_M, oak, white).placed(-1.3, -_Y + 0.225 + gap),
         f.shelf(1.0, 0.3, 1.8, 5, white).placed(-_X + 0.15 + gap, 0.1, yaw_deg=-90),
         f.floor_lamp(metal, lampshade).placed(2.15, 1.65),

@@ -30,8 +30,9 @@ class Move:
 class SyntheticRoom:
     """A room rendered on demand; frames are a pure function of the arguments and the index.
 
-    seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away
-    in the middle of the recording; `noise` adds a depth camera's noise. Raises BadInput for an empty recording."""
+    seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away in
+    the middle of the recording, which then shows the same views before and after; `noise` adds a depth camera's
+    noise. Raises BadInput for an empty recording."""
 
     has_poses = True
     depth_scale = 1.0
@@ -53,7 +54,7 @@ class SyntheticRoom:
         self._seed, self._noise = seed, noise
         self._layout = living_room(seed)
         self.move = Move(self._layout.movable, n_frames // 2) if moved else None
-        self._poses = walk_round(n_frames, _RADII_M, seed)
+        self._poses = walk_round(n_frames, _RADII_M, seed, look_out=not moved)
         self._before = RayRenderer(self._layout.things, self.intrinsics, seed)
         after = self._layout.after_move() if moved else self._layout
         self._after = RayRenderer(after.things, self.intrinsics, seed) if moved else self._before

@@ -42,8 +42,8 @@ def _blobs(rng: np.random.Generator, image: Image, count: int, least: float, mos
 
 
 def _plaster(rng: np.random.Generator) -> Image:
-    flakes = _blobs(rng, np.full((SIZE, SIZE), 0.6, np.float32), 500, 6, 30)
-    return 0.4 * _noise(rng, 1.2) + 0.6 * flakes
+    flakes = _blobs(rng, np.full((SIZE, SIZE), 0.6, np.float32), 350, 8, 28)
+    return 0.35 * _noise(rng, 1.2) + 0.65 * _blobs(rng, flakes, 2500, 4, 9)
 
 
 def _terrazzo(rng: np.random.Generator) -> Image:

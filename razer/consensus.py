@@ -12,7 +12,7 @@ from itertools import combinations
 
 from razer.evidence import LabelEvidence
 
-COVERED = 0.7  # share of a track's visible cells that a mask must hold to count as its mask
+COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
 
 

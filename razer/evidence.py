@@ -4,13 +4,13 @@ each track the frame shows."""
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from razer.cells import Cells
-from razer.lifting import Detection
+from razer.lifting import Lifted
 from razer.voxels import VoxelMap
 
 
@@ -25,21 +25,20 @@ class LabelEvidence:
     in_mask: Mapping[tuple[int, int], int]
 
     @classmethod
-    def gather(cls, voxels: VoxelMap, cells: Cells, detections: Sequence[Detection]) -> LabelEvidence:
+    def gather(cls, voxels: VoxelMap, cells: Cells, lifted: Lifted) -> LabelEvidence:
         """Look up the labels of all cells of a frame once and count them."""
+        detections = lifted.detections
         labels = voxels.labels_at(cells)
         everything = np.arange(len(cells), dtype=np.int32)
         whole = voxels.count_labels(labels, np.zeros_like(everything), everything)
-        groups = [np.full(d.n_cells, i, np.int32) for i, d in enumerate(detections)]
-        if not groups:
-            return cls({}, {}, {track: n for (_, track), n in whole.items()}, {})
-        members = np.concatenate([d.cells for d in detections])
-        shared = voxels.count_labels(labels, np.concatenate(groups), members)
+        in_mask = voxels.count_labels(labels, lifted.member_mask, lifted.member_cell)
+        nothing = np.zeros(0, np.int32)
+        groups = [nothing, *(np.full(d.n_cells, i, np.int32) for i, d in enumerate(detections))]
+        members = [nothing, *(d.cells for d in detections)]
+        shared = voxels.count_labels(labels, np.concatenate(groups), np.concatenate(members))
         labelled: dict[int, int] = defaultdict(int)
-        in_mask: dict[tuple[int, int], int] = defaultdict(int)
-        for (detection, track), n in shared.items():
+        for (detection, _), n in shared.items():
             labelled[detection] += n
-            in_mask[detections[detection].mask, track] += n
         return cls(shared, labelled, {track: n for (_, track), n in whole.items()}, in_mask)
 
     def visible_iou(self, detection: int, track: int) -> float:

@@ -39,6 +39,16 @@ class Detection:
         return len(self.cells)
 
 
+@dataclass(frozen=True)
+class Lifted:
+    """The detections of one frame, ordered by mask and then by size, largest first; and for each of M pairs of
+    a mask and a cell it covers, small clusters and noise included: member_mask (M,), member_cell (M,)."""
+
+    detections: tuple[Detection, ...]
+    member_mask: NDArray[np.int32]
+    member_cell: NDArray[np.int32]
+
+
 def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
     """Masks that are big, sure and deep enough (`method.md` step 3)."""
     if len(masks) == 0:
@@ -78,10 +88,10 @@ def lift(
     embeddings: NDArray[np.float32],
     lifting: LiftingSettings,
     shrink_pixels: int,
-) -> list[Detection]:
-    """The detections of one frame, ordered by mask and then by size, largest first."""
+) -> Lifted:
+    """Back-project the shrunk masks (eq. 3), split them by DBSCAN and fit boxes (eqs. 4 to 6)."""
     if len(masks) == 0 or len(surface.cells) == 0:
-        return []
+        return Lifted((), np.zeros(0, np.int32), np.zeros(0, np.int32))
     height = masks.masks.shape[1]
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
@@ -113,7 +123,8 @@ def lift(
             class_name=None if masks.class_names is None else masks.class_names[mask],
         )
         found.append((mask, -len(cells), label, detection))
-    return [entry[3] for entry in sorted(found, key=lambda entry: entry[:3])]
+    detections = tuple(entry[3] for entry in sorted(found, key=lambda entry: entry[:3]))
+    return Lifted(detections, member_set, member_cell)
 
 
 def _members(

@@ -52,19 +52,19 @@ class Mapper:
         with stage("embed"):
             embeddings = self.embedder.embed(frame, masks)
         with stage("lift"):
-            detections = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
+            lifted = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
         with stage("associate"):
-            evidence = LabelEvidence.gather(self.voxels, surface.cells, detections)
-            decisions = self.tracker.update(detections, evidence, frame.index)
+            evidence = LabelEvidence.gather(self.voxels, surface.cells, lifted)
+            decisions = self.tracker.update(lifted.detections, evidence, frame.index)
         with stage("vote"):
-            ids = self._vote(surface, detections, decisions)
+            ids = self._vote(surface, lifted.detections, decisions)
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         id_image = _enlarged(ids, surface.stride, frame.depth.shape)
         return Step(
             frame.index,
             id_image,
-            tuple(detections),
+            lifted.detections,
             tuple(decisions),
             tuple(fused),
             tuple(pruned),
@@ -72,7 +72,7 @@ class Mapper:
         )
 
     def _vote(
-        self, surface: ObservedSurface, detections: list[Detection], decisions: list[Decision]
+        self, surface: ObservedSurface, detections: tuple[Detection, ...], decisions: list[Decision]
     ) -> NDArray[np.int32]:
         """Each voxel near the surface takes one vote for the track that owns the pixel it projects to;
         returns the strided id image."""
@@ -123,8 +123,8 @@ class Mapper:
     def finish(self) -> None:
         """A last pass over the tracks; after it labels are settled and boxes are fresh."""
         self._clean_up()
-        for track in [t for t in self.tracks if not t.confirmed]:
-            self.voxels.replace(track.id, 0)
+        for gone in self.tracker.drop_unconfirmed():
+            self.voxels.replace(gone, 0)
         self.voxels.settle()
         self._refresh_tracks()
 

@@ -117,11 +117,21 @@ class Tracker:
             self._remove(track_id, 0)
         return gone
 
+    def drop_unconfirmed(self) -> list[int]:
+        """Drop what is no instance when the run ends: tentative tracks, and those that own no surface."""
+        gone = [track.id for track in self.tracks.values() if not track.confirmed or self._is_bare(track)]
+        for track_id in gone:
+            self._remove(track_id, 0)
+        return gone
+
+    def _is_bare(self, track: Track) -> bool:
+        return track.n_voxels < self.config.lifting.min_cells // 2
+
     def _is_hopeless(self, track: Track, frame_index: int) -> bool:
         settings = self.config.maintenance
         if not track.confirmed:
             return frame_index - track.last_frame > settings.max_misses or track.misses >= settings.confirm_hits
-        if track.n_voxels < self.config.lifting.min_cells // 2 and frame_index - track.last_frame > settings.every:
+        if self._is_bare(track) and frame_index - track.last_frame > settings.every:
             return True
         sure = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
         return not sure and (track.misses >= settings.max_misses or track.support < settings.min_support)

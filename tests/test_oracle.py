@@ -95,9 +95,7 @@ def test_noise_does_not_depend_on_order_or_threads() -> None:
         assert np.array_equal(a.masks, b.masks)
         assert a.class_names == b.class_names
     different = [OracleSegmenter("full", 6).segment(frame) for frame in frames]
-    assert any(
-        a.masks.shape != b.masks.shape or (a.masks != b.masks).any() for a, b in zip(forwards, different, strict=True)
-    )
+    assert not all(np.array_equal(a.masks, b.masks) for a, b in zip(forwards, different, strict=True))
 
 
 def test_drop_is_a_share_of_masks_independent_from_frame_to_frame() -> None:
@@ -156,7 +154,7 @@ def test_merge_joins_pairs_that_touch() -> None:
         for mask, name in zip(masks.masks, masks.class_names or (), strict=True):
             found = np.unique(TOUCHING[mask]).tolist()
             assert np.array_equal(mask, np.isin(TOUCHING, found))
-            assert len(found) <= 3
+            assert len(found) <= 2
             eaters = [i for i in found if set(found) - {i} <= neighbours[i]]
             assert name in {NAMES[i % len(NAMES)] for i in eaters}
             swallowed += len(found) - 1

@@ -24,7 +24,8 @@ def seeds(strength: Image, valid: NDArray[np.bool_]) -> tuple[Labels, int]:
     cores, n_cores = _components(cv2.erode(inside, np.ones((2, 2), np.uint8)), _MIN_CORE)
     whole, n_whole = _components(inside, _MIN_SEED)
     home = np.zeros(n_cores + 1, np.int64)  # the region each core is part of
-    home[cores[cores > 0]] = whole[cores > 0]
+    in_core = np.flatnonzero(cores)
+    home[cores.ravel()[in_core]] = whole.ravel()[in_core]
     n_within = np.bincount(home[1:], minlength=n_whole + 1)
     number = np.zeros(n_whole + 1, np.int32)  # of a region that stays whole
     number[home[1:]] = np.arange(1, n_cores + 1)

@@ -13,7 +13,8 @@ from razer.models.local_planes import Image, LocalPlanes
 
 STRONGEST = 3.0
 
-_BEND_WINDOW = (5, 5)
+_BEND_WINDOW = (5, 5)  # pixels
+_CREASE_SLACK = 1.0  # pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +67,10 @@ def _strength(
 
     (value, next_value), (valid, next_valid) = pair(planes.value), pair(planes.valid)
     slope, next_slope = pair(planes.slope_x if axis == 1 else planes.slope_y)
-    # Both planes are asked for the inverse depth half way between the two pixels.
+    # Both planes are asked for the inverse depth half way between the two pixels. At a crease they part by
+    # their difference of slope for every pixel the change of planes lies beside it: that is no step.
     step = np.abs(value - next_value + (slope + next_slope) * np.float32(0.5))
+    step -= np.abs(next_slope - slope) * np.float32(_CREASE_SLACK)
     step *= np.float32(1 / (limits.step * limits.noise_per_m))
     (x, y, z), (next_x, next_y, next_z) = pair(directions)
     crease = np.sqrt((x - next_x) ** 2 + (y - next_y) ** 2 + (z - next_z) ** 2)  # the angle, nearly
