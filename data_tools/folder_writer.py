@@ -69,7 +69,7 @@ def _write_frames(sequence: Sequence, folder: Path, suffix: str) -> list[tuple[i
 
 def _write_images(frame: Frame, folder: Path, name: str, suffix: str) -> None:
     color = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
-    _write_image(folder / "color" / f"{name}.{suffix}", color, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    _write_image(folder / "color" / f"{name}.{suffix}", color)
     units = np.rint(frame.depth * MILLIMETRES_PER_M)
     _write_image(folder / "depth" / f"{name}.png", np.where(units < 65535, units, 0).astype(np.uint16))
     if frame.instance_ids is not None:
@@ -78,10 +78,10 @@ def _write_images(frame: Frame, folder: Path, name: str, suffix: str) -> None:
         _write_image(folder / "ids" / f"{name}.png", frame.instance_ids.clip(0).astype(np.uint16))
 
 
-def _write_image(path: Path, image: NDArray, options: list[int] | None = None) -> None:
+def _write_image(path: Path, image: NDArray) -> None:
     path.parent.mkdir(exist_ok=True)
-    wanted = options if path.suffix == ".jpg" else []
-    path.write_bytes(cv2.imencode(path.suffix, image, wanted or [])[1].tobytes())
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if path.suffix == ".jpg" else []
+    path.write_bytes(cv2.imencode(path.suffix, image, options)[1].tobytes())
 
 
 def _tum_line(stamp: float, pose: NDArray[np.float64]) -> str:

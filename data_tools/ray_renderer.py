@@ -40,9 +40,8 @@ class RayRenderer:
         faces[nothing] = 0
         inverse_depth, tile_u, tile_v, distance_m = self._faces.planes_seen_from(world_from_camera)
         depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, faces), np.float32(1e-6)))
-        u: Pixels
-        v: Pixels
-        u, v = self._evaluate(tile_u, faces) * depth, self._evaluate(tile_v, faces) * depth
+        u: Pixels = self._evaluate(tile_u, faces) * depth
+        v: Pixels = self._evaluate(tile_v, faces) * depth
         grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
         rgb = self._tint(faces, grey)
         ids = self._faces.instances.take(faces)

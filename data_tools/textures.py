@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -121,8 +122,9 @@ class Atlas:
     top: NDArray[np.float32]
 
 
+@lru_cache(maxsize=4)
 def paint_atlas(seed: int) -> Atlas:
-    """Paint all textures; the same seed gives the same pixels."""
+    """Paint all textures; the same seed gives the same pixels, painted once."""
     heights = [(SIZE >> level) + 2 for level in range(LEVELS)]
     top = np.concatenate([[0], np.cumsum(heights)[:-1]]) + 1
     image = np.zeros((sum(heights), len(PAINTERS) * (SIZE + 2)), np.uint8)

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import Frame
+from razer.frame import Frame, UnusableFrame
 from razer.geometry import back_project, inverse, project, transform_points
 
 BLOCK = 16
@@ -90,13 +90,16 @@ class ObservedSurface:
 
     @classmethod
     def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
-        """Look at a posed frame just densely enough that neighbouring readings share or touch cells."""
+        """Look at a posed frame just densely enough that neighbouring readings share or touch cells; raises
+        UnusableFrame if none of its readings is in range."""
         stride = max(1, int(voxel_size_m * frame.intrinsics.fx / depth_max_m))
         depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
         depth = np.where((depth >= depth_min_m) & (depth <= depth_max_m), depth, np.float32(0))
         matrix = frame.intrinsics.matrix
         matrix[:2] /= stride
         rows, columns = np.nonzero(depth)
+        if len(rows) == 0:
+            raise UnusableFrame(f"no depth reading between {depth_min_m:g} and {depth_max_m:g} m")
         camera = back_project(columns, rows, depth[rows, columns], matrix)
         world = transform_points(frame.pose, camera)
         cells, pixel_cell = cells_of(np.rint(world / voxel_size_m).astype(np.int32), voxel_size_m)
