@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,13 +11,12 @@ from typing import Any
 from app.config import RunConfig
 from app.consoles import progress_console
 from app.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
-from app.prefetch import prefetch
 from app.recorder import summary
 from app.recording import open_recording
 from app.yardstick import fuse_plainly
 from data_tools.sequence import Sequence
 from data_tools.synthetic import SyntheticRoom
-from razer.frame import Frame
+from razer.frame import Frame, UnusableFrame
 
 # Stages of the map itself; the others read, look at pictures with 2D models, or log.
 BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
@@ -51,9 +50,11 @@ def _room(config: RunConfig) -> SyntheticRoom:
 
 def posed_frames(sequence: Sequence, config: RunConfig) -> Iterator[Frame]:
     """The frames that the run could use."""
-    for decoded in prefetch(sequence, selected_frames(len(sequence), config.input)):
-        if decoded.frame is not None and decoded.frame.world_from_camera is not None:
-            yield decoded.frame
+    for index in selected_frames(len(sequence), config.input):
+        with suppress(UnusableFrame):
+            frame = sequence[index]
+            if frame.world_from_camera is not None:
+                yield frame
 
 
 def with_shares(timings: dict[str, Any]) -> dict[str, Any]:

@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import open3d as o3d
+import torch
 from rich.console import Console
 
 from app.config import InputSettings, RunConfig
 from app.interrupt import StopRequest
+from app.look import Look, Looker
 from app.mapping import map_frames
 from app.memory import rss_mb
 from app.no_timeline import NoTimeline
 from app.outcome import Outcome
-from app.prefetch import Decoded, prefetch
+from app.prefetch import prefetch
 from app.progress import watch
 from app.recorder import Recorder
 from app.run_folder import TIMELINE, RunFolder
@@ -76,8 +78,8 @@ def map_sequence(
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
     with StopRequest() as stop:
-        frames = until_stopped(prefetch(sequence, indices), stop)
-        map_frames(watch(frames, len(indices), status, console), GivenPoses(), mapper, timeline, recorder, outcome)
+        looks = until_stopped(prefetch(Looker(sequence, GivenPoses(), mapper.perception), indices), stop)
+        map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()
     mapper.finish()
@@ -86,6 +88,8 @@ def map_sequence(
 
 def make_mapper(config: RunConfig) -> Mapper:
     """The method with the models and on the device that the settings name; raises BadInput."""
+    # The method's tensors are small: threads that wait for each other cost more than they bring.
+    torch.set_num_threads(1)
     segmenter = make_segmenter(config.segmenter.name, config.segmenter.options)
     embedder = make_embedder(config.embedder.name, config.embedder.options)
     return Mapper(config, segmenter, embedder, device=_device(config.run.device))
@@ -97,12 +101,12 @@ def selected_frames(n_frames: int, settings: InputSettings) -> range:
     return chosen if settings.max_frames is None else chosen[: settings.max_frames]
 
 
-def until_stopped(frames: Iterable[Decoded], stop: StopRequest) -> Iterator[Decoded]:
-    """The frames until a stop is requested."""
-    for frame in frames:
+def until_stopped(looks: Iterable[Look], stop: StopRequest) -> Iterator[Look]:
+    """What was seen until a stop is requested."""
+    for look in looks:
         if stop.requested:
             return
-        yield frame
+        yield look
 
 
 def require_poses(sequence: Sequence) -> None:

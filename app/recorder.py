@@ -29,21 +29,11 @@ class Recorder:
         self._n_blocks: list[int] = []
 
     @contextmanager
-    def frame(self, decode_ms: float) -> Iterator[dict[str, float]]:
-        """Measure every stage within; yields the milliseconds of this frame's stages so far."""
-        stage_ms = {"decode": decode_ms}
-
-        @contextmanager
-        def measure(name: str) -> Iterator[None]:
-            start = perf_counter()
-            try:
-                yield
-            finally:
-                stage_ms[name] = stage_ms.get(name, 0.0) + 1e3 * (perf_counter() - start)
-
+    def frame(self, stage_ms: dict[str, float]) -> Iterator[None]:
+        """Add the stages within to those already in `stage_ms`, and count the frame."""
         try:
-            with measured_by(measure):
-                yield stage_ms
+            with timed(stage_ms):
+                yield
         finally:
             for name, ms in stage_ms.items():
                 self._stages[name].append(ms)
@@ -74,6 +64,22 @@ class Recorder:
             "blocks_at_tenths": self._n_blocks,
             "stages": {name: summary(ms) for name, ms in self._stages.items()},
         }
+
+
+@contextmanager
+def timed(stage_ms: dict[str, float]) -> Iterator[None]:
+    """Within this context every stage adds its milliseconds to `stage_ms`."""
+
+    @contextmanager
+    def measure(name: str) -> Iterator[None]:
+        start = perf_counter()
+        try:
+            yield
+        finally:
+            stage_ms[name] = stage_ms.get(name, 0.0) + 1e3 * (perf_counter() - start)
+
+    with measured_by(measure):
+        yield
 
 
 def summary(ms: list[float]) -> dict[str, float]:

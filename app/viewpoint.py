@@ -33,7 +33,7 @@ def overview(points: Array, up: Array, forward: Array, pitch_deg: float = 40.0) 
     low, high = np.percentile(points, [3, 97], axis=0)
     target, size_m = (low + high) / 2, float(np.linalg.norm(high - low))
     pitch = np.radians(pitch_deg)
-    return Viewpoint(target + 0.85 * size_m * (np.sin(pitch) * up - np.cos(pitch) * level), target, up)
+    return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * level), target, up)
 
 
 def _any_normal_to(vector: Array) -> Array:

@@ -72,8 +72,9 @@ def _overlaps(
     """1 - V_ij (P,) of each pair, by the chosen measure."""
     # A wall seen flat has no volume: half a hand's breadth on every side gives thin boxes an overlap.
     margin_m = settings.search_margin_m / 4
-    first = [detections[i].box.grown(margin_m) for i, _ in pairs]
-    second = [tracks[t].box.grown(margin_m) for _, t in pairs]
+    grown = [d.box.grown(margin_m) for d in detections]
+    tracked = {t: tracks[t].box.grown(margin_m) for t in {t for _, t in pairs}}
+    first, second = [grown[i] for i, _ in pairs], [tracked[t] for _, t in pairs]
     if settings.association == "paper":
         return box_iou([detections[i].box for i, _ in pairs], [tracks[t].box for _, t in pairs])
     if settings.association == "containment":
@@ -85,9 +86,15 @@ def _overlaps(
 def _box_iou_where_needed(
     first: Sequence[OrientedBox], second: Sequence[OrientedBox], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Box IoU of the pairs for which it could exceed what is seen already: it is bounded by the volumes' ratio."""
-    volumes = np.array([[a.volume, b.volume] for a, b in zip(first, second, strict=True)])
-    needed = np.flatnonzero(volumes.min(axis=1) / volumes.max(axis=1) > seen).tolist()
+    """Box IoU of the pairs for which it could exceed what is seen already, 0 for the others.
+
+    Two boxes share at most the smaller volume, and at most what their axis-aligned bounds share.
+    """
+    bounds = {id(box): (*box.enclosing_bounds(), box.volume) for box in (*first, *second)}
+    a, b = (np.array([bounds[id(box)] for box in boxes]) for boxes in (first, second))
+    overlap = np.clip(np.minimum(a[:, 3:6], b[:, 3:6]) - np.maximum(a[:, :3], b[:, :3]), 0, None).prod(axis=1)
+    most = np.minimum(overlap, np.minimum(a[:, 6], b[:, 6]))
+    needed = np.flatnonzero(most > seen * (a[:, 6] + b[:, 6] - most)).tolist()
     result = np.zeros(len(seen))
     result[needed] = box_iou([first[i] for i in needed], [second[i] for i in needed])
     return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class OrientedBox:
     extent: Array
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.center).all() and np.isfinite(self.extent).all() and (self.extent >= 0).all()):
+        if not all(map(isfinite, (*self.center, *self.extent))) or min(self.extent) < 0:
             raise ValueError(f"no box has center {self.center} and extent {self.extent}")
 
     @classmethod
@@ -74,7 +75,7 @@ class OrientedBox:
     @property
     def volume(self) -> float:
         """Cubic metres."""
-        return float(np.prod(self.extent))
+        return float(self.extent[0] * self.extent[1] * self.extent[2])
 
     def corners(self) -> Array:
         """The eight corners (8, 3) in the world."""

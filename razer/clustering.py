@@ -48,11 +48,16 @@ def _member_pairs(cells: Cells, member_set: Ints, member_cell: Ints, radius: flo
     first_cell, second_cell = neighbour_pairs(cells, radius)
     layers = _layers(len(cells), member_set, member_cell)
     pairs = []
-    for sets_a, members_a in layers:
-        for sets_b, members_b in layers:
-            a, b = sets_a[first_cell], sets_b[second_cell]
-            same = np.flatnonzero((a == b) & (a >= 0))
-            pairs.append((members_a[first_cell[same]], members_b[second_cell[same]]))
+    for i, (sets_a, members_a) in enumerate(layers):
+        for j, (sets_b, members_b) in enumerate(layers):
+            # Few cells are in the higher layers: only pairs with a cell there need a look.
+            first, second = first_cell, second_cell
+            if i or j:
+                there = np.flatnonzero(sets_b[second] >= 0 if j >= i else sets_a[first] >= 0)
+                first, second = first[there], second[there]
+            owner = sets_a[first]
+            same = np.flatnonzero((owner == sets_b[second]) & (owner >= 0))
+            pairs.append((members_a[first[same]], members_b[second[same]]))
     if not pairs:
         return np.zeros(0, np.int32), np.zeros(0, np.int32)
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])

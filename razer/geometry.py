@@ -40,7 +40,9 @@ def inverse(transform: Array) -> Array:
 
 def transform_points(transform: Array, points: NDArray[np.floating]) -> Array:
     """Apply a (4, 4) transform to (..., 3) points."""
-    return points @ transform[:3, :3].T + transform[:3, 3]
+    # Written out, as BLAS hands even a (3, 3) factor to all its threads and waits for them.
+    columns = [points[..., 0] * r[0] + points[..., 1] * r[1] + points[..., 2] * r[2] + r[3] for r in transform[:3]]
+    return np.stack(columns, axis=-1)
 
 
 def back_project(u: NDArray, v: NDArray, depth_m: NDArray, matrix: Array) -> Array:

@@ -56,11 +56,11 @@ def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
     # Areas are counted on every second pixel: exact enough for a threshold, and four times cheaper.
     sparse = masks.masks[:, ::2, ::2].reshape(len(masks), -1)
     area = np.maximum(np.count_nonzero(sparse, axis=1), 1)
-    with_depth = sparse[:, np.flatnonzero(frame.depth[::2, ::2])]
-    valid = np.count_nonzero(with_depth, axis=1) / area
+    valid = np.count_nonzero(sparse & (frame.depth[::2, ::2] > 0).ravel(), axis=1) / area
     scale = frame.depth.size / REFERENCE_PIXELS
     keep = (area * 4 >= settings.min_pixels * scale) & (masks.scores >= settings.min_score)
-    return masks.select(keep & (valid >= settings.min_valid_depth))
+    keep &= valid >= settings.min_valid_depth
+    return masks if keep.all() else masks.select(keep)
 
 
 def shrink(masks: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:

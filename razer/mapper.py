@@ -10,9 +10,10 @@ from razer.cells import ObservedSurface
 from razer.config import MapperConfig
 from razer.evidence import LabelEvidence
 from razer.frame import Frame
-from razer.lifting import Detection, filter_masks, lift
+from razer.lifting import Detection
 from razer.models import Embedder, Segmenter
 from razer.panoptic_map import PanopticMap
+from razer.perception import Observation, Perception
 from razer.stages import stage
 from razer.step import Decision, Step
 from razer.support import support_ratios
@@ -29,8 +30,7 @@ class Mapper:
         self, config: MapperConfig, segmenter: Segmenter, embedder: Embedder, *, device: str = "CPU:0"
     ) -> None:
         self.config = config
-        self.segmenter = segmenter
-        self.embedder = embedder
+        self.perception = Perception(config, segmenter, embedder)
         self.voxels = VoxelMap(config.voxels, device)
         self.tracker = Tracker(config)
         self._frames = 0
@@ -42,17 +42,14 @@ class Mapper:
         return list(self.tracker.tracks.values())
 
     def step(self, frame: Frame) -> Step:
-        """Map one posed frame; raises UnusableFrame if it has no pose, before anything changed."""
-        settings = self.config.voxels
+        """Perceive and map one posed frame; raises UnusableFrame before anything changed."""
+        return self.fuse(self.perception.observe(frame))
+
+    def fuse(self, seen: Observation) -> Step:
+        """Map what was perceived of one frame."""
+        frame, surface, lifted = seen.frame, seen.surface, seen.lifted
         with stage("integrate"):
-            surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
             changed_blocks = self.voxels.integrate(frame)
-        with stage("segment"):
-            masks = filter_masks(frame, self.segmenter.segment(frame), self.config.masks)
-        with stage("embed"):
-            embeddings = self.embedder.embed(frame, masks)
-        with stage("lift"):
-            lifted = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
         with stage("associate"):
             evidence = LabelEvidence.gather(self.voxels, surface.cells, lifted)
             decisions = self.tracker.update(lifted.detections, evidence, frame.index)
@@ -60,15 +57,14 @@ class Mapper:
             ids = self._vote(surface, lifted.detections, decisions)
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
-        id_image = _enlarged(ids, surface.stride, frame.depth.shape)
         return Step(
-            frame.index,
-            id_image,
-            lifted.detections,
-            tuple(decisions),
-            tuple(fused),
-            tuple(pruned),
-            changed_blocks,
+            frame_index=frame.index,
+            id_image=_enlarged(ids, surface.stride, frame.depth.shape),
+            detections=lifted.detections,
+            decisions=tuple(decisions),
+            fused=tuple(fused),
+            pruned=tuple(pruned),
+            changed_blocks=changed_blocks,
         )
 
     def _vote(
@@ -85,8 +81,7 @@ class Mapper:
         band = surface.band()
         row, column, z, on_image = surface.pixels_of(band.points)
         near = np.abs(surface.depth[row, column] - z) <= 2 * self.config.voxels.voxel_size_m
-        votes = np.where(on_image & near, ids[row, column], 0)
-        self.voxels.vote(band, votes)
+        self.voxels.vote(band, np.where(on_image & near, ids[row, column], 0))
         return ids
 
     def _maintain(self, surface: ObservedSurface, frame_index: int) -> tuple[list[tuple[int, int]], list[int]]:

@@ -181,11 +181,15 @@ class VoxelMap:
     def vote(self, cells: Cells, ids: Ints) -> None:
         """One vote (C,) for each cell that the map has; 0 = none."""
         addresses, known = self._addresses(cells)
+        cast = self._tensor(ids)[known].int()
+        self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
+
+    def _rewrite(self, addresses: Tensor, change: Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]) -> None:
+        """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
         slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
-        old_ids, old_counts = votes.merge_equal(self.alive(slot_ids[addresses]), slot_counts[addresses])
-        new_ids, new_counts = votes.cast(old_ids, old_counts, self._tensor(ids)[known].int())
-        slot_ids[addresses], slot_counts[addresses] = new_ids, new_counts
-        self.attribute("label")[addresses, 0] = votes.winner(new_ids, new_counts)
+        ids, counts = change(self.alive(slot_ids[addresses].T.contiguous()), slot_counts[addresses].T.contiguous())
+        slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
+        self.attribute("label")[addresses, 0] = votes.winner(ids, counts)
 
     def active_rows(self) -> tuple[Ints, Tensor]:
         """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""
@@ -204,9 +208,6 @@ class VoxelMap:
 
     def settle(self) -> None:
         """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""
-        slot_ids, slot_counts, label = (self.attribute(name) for name in ("ids", "counts", "label"))
         for rows in self.active_rows()[1].split(BLOCKS_AT_ONCE):
             claimed = self.select(rows, lambda counts: (counts > 0).any(dim=2), "counts")
-            ids, counts = votes.merge_equal(self.alive(slot_ids[claimed]), slot_counts[claimed])
-            slot_ids[claimed], slot_counts[claimed] = ids, counts
-            label[claimed, 0] = votes.winner(ids, counts)
+            self._rewrite(claimed, votes.merge_equal)
