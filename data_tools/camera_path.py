@@ -15,19 +15,21 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     not to look out, the first turn twice."""
     s = np.arange(n_frames) / n_frames
     heading = 4 * np.pi * s + 0.6
-    # From the outside (1) to a little beyond the middle (-0.25) and back; the heading never jumps.
+    # From the outside to near the middle and back; the heading never jumps.
     inward = look_out * (_smooth_step(s, 0.42, 0.58) - _smooth_step(s, 0.9, 1.0))
-    out = 1 - 1.25 * inward
+    out = 1 - 0.75 * inward
     position = np.stack(
         [
             radii_m[0] * out * np.cos(heading),
             radii_m[1] * out * np.sin(heading),
-            1.5 + 0.2 * np.sin(6 * np.pi * s) + 0.1 * inward,
+            1.5 + 0.2 * (1 - inward) * np.sin(6 * np.pi * s) + 0.1 * inward,
         ],
         axis=1,
     )
-    # Looking across: down at the furniture; near the middle: up and down the walls.
-    pitch = np.radians(-24 + 9 * np.sin(8 * np.pi * s) + inward * (12 + 20 * np.sin(14 * np.pi * s)))
+    # Looking across: down at the furniture. Near the middle: at the upper walls and steadily a strip of the ceiling,
+    # since scraps of it seen now and then could not be known to be one thing.
+    pitch_deg = (1 - inward) * (-24 + 9 * np.sin(8 * np.pi * s)) + inward * (5 + 3 * np.sin(14 * np.pi * s))
+    pitch = np.radians(pitch_deg)
     shake = _tremble(n_frames, seed)
     return np.stack(
         [

@@ -37,10 +37,11 @@ def find_candidates(
     if not pairs:
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
-    overlap = _overlaps(detections, tracks, pairs, evidence, settings)
     known = sorted(set(ids))
     cosines = bank_similarity([tracks[t].bank for t in known], np.stack([d.embedding for d in detections]))
     cosine = cosines[np.searchsorted(known, ids), rows]
+    allowed = (settings.gate - settings.weight_semantic * (1 - cosine)) / max(settings.weight_geometry, 1e-9)
+    overlap = _overlaps(detections, tracks, pairs, evidence, 1 - allowed, settings)
     cost = settings.weight_geometry * (1 - overlap) + settings.weight_semantic * (1 - cosine)
     found: list[list[Candidate]] = [[] for _ in detections]
     for (i, t), v, s, m in zip(pairs, 1 - overlap, 1 - cosine, cost, strict=True):
@@ -67,37 +68,42 @@ def _overlaps(
     tracks: Mapping[int, Track],
     pairs: Sequence[tuple[int, int]],
     evidence: LabelEvidence,
+    needed: NDArray[np.float64],
     settings: AssociationSettings,
 ) -> NDArray[np.float64]:
-    """1 - V_ij (P,) of each pair, by the chosen measure."""
-    # A wall seen flat has no volume: half a hand's breadth on every side gives thin boxes an overlap.
-    margin_m = settings.search_margin_m / 4
-    grown = [d.box.grown(margin_m) for d in detections]
-    tracked = {t: tracks[t].box.grown(margin_m) for t in {t for _, t in pairs}}
-    first, second = [grown[i] for i, _ in pairs], [tracked[t] for _, t in pairs]
+    """1 - V_ij (P,) of each pair, by the chosen measure; `needed` (P,) is what it takes to pass the gate."""
+    ids = sorted({t for _, t in pairs})
     if settings.association == "paper":
-        return box_iou([detections[i].box for i, _ in pairs], [tracks[t].box for _, t in pairs])
-    if settings.association == "containment":
-        return box_containment(first, second)
-    seen = np.array([evidence.visible_iou(i, t) for i, t in pairs])
-    return np.maximum(seen, _box_iou_where_needed(first, second, seen))
+        margin_m, measure = 0.0, box_iou
+    else:
+        # A wall seen flat has no volume: a little more on every side gives thin boxes an overlap.
+        margin_m = settings.search_margin_m / 4
+        measure = box_iou if settings.association == "visible" else box_containment
+    boxes = [d.box.grown(margin_m) for d in detections] + [tracks[t].box.grown(margin_m) for t in ids]
+    first = np.array([i for i, _ in pairs])
+    second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
+    seen = np.zeros(len(pairs))
+    if settings.association == "visible":
+        seen[:] = [evidence.visible_iou(i, t) for i, t in pairs]
+    # Boxes are compared only where that can change who passes the gate: it is the dearest step.
+    bound = _most_shared(boxes, first, second) if settings.association == "visible" else np.ones(len(pairs))
+    worth = np.flatnonzero(bound > np.maximum(seen, needed))
+    shared = measure([boxes[i] for i in first[worth]], [boxes[j] for j in second[worth]])
+    seen[worth] = np.maximum(seen[worth], shared)
+    return seen
 
 
-def _box_iou_where_needed(
-    first: Sequence[OrientedBox], second: Sequence[OrientedBox], seen: NDArray[np.float64]
+def _most_shared(
+    boxes: Sequence[OrientedBox], first: NDArray[np.intp], second: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Box IoU of the pairs for which it could exceed what is seen already, 0 for the others.
-
-    Two boxes share at most the smaller volume, and at most what their axis-aligned bounds share.
-    """
-    bounds = {id(box): (*box.enclosing_bounds(), box.volume) for box in (*first, *second)}
-    a, b = (np.array([bounds[id(box)] for box in boxes]) for boxes in (first, second))
-    overlap = np.clip(np.minimum(a[:, 3:6], b[:, 3:6]) - np.maximum(a[:, :3], b[:, :3]), 0, None).prod(axis=1)
-    most = np.minimum(overlap, np.minimum(a[:, 6], b[:, 6]))
-    needed = np.flatnonzero(most > seen * (a[:, 6] + b[:, 6] - most)).tolist()
-    result = np.zeros(len(seen))
-    result[needed] = box_iou([first[i] for i in needed], [second[i] for i in needed])
-    return result
+    """An upper bound (P,) of the IoU of pairs of boxes: they share at most the smaller volume, and at most what
+    their axis-aligned bounds share."""
+    bounds = np.stack([box.enclosing_bounds() for box in boxes])
+    volume = np.array([box.volume for box in boxes])
+    a, b = bounds[first], bounds[second]
+    overlap = np.clip(np.minimum(a[:, 3:], b[:, 3:]) - np.maximum(a[:, :3], b[:, :3]), 0, None).prod(axis=1)
+    most = np.minimum(overlap, np.minimum(volume[first], volume[second]))
+    return most / np.maximum(volume[first] + volume[second] - most, 1e-12)
 
 
 def assign(candidates: Sequence[Sequence[Candidate]], gate: float) -> dict[int, int]:

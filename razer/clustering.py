@@ -31,8 +31,7 @@ def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, mi
     degree = 1 + np.bincount(first, minlength=count) + np.bincount(second, minlength=count)
     core = degree >= min_points
     both = core[first] & core[second]
-    graph = coo_array((np.ones(both.sum(), np.int8), (first[both], second[both])), shape=(count, count))
-    labels = np.where(core, connected_components(graph, directed=False)[1], -1).astype(np.int32)
+    labels = np.where(core, _components(count, first[both], second[both]), -1).astype(np.int32)
     for border, neighbour in ((first, second), (second, first)):
         reaches = ~core[border] & core[neighbour]
         borders, cores = border[reaches], neighbour[reaches]
@@ -40,6 +39,22 @@ def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, mi
         found, start = np.unique(borders[order], return_index=True)
         open_still = labels[found] < 0
         labels[found[open_still]] = labels[cores[order][start[open_still]]]
+    return labels
+
+
+def _components(count: int, first: Ints, second: Ints) -> Ints:
+    """Connected component (count,) of each node. The nearest neighbours come first and join nearly everything:
+    of the remaining pairs only those between two components are looked at."""
+    near = len(first) // 3
+    label = _connected(count, first[:near], second[:near])
+    a, b = label[first[near:]], label[second[near:]]
+    bridges = a != b
+    return _connected(count, a[bridges], b[bridges])[label] if bridges.any() else label
+
+
+def _connected(count: int, first: Ints, second: Ints) -> Ints:
+    graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(count, count))
+    labels: Ints = connected_components(graph, directed=False)[1]
     return labels
 
 
@@ -107,7 +122,7 @@ def _adjacent_blocks(keys: Ints) -> Ints:
 
 @lru_cache(maxsize=8)
 def _offset_tables(radius: float) -> tuple[Ints, Ints]:
-    """For half of the offsets within the radius: block shift (O, 4096) and new place (O, 4096)."""
+    """For half of the offsets within the radius, nearest first: block shift (O, 4096), new place (O, 4096)."""
     if radius >= BLOCK:
         raise ValueError(f"a radius of {radius} voxels reaches beyond the adjacent block")
     reach = range(-int(radius), int(radius) + 1)

@@ -93,7 +93,7 @@ class VoxelMap:
         s = self.settings
         depth = np.where(frame.depth >= s.depth_min_m, frame.depth, np.float32(0)) if s.depth_min_m else frame.depth
         depth_image = o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(depth)).to(self.device))
-        color = o3c.Tensor(frame.rgb.astype(np.float32) / np.float32(255)).to(self.device)
+        color = o3c.Tensor(np.multiply(frame.rgb, np.float32(1 / 255), dtype=np.float32)).to(self.device)
         intrinsic = o3c.Tensor(frame.intrinsics.matrix)
         extrinsic = o3c.Tensor(inverse(frame.pose))
         blocks = self.grid.compute_unique_block_coordinates(

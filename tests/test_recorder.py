@@ -7,6 +7,7 @@ import threading
 import numpy as np
 import pytest
 
+from app.look import Looker
 from app.prefetch import prefetch
 from app.recorder import Recorder, summary
 from razer.frame import Frame, Intrinsics, UnusableFrame
@@ -39,19 +40,46 @@ class Clip:
         return blank(index)
 
 
-def test_frames_come_in_order_with_the_broken_ones_named():
-    decoded = list(prefetch(Clip(9, broken=(2, 8)), range(0, 9, 2)))
-    assert [item.index for item in decoded] == [0, 2, 4, 6, 8]
-    assert [item.frame.index for item in decoded if item.frame] == [0, 4, 6]
-    assert {item.index: item.reason for item in decoded if item.reason} == {
-        2: "frame 2 is torn",
-        8: "frame 8 is torn",
-    }
+class Nothing:
+    """Perception that sees nothing, and says so."""
+
+    def observe(self, frame):
+        with stage("segment"):
+            return frame.index
+
+
+class Everywhere:
+    """Poses that lose the frames in `lost`."""
+
+    def __init__(self, lost=()):
+        self.lost = lost
+
+    def locate(self, frame):
+        return None if frame.index in self.lost else np.eye(4)
+
+
+def looks(clip, indices, lost=()):
+    return list(prefetch(Looker(clip, Everywhere(lost), Nothing()), indices))
+
+
+def test_looks_come_in_order_with_the_broken_and_lost_ones_named():
+    found = looks(Clip(9, broken=(2, 8)), range(0, 9, 2), lost=(4,))
+    assert [look.index for look in found] == [0, 2, 4, 6, 8]
+    assert [look.seen for look in found] == [0, None, None, 6, None]
+    assert [look.lost for look in found] == [False, False, True, False, False]
+    assert found[1].reason == "frame 2 is torn"
+    assert "lost" in found[2].reason
+
+
+def test_a_look_carries_the_time_of_its_stages():
+    found = looks(Clip(3, broken=(1,)), range(3))
+    assert list(found[0].stage_ms) == ["decode", "pose", "segment"]
+    assert list(found[1].stage_ms) == ["decode"]
 
 
 def test_reading_ahead_is_bounded():
     clip = Clip(100)
-    frames = prefetch(clip, range(100), ahead=3)
+    frames = prefetch(clip.__getitem__, range(100), ahead=3)
     for _ in range(5):
         next(frames)
     frames.close()
@@ -59,7 +87,7 @@ def test_reading_ahead_is_bounded():
 
 
 def test_an_unknown_error_is_raised_at_its_frames_turn():
-    frames = prefetch(Clip(5, fatal=(1,)), range(5))
+    frames = prefetch(Clip(5, fatal=(1,)).__getitem__, range(5))
     assert next(frames).index == 0
     with pytest.raises(RuntimeError, match="bug"):
         next(frames)
@@ -67,7 +95,7 @@ def test_an_unknown_error_is_raised_at_its_frames_turn():
 
 def test_no_reading_thread_is_left_behind():
     before = threading.active_count()
-    frames = prefetch(Clip(50), range(50))
+    frames = prefetch(Clip(50).__getitem__, range(50))
     next(frames)
     frames.close()
     assert threading.active_count() == before
@@ -76,7 +104,7 @@ def test_no_reading_thread_is_left_behind():
 def record(frames, done, blocks=lambda: 7):
     recorder = Recorder(frames, blocks)
     for index in range(done):
-        with recorder.frame(decode_ms=2.0 + index):
+        with recorder.frame({"decode": 2.0 + index}):
             with stage("lift"):
                 pass
             with stage("lift"):
@@ -96,7 +124,7 @@ def test_tenths_are_sampled_when_they_are_reached():
     recorder = Recorder(20, lambda: next(size))
     seen = []
     for _ in range(20):
-        with recorder.frame(0.0):
+        with recorder.frame({}):
             pass
         seen.append(len(recorder._n_blocks))
     assert seen == [n // 2 for n in range(1, 21)]
@@ -104,7 +132,8 @@ def test_tenths_are_sampled_when_they_are_reached():
 
 def test_a_stage_entered_twice_in_a_frame_is_one_duration_of_that_frame():
     recorder = Recorder(2, lambda: 0)
-    with recorder.frame(1.5) as stage_ms:
+    stage_ms = {"decode": 1.5}
+    with recorder.frame(stage_ms):
         with stage("lift"):
             assert stage_ms == {"decode": 1.5}
         once = stage_ms["lift"]
@@ -125,7 +154,7 @@ def test_stages_outside_a_frame_are_not_counted():
 
 def test_a_stage_that_raises_is_still_counted():
     recorder = Recorder(1, lambda: 0)
-    with pytest.raises(KeyError), recorder.frame(0.0), stage("pose"):
+    with pytest.raises(KeyError), recorder.frame({}), stage("pose"):
         raise KeyError
     assert "pose" in recorder.timings()["stages"]
 
