@@ -57,7 +57,7 @@ def decision_table(step: Step) -> str:
 
 def _row(decision: Decision) -> str:
     chosen = [c for c in decision.candidates if c.track_id == decision.track_id]
-    others = sorted((c for c in decision.candidates if c not in chosen), key=lambda c: c.cost)
+    others = sorted((c for c in decision.candidates if c.track_id != decision.track_id), key=lambda c: c.cost)
     figures = " | ".join(_figures(c) for c in chosen[:1]) or " |  | "
     rest = ", ".join(f"#{c.track_id} {c.cost:.2f}" for c in others[:RUNNERS_UP])
     more = f" +{len(others) - RUNNERS_UP}" if len(others) > RUNNERS_UP else ""

@@ -50,6 +50,14 @@ def tum_text(stamps: list[float], poses: list[NDArray[np.float64]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def read_tum(path: Path) -> list[NDArray[np.float64]]:
+    """The poses (4, 4) of a trajectory that `tum_text` wrote."""
+    rows = np.loadtxt(path, ndmin=2)
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, :3, 3], poses[:, :3, :3] = rows[:, 1:4], Rotation.from_quat(rows[:, 4:]).as_matrix()
+    return list(poses)
+
+
 def camera_up(poses: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
     up: NDArray[np.float64] = -np.mean([pose[:3, 1] for pose in poses], axis=0)

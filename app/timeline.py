@@ -46,6 +46,7 @@ STAGES = "plots/ms"
 INSTANCES = "plots/instances"
 MEMORY = "plots/memory"
 
+LOG_COLUMNS = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
 PATH_COLOR = (255, 160, 0)
 MAX_IDS = 2**16  # what an id image can hold
 NAMED_IDS = 1024  # colours of ids are announced in batches of so many
@@ -237,7 +238,7 @@ def _blueprint(view: Viewpoint) -> rrb.Blueprint:
     )
     words = rrb.Tabs(
         rrb.TextDocumentView(origin=DECISIONS, name="Why"),
-        rrb.TextLogView(origin=EVENTS, name="Events", rows=rrb.TextLogRows(filter_by_log_level=["INFO", "WARN"])),
+        rrb.TextLogView(origin=EVENTS, name="Events", columns=LOG_COLUMNS),
     )
     side = rrb.Vertical(images, plots, words, row_shares=[3, 3, 4])
     return rrb.Blueprint(

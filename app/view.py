@@ -1,17 +1,16 @@
-"""`razer view`: a finished run in the Rerun viewer."""
+"""`razer view`: a finished run in the Rerun viewer, or as a picture."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from app.options import Flag
-from app.run_folder import TIMELINE
-from app.viewer import open_viewer
+from app.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
 from razer.frame import BadInput
 
 
-def view(run: Path, /, *, web: Flag = False) -> None:
-    """Open the timeline of a run in Rerun.
+def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> None:
+    """Open the timeline of a run in Rerun, or draw its map.
 
     Parameters
     ----------
@@ -19,8 +18,33 @@ def view(run: Path, /, *, web: Flag = False) -> None:
         The folder of a run.
     web:
         In the browser instead of the native viewer.
+    picture:
+        Write a PNG of the map, as coloured and by instance, instead of opening anything.
     """
+    if picture is not None:
+        return _draw(run, picture)
     timeline = run / TIMELINE
     if not timeline.is_file():
         raise BadInput(f"{timeline} does not exist; give the folder of a run made with --timeline")
-    open_viewer(timeline, web)
+
+    # Late, as in `razer run`.
+    from app.viewer import open_viewer
+
+    return open_viewer(timeline, web)
+
+
+def _draw(run: Path, target: Path) -> None:
+    for needed in (run / MESH_PLY, run / TRAJECTORY):
+        if not needed.is_file():
+            raise BadInput(f"{needed} does not exist; give the folder of a finished run")
+
+    # Late, as in `razer run`.
+    import cv2
+
+    from app.picture import picture
+    from app.save import camera_up, read_tum
+    from razer.storage import read_mesh_ply
+
+    image = picture(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))
+    if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
+        raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

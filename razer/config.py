@@ -171,7 +171,7 @@ class MaintenanceSettings(Settings):
         le=1,
         description="Two tracks are fused when one mask covers both in this share of the frames that show both.",
     )
-    fuse_frames: int = Field(2, ge=1, description="Frames with both in one mask before two tracks can be fused.")
+    fuse_frames: int = Field(3, ge=1, description="Frames with both in one mask before two tracks can be fused.")
     fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")
 
 

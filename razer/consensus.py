@@ -8,6 +8,7 @@ tells them apart (view consensus).
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from itertools import combinations
 
 from razer.evidence import LabelEvidence
@@ -23,29 +24,29 @@ class Consensus:
         self._together: dict[tuple[int, int], int] = defaultdict(int)
         self._apart: dict[tuple[int, int], int] = defaultdict(int)
 
-    def add(self, evidence: LabelEvidence) -> None:
-        """Take in one frame."""
+    def add(self, evidence: LabelEvidence, born: Mapping[int, int]) -> None:
+        """Take in one frame; `born` gives the mask of each track that starts in it."""
         mask_of = {
             track: mask
             for (mask, track), n in sorted(evidence.in_mask.items())
             if evidence.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * evidence.visible[track]
         }
+        mask_of.update(born)
         tracks_of: dict[int, list[int]] = defaultdict(list)
         for track in sorted(mask_of):
             tracks_of[mask_of[track]].append(track)
         for tracks in tracks_of.values():
             for pair in combinations(tracks, 2):
                 self._together[pair] += 1
-        for pair in self._together:
-            a, b = mask_of.get(pair[0]), mask_of.get(pair[1])
-            if a is not None and b is not None and a != b:
+        for pair in combinations(sorted(mask_of), 2):
+            if mask_of[pair[0]] != mask_of[pair[1]]:
                 self._apart[pair] += 1
 
     def agreed(self, min_frames: int, min_share: float) -> list[tuple[int, int]]:
         """Pairs (older id, newer id) that belong together, the surest first."""
         found = []
         for pair, together in self._together.items():
-            share = together / (together + self._apart[pair])
+            share = together / (together + self._apart.get(pair, 0))
             if together >= min_frames and share >= min_share:
                 found.append((-together, -share, pair))
         return [pair for _, _, pair in sorted(found)]

@@ -18,6 +18,7 @@ Ints = NDArray[np.int32]
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
 
 
+SEAM_RINGS = 3
 SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 
 
@@ -76,7 +77,8 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
     rank[order] = np.arange(len(order), dtype=np.int32)
     triangles = _canonical(rank[triangles])
     vertices = vertices[order]
-    return LabelledMesh(vertices, colors[order], vertex_labels(voxels, vertices), triangles)
+    labels = fill_seams(vertex_labels(voxels, vertices), triangles)
+    return LabelledMesh(vertices, colors[order], labels, triangles)
 
 
 def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
@@ -92,6 +94,23 @@ def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
         cells, row = cells_of(corners, size)
         result.append(_most_voted(voxels, cells, row.reshape(-1, 8), weights))
     return np.concatenate(result)
+
+
+def fill_seams(labels: Ints, triangles: Ints, rings: int = SEAM_RINGS) -> Ints:
+    """Labels (V,) in which nobody's vertices next to labelled ones are given to most of those neighbours.
+
+    Masks are shrunk before they vote, which leaves seams of a voxel or two between instances and around them.
+    """
+    edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    edges = np.concatenate([edges, edges[:, ::-1]])
+    labels = labels.copy()
+    for _ in range(rings):
+        to_nobody = edges[(labels[edges[:, 0]] == 0) & (labels[edges[:, 1]] > 0)]
+        claims, votes = np.unique(np.stack([to_nobody[:, 0], labels[to_nobody[:, 1]]]), axis=1, return_counts=True)
+        # Written in this order, the claim with most votes comes last and stays; of equal ones the lowest id.
+        order = np.lexsort((-claims[1], votes))
+        labels[claims[0, order]] = claims[1, order]
+    return labels
 
 
 def _most_voted(voxels: VoxelMap, cells: Cells, corner: Ints, weights: NDArray) -> Ints:

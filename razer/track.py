@@ -14,6 +14,10 @@ from razer.lifting import Detection
 # Hits at which the share of evidence still missing is halved in the confidence.
 HALF_EVIDENCE_HITS = 2.0
 
+# Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
+# mask that falls apart for five does not.
+RIVALRY_RATE = 0.1
+
 
 class Track:
     """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was seen and missed."""
@@ -30,6 +34,7 @@ class Track:
         self.confirmed = False
         self.support = 1.0
         self.n_voxels = 0
+        self._rivalry = 0.0
         self._class_votes: Counter[str] = Counter()
         self.observe(detection, frame_index)
 
@@ -52,6 +57,15 @@ class Track:
         consistency = min(1.0, self.hits / max(self.chances, self.hits, 1))
         evidence = 1 - 2 ** (-self.hits / HALF_EVIDENCE_HITS)
         return float(evidence * np.sqrt(consistency * self.stability))
+
+    @property
+    def is_contested(self) -> bool:
+        """Whether two masks have lain on this track for so long that it is hardly one thing."""
+        return self._rivalry > 0.5
+
+    def note_rival(self, rivalled: bool) -> None:
+        """Take in whether a second mask claimed part of the track in a frame in which it was matched."""
+        self._rivalry += RIVALRY_RATE * (rivalled - self._rivalry)
 
     def observe(self, detection: Detection, frame_index: int) -> None:
         """Take in a matched detection: it is seen once more, and its box may grow (eqs. 9 to 11)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from razer.association import assign, find_candidates
 from razer.config import MapperConfig
@@ -29,13 +29,16 @@ class Tracker:
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, evidence, settings)
         pairs = assign(candidates, settings.gate)
+        mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
         decisions = []
         for i, detection in enumerate(detections):
-            outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], evidence)
+            outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], evidence, mask_of)
             decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
+        self._note_rivals(decisions, detections, mask_of)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
-        self._consensus.add(evidence)
+        born = {d.track_id: detections[d.detection].mask for d in decisions if d.outcome == "born"}
+        self._consensus.add(evidence, born)
         self._count_misses(evidence, frame_index)
         return decisions
 
@@ -46,11 +49,25 @@ class Tracker:
         assigned: int | None,
         candidates: Iterable[Candidate],
         evidence: LabelEvidence,
+        mask_of: Mapping[int, int],
     ) -> tuple[Outcome, int]:
         if assigned is not None:
             return "matched", assigned
         owner = self._owner(i, detection, candidates, evidence)
-        return ("born", self._next_id()) if owner is None else ("joined", owner)
+        if owner is None:
+            return "born", self._next_id()
+        # One mask in several pieces is one thing; two masks over one track, again and again, are two things.
+        rival = mask_of.get(owner, detection.mask) != detection.mask
+        return ("born", self._next_id()) if rival and self.tracks[owner].is_contested else ("joined", owner)
+
+    def _note_rivals(
+        self, decisions: Sequence[Decision], detections: Sequence[Detection], mask_of: Mapping[int, int]
+    ) -> None:
+        """Remember for each matched track whether a second mask lay on it as well."""
+        joined = {(d.track_id, detections[d.detection].mask) for d in decisions if d.outcome == "joined"}
+        rivalled = {track_id for track_id, mask in joined if mask_of.get(track_id, mask) != mask}
+        for track_id in mask_of:
+            self.tracks[track_id].note_rival(track_id in rivalled)
 
     def _owner(
         self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelEvidence

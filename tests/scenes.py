@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from razer.boxes import OrientedBox, PointMoments
-from razer.cells import Cells, ObservedSurface, cells_of
+from razer.cells import BLOCK_VOXELS, Cells, ObservedSurface, cells_of
 from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics
 from razer.lifting import Detection
+from razer.voxels import VoxelMap
 
 CAMERA = Intrinsics(160, 120, 140.0, 140.0, 79.5, 59.5)
 # 4 cm, so that neighbouring pixels of CAMERA share or touch voxels out to 5 m; the truncation is 16 cm.
@@ -93,9 +94,7 @@ def random_box(rng: np.random.Generator, spread_m: float = 0.5) -> OrientedBox:
 
 def moved(box: OrientedBox, transform: np.ndarray) -> OrientedBox:
     """The box after a rigid motion."""
-    return OrientedBox(
-        transform[:3, :3] @ box.center + transform[:3, 3], transform[:3, :3] @ box.rotation, box.extent
-    )
+    return OrientedBox(transform[:3, :3] @ box.center + transform[:3, 3], transform[:3, :3] @ box.rotation, box.extent)
 
 
 def unit(*values: float) -> np.ndarray:
@@ -126,3 +125,16 @@ def detection(
         quality=quality,
         class_name=class_name,
     )
+
+
+def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
+    """Keys (B, 3) of the blocks in use and every attribute (B, 4096, channels), in the order of the keys."""
+    keys, rows = voxels.active_rows()
+    attributes = {name: voxels.attribute(name) for name in ("tsdf", "weight", "color", "label", "ids", "counts")}
+    parts = {name: a.unflatten(0, (-1, BLOCK_VOXELS))[rows].cpu().numpy() for name, a in attributes.items()}
+    return {"keys": keys, **parts}
+
+
+def same_contents(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:
+    """Whether two maps hold the same, bit for bit."""
+    return all(one[name].tobytes() == other[name].tobytes() for name in one)

@@ -69,7 +69,7 @@ GRID_BOX = st.builds(
 
 
 @given(first=GRID_BOX, second=GRID_BOX, turn=st.sampled_from([(0, 0, 0), (90, 0, 0), (0, 180, 90), (30, 40, 50)]))
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=100)
 def test_aligned_boxes_follow_the_closed_form_in_any_common_frame(
     first: OrientedBox, second: OrientedBox, turn: tuple
 ) -> None:

@@ -119,9 +119,7 @@ def test_enclosing_bounds_are_those_of_the_corners(seed: int) -> None:
     box = random_box(np.random.default_rng(seed))
     corners = box.corners()
     assert_allclose(box.enclosing_bounds(), [*corners.min(axis=0), *corners.max(axis=0)], atol=1e-12)
-    assert_allclose(
-        box.enclosing_bounds(0.1), [*corners.min(axis=0) - 0.1, *corners.max(axis=0) + 0.1], atol=1e-12
-    )
+    assert_allclose(box.enclosing_bounds(0.1), [*corners.min(axis=0) - 0.1, *corners.max(axis=0) + 0.1], atol=1e-12)
 
 
 def test_contains_and_grown_on_a_turned_box() -> None:

@@ -113,9 +113,7 @@ def test_cells_and_pixels_of_a_detection_belong_together() -> None:
 
 
 def test_detections_are_ordered_and_carry_what_their_mask_says() -> None:
-    masks = masks_of(
-        rectangle(45, 75, 65, 95), rectangle(30, 90, 50, 110), scores=[0.4, 0.8], names=("plate", "all")
-    )
+    masks = masks_of(rectangle(45, 75, 65, 95), rectangle(30, 90, 50, 110), scores=[0.4, 0.8], names=("plate", "all"))
     vectors = np.stack([unit(1, 0), unit(0, 1)])
     found = lifted(two_plates(), masks, vectors).detections
     assert [d.mask for d in found] == [0, 1, 1]

@@ -67,10 +67,7 @@ def test_whoever_has_more_than_one_share_in_k_plus_one_survives(slots: int) -> N
     length = 60
     winning = length // (slots + 1) + 1
     streams = np.stack(
-        [
-            rng.permutation(np.r_[np.full(winning, 7), rng.integers(8, 30, length - winning)])
-            for _ in range(300)
-        ]
+        [rng.permutation(np.r_[np.full(winning, 7), rng.integers(8, 30, length - winning)]) for _ in range(300)]
     )
     ids, _ = cast_all(streams, slots)
     assert (ids == 7).any(dim=0).all()

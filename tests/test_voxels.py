@@ -9,12 +9,12 @@ import open3d.core as o3c
 import pytest
 import torch
 from numpy.testing import assert_allclose
-from scenes import COARSE, cells_at, frame_of, look, plane_depth, pose
+from scenes import COARSE, cells_at, contents, frame_of, look, plane_depth, pose
 
 import razer.voxels
 from razer.cells import BLOCK_VOXELS, Cells
 from razer.config import VoxelSettings
-from razer.frame import Frame
+from razer.frame import Frame, UnusableFrame
 from razer.surface import extract_mesh, extract_points
 from razer.voxels import VoxelMap
 
@@ -32,6 +32,12 @@ def device(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.fixture(autouse=True)
+def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Room for what these maps need: whole attributes are quicker to compare."""
+    monkeypatch.setattr(razer.voxels, "START_BLOCKS", 64)
+
+
 def plane_frames() -> list[Frame]:
     return [frame_of(plane_depth(at, NORMAL, DISTANCE_M), at, index=i) for i, at in enumerate(POSES)]
 
@@ -43,14 +49,6 @@ def fused_plane(device: str = "CPU:0", settings: VoxelSettings = COARSE) -> Voxe
     return voxels
 
 
-def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
-    """Keys of the blocks in use and every attribute of their voxels, in the order of the keys."""
-    keys, rows = voxels.active_rows()
-    named = {name: voxels.attribute(name) for name in ("tsdf", "weight", "color", "label", "ids", "counts")}
-    whole = {name: a.unflatten(0, (-1, BLOCK_VOXELS))[rows].cpu().numpy() for name, a in named.items()}
-    return {"keys": keys, **whole}
-
-
 def histograms(voxels: VoxelMap, cells: Cells) -> list[dict[int, int]]:
     ids, counts = (t.tolist() for t in voxels.histograms_at(cells))
     return [{i: n for i, n in zip(*row, strict=True) if n} for row in zip(ids, counts, strict=True)]
@@ -58,6 +56,7 @@ def histograms(voxels: VoxelMap, cells: Cells) -> list[dict[int, int]]:
 
 def test_mesh_of_a_plane_lies_on_the_plane(device: str) -> None:
     voxels = fused_plane(device)
+    voxels.integrate(plane_frames()[0])  # a fourth time: the mesh needs more than `surface_weight`
     mesh = extract_mesh(voxels)
     assert len(mesh.vertices) > 500
     assert np.abs(mesh.vertices @ NORMAL - DISTANCE_M).max() < COARSE.voxel_size_m / 2
@@ -94,6 +93,19 @@ def test_depth_out_of_range_is_not_fused() -> None:
     points = extract_points(voxels).positions
     assert_allclose(points[:, 2], 2.0, atol=COARSE.voxel_size_m)
     assert points[:, 0].min() > 2.0 * (100 - 79.5) / 140 - COARSE.voxel_size_m
+
+
+@pytest.mark.parametrize("kind", ["a few stray readings", "all at the far limit"])
+def test_a_frame_with_hardly_any_depth_in_range_changes_nothing_or_is_unusable(kind: str) -> None:
+    """Open3D looks for blocks at every fourth pixel only, short of the limit, and fails where it finds none."""
+    depth = np.zeros((120, 160)) if kind == "a few stray readings" else np.full((120, 160), COARSE.depth_max_m)
+    if kind == "a few stray readings":
+        depth[1::8, 2::8] = 1.5
+    voxels = VoxelMap(COARSE)
+    try:
+        assert len(voxels.integrate(frame_of(depth))) == voxels.n_blocks
+    except UnusableFrame:
+        assert voxels.n_blocks == 0
 
 
 def test_integrate_names_the_blocks_it_touched_in_order() -> None:
@@ -222,9 +234,9 @@ def test_settling_a_settled_map_changes_nothing() -> None:
 
 def test_votes_survive_growth(device: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Views taken before the grid grows go stale: one that had room from the start must hold the same."""
-    walls = [frame_of(np.full((120, 160), z), pose((0.3 * z, 0, 0))) for z in (0.7, 1.5, 2.3, 3.1, 3.9, 4.7)]
+    walls = [frame_of(np.full((120, 160), z), pose((0.3 * z, 0, 0))) for z in (0.7, 1.5, 2.3, 3.1)]
     maps, capacities = [], []
-    for blocks in (2, 4096):
+    for blocks in (2, 256):
         monkeypatch.setattr(razer.voxels, "START_BLOCKS", blocks)
         voxels = VoxelMap(COARSE, device)
         voxels.admit(len(walls))
@@ -241,7 +253,7 @@ def test_votes_survive_growth(device: str, monkeypatch: pytest.MonkeyPatch) -> N
             assert_allclose(maps[0][name], expected, atol=1e-6)
         else:
             assert np.array_equal(maps[0][name], expected), name
-    assert set(np.unique(maps[0]["label"])) == {0, 1, 2, 3, 4, 5, 6}
+    assert set(np.unique(maps[0]["label"])) == {0, 1, 2, 3, 4}
 
 
 def test_allocating_blocks_keeps_what_is_there_and_adds_empty_voxels(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -249,11 +261,11 @@ def test_allocating_blocks_keeps_what_is_there_and_adds_empty_voxels(monkeypatch
     voxels = fused_plane()
     vote_all(voxels, random_votes(5))
     before = contents(voxels)
-    new = np.array([[50 + i, 7, 7] for i in range(300)], np.int32)
+    new = np.array([[50 + i, 7, 7] for i in range(80)], np.int32)
     voxels.allocate(new)
     after = contents(voxels)
     is_new = after["keys"][:, 0] >= 50
-    assert np.count_nonzero(is_new) == 300
+    assert np.count_nonzero(is_new) == 80
     for name, values in after.items():
         assert np.array_equal(values[~is_new], before[name]), name
         assert name == "keys" or not values[is_new].any(), name
