@@ -33,7 +33,7 @@ def find_candidates(
     settings: AssociationSettings,
 ) -> list[tuple[Candidate, ...]]:
     """For each detection the tracks it may belong to, cheapest first."""
-    pairs = [(i, t) for i, d in enumerate(detections) for t in _nearby(i, d, index, evidence, settings, tracks)]
+    pairs = _candidate_pairs(detections, tracks, index, evidence, settings)
     if not pairs:
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
@@ -49,18 +49,25 @@ def find_candidates(
     return [tuple(sorted(row, key=lambda c: (c.cost, c.track_id))) for row in found]
 
 
-def _nearby(
-    detection: int,
-    found: Detection,
+def _candidate_pairs(
+    detections: Sequence[Detection],
+    tracks: Mapping[int, Track],
     index: BoxIndex,
     evidence: LabelEvidence,
     settings: AssociationSettings,
-    tracks: Mapping[int, Track],
-) -> list[int]:
-    near = set(index.near(found.box, settings.search_margin_m))
-    if settings.association == "visible":
-        near |= {t for (d, t) in evidence.shared if d == detection and t in tracks}
-    return sorted(near)
+) -> list[tuple[int, int]]:
+    """(detection, track) for all that lie close; where labels decide, for those that share cells or a box."""
+    pairs = [(i, t) for i, d in enumerate(detections) for t in index.near(d.box, settings.search_margin_m)]
+    if settings.association != "visible" or not pairs:
+        return pairs
+    ids = sorted({t for _, t in pairs})
+    boxes = [d.box.grown(settings.box_margin_m) for d in detections]
+    boxes += [tracks[t].box.grown(settings.box_margin_m) for t in ids]
+    first = np.array([i for i, _ in pairs])
+    second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
+    least = 1 - settings.gate / max(settings.weight_geometry, 1e-9)
+    likely = np.flatnonzero(_most_shared(boxes, first, second) > least)
+    return sorted({pairs[i] for i in likely} | {pair for pair in evidence.shared if pair[1] in tracks})
 
 
 def _overlaps(
@@ -76,8 +83,7 @@ def _overlaps(
     if settings.association == "paper":
         margin_m, measure = 0.0, box_iou
     else:
-        # A wall seen flat has no volume: a little more on every side gives thin boxes an overlap.
-        margin_m = settings.search_margin_m / 4
+        margin_m = settings.box_margin_m
         measure = box_iou if settings.association == "visible" else box_containment
     boxes = [d.box.grown(margin_m) for d in detections] + [tracks[t].box.grown(margin_m) for t in ids]
     first = np.array([i for i, _ in pairs])

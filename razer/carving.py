@@ -11,22 +11,29 @@ from torch import Tensor
 
 from razer.cells import BLOCK, ObservedSurface
 from razer.geometry import inverse, transform_points
-from razer.voxels import BLOCKS_AT_ONCE, VoxelMap
+from razer.voxels import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
 
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
 # and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
 EDGE_PIXELS = 2
+FORGET = 0.25  # what a pass leaves of weight and votes
 
 
 def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
-    """Halve weight and votes of surface voxels that stand in front of what the frame sees, by more than the
+    """Quarter weight and votes of surface voxels that stand in front of what the frame sees, by more than the
     truncation distance; voxels of less than one observation become empty."""
     nearest = nearest_readings(surface.depth)
     keys, rows = voxels.active_rows()
     rows = rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
+    surface_tsdf = SURFACE_VOXELS / voxels.settings.truncation_voxels
+
+    def matters(weight: Tensor, tsdf: Tensor, label: Tensor) -> Tensor:
+        return ((weight > 0) & ((tsdf <= surface_tsdf) | (label > 0)))[..., 0]
+
     for part in rows.split(BLOCKS_AT_ONCE):
-        near = voxels.select(part, lambda weight, tsdf: ((weight > 0) & (tsdf.abs() < 1))[..., 0], "weight", "tsdf")
-        _forget(voxels, near[_is_free(voxels.positions(near), surface, nearest, voxels.truncation_m)])
+        near = voxels.select(part, matters, "weight", "tsdf", "label")
+        free = near[_is_free(voxels.positions(near), surface, nearest, voxels.truncation_m)]
+        _forget(voxels, free, surface_tsdf)
 
 
 def nearest_readings(depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -59,11 +66,14 @@ def _is_free(points: Tensor, surface: ObservedSurface, nearest: NDArray[np.float
     return seen & (depth[row.clamp(0, height - 1), column.clamp(0, width - 1)] - local[:, 2] > margin_m)
 
 
-def _forget(voxels: VoxelMap, free: Tensor) -> None:
-    weight, tsdf, label = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf", "label"))
+def _forget(voxels: VoxelMap, free: Tensor, surface_tsdf: float) -> None:
+    weight, tsdf = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf"))
     ids, counts, color = voxels.attribute("ids"), voxels.attribute("counts"), voxels.attribute("color")
-    weight[free] *= 0.5
-    counts[free] //= 2
-    empty = free[weight[free] < 1]
-    for attribute in (weight, tsdf, label, ids, counts, color):
+    # What lies well outside a surface is free rightly, and the mesh needs its distances.
+    inside = free[tsdf[free] <= surface_tsdf]
+    weight[inside] *= FORGET
+    counts[free] //= int(1 / FORGET)
+    empty = inside[weight[inside] < 1]
+    for attribute in (weight, tsdf, ids, counts, color):
         attribute[empty] = 0
+    voxels.relabel(free)

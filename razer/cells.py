@@ -105,6 +105,12 @@ class ObservedSurface:
         cells, pixel_cell = cells_of(np.rint(world / voxel_size_m).astype(np.int32), voxel_size_m)
         return cls(stride, depth, matrix, frame.pose, rows, columns, cells, pixel_cell)
 
+    @cached_property
+    def _rays(self) -> NDArray[np.float64]:
+        """Unit viewing rays (C, 3) to the cells."""
+        rays = self.cells.points - self.world_from_camera[:3, 3]
+        return rays / np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
+
     def readings_in(self, masks: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Ints]:
         """(mask, reading) of every reading inside each of (N, h, w) strided masks, ordered by mask."""
         reading = np.full(self.depth.size, -1, np.int32)
@@ -122,10 +128,16 @@ class ObservedSurface:
             row, column = np.rint(v).astype(np.int32), np.rint(u).astype(np.int32)
         return np.where(on_image, row, 0), np.where(on_image, column, 0), z, on_image
 
+    def blocks_within(self, distance_m: float) -> Ints:
+        """Sorted keys (M, 3) of the blocks within a distance of the surface along the viewing rays."""
+        reach = distance_m / self.cells.voxel_size_m
+        # Steps of less than half a block do not jump over the corner of one that matters.
+        steps = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (BLOCK / 2))) + 1)
+        keys = [np.floor((self.cells.coordinates + self._rays * step) / BLOCK).astype(np.int32) for step in steps]
+        return cells_of(np.concatenate(keys) * BLOCK, self.cells.voxel_size_m)[0].block_keys
+
     def band(self, voxels: float = 1.0) -> Cells:
         """The cells within the given number of voxels of the surface along the viewing rays."""
-        rays = self.cells.points - self.world_from_camera[:3, 3]
-        rays *= 1.0 / np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
         centre = self.cells.coordinates
-        steps = [np.rint(centre + rays * offset).astype(np.int32) for offset in (-voxels, voxels)]
+        steps = [np.rint(centre + self._rays * offset).astype(np.int32) for offset in (-voxels, voxels)]
         return cells_of(np.concatenate([centre, *steps]), self.cells.voxel_size_m)[0]

@@ -30,15 +30,15 @@ def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, mi
     first, second = _member_pairs(cells, member_set, member_cell, radius)
     degree = 1 + np.bincount(first, minlength=count) + np.bincount(second, minlength=count)
     core = degree >= min_points
-    both = core[first] & core[second]
+    core_first, core_second = core[first], core[second]
+    both = np.flatnonzero(core_first & core_second)
     labels = np.where(core, _components(count, first[both], second[both]), -1).astype(np.int32)
-    for border, neighbour in ((first, second), (second, first)):
-        reaches = ~core[border] & core[neighbour]
-        borders, cores = border[reaches], neighbour[reaches]
-        order = np.lexsort((cores, borders))
-        found, start = np.unique(borders[order], return_index=True)
-        open_still = labels[found] < 0
-        labels[found[open_still]] = labels[cores[order][start[open_still]]]
+    reaches, reached = np.flatnonzero(core_second > core_first), np.flatnonzero(core_first > core_second)
+    border = np.concatenate([first[reaches], second[reached]])
+    neighbour = np.concatenate([second[reaches], first[reached]])
+    order = np.lexsort((neighbour, border))
+    found, start = np.unique(border[order], return_index=True)
+    labels[found] = labels[neighbour[order][start]]
     return labels
 
 
@@ -100,28 +100,29 @@ def neighbour_pairs(cells: Cells, radius: float) -> tuple[Ints, Ints]:
     table[cells.block * BLOCK_VOXELS + cells.local] = np.arange(len(cells), dtype=np.int32)
     adjacent = _adjacent_blocks(cells.block_keys)
     shift_of, local_of = _offset_tables(radius)
+    # numpy looks up by intp; anything else it would convert each time.
+    block_row, local = cells.block.astype(np.intp) * 27, cells.local.astype(np.intp)
     first, second = [], []
     for shifts, locals_ in zip(shift_of, local_of, strict=True):
-        block = adjacent[cells.block * 27 + shifts[cells.local]]
-        other = table[block * BLOCK_VOXELS + locals_[cells.local]]
+        other = table[adjacent[block_row + shifts[local]] * BLOCK_VOXELS + locals_[local]]
         found = np.flatnonzero(other >= 0)
         first.append(found.astype(np.int32))
         second.append(other[found])
     return np.concatenate(first), np.concatenate(second)
 
 
-def _adjacent_blocks(keys: Ints) -> Ints:
+def _adjacent_blocks(keys: Ints) -> NDArray[np.intp]:
     """Row of the block at each of 27 shifts of each block, flat (B * 27,); B where there is none."""
     low = keys.min(axis=0, initial=0) - 1
     shape = keys.max(axis=0, initial=0) - low + 2
-    dense = np.full(tuple(shape), len(keys), np.int32)
-    dense[tuple((keys - low).T)] = np.arange(len(keys), dtype=np.int32)
+    dense = np.full(tuple(shape), len(keys), np.intp)
+    dense[tuple((keys - low).T)] = np.arange(len(keys))
     shifts = np.array(list(product((-1, 0, 1), repeat=3)))
     return dense[tuple(np.moveaxis(keys[:, None] + shifts - low, -1, 0))].ravel()
 
 
 @lru_cache(maxsize=8)
-def _offset_tables(radius: float) -> tuple[Ints, Ints]:
+def _offset_tables(radius: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """For half of the offsets within the radius, nearest first: block shift (O, 4096), new place (O, 4096)."""
     if radius >= BLOCK:
         raise ValueError(f"a radius of {radius} voxels reaches beyond the adjacent block")
@@ -131,4 +132,4 @@ def _offset_tables(radius: float) -> tuple[Ints, Ints]:
     xyz = np.stack([places % BLOCK, places // BLOCK % BLOCK, places // BLOCK**2], axis=1)
     moved = xyz + np.array(inside)[:, None]
     shift = (moved // BLOCK + 1) @ np.array([9, 3, 1])
-    return shift.astype(np.int32), (moved % BLOCK @ np.array([1, BLOCK, BLOCK**2])).astype(np.int32)
+    return shift, moved % BLOCK @ np.array([1, BLOCK, BLOCK**2])

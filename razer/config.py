@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
 
 
 class Settings(BaseModel):
@@ -42,7 +44,7 @@ class VoxelSettings(Settings):
         description="K, instances remembered in a voxel's histogram h. Each costs 6 bytes a voxel.",
     )
     carve_every: int = Field(
-        5,
+        10,
         ge=0,
         description="Frames between passes that forget what is free space now; 0 = never: moved objects leave ghosts.",
     )
@@ -110,6 +112,9 @@ class AssociationSettings(Settings):
     )
     search_margin_m: float = Field(
         0.1, ge=0, description="How far outside a detection's box the R-tree looks for tracks, metres."
+    )
+    box_margin_m: float = Field(
+        0.025, ge=0, description="Added to every side before boxes are compared: a wall seen flat has no volume."
     )
     join_share: float = Field(
         0.5,
@@ -184,3 +189,12 @@ class MapperConfig(Settings):
     association: AssociationSettings = AssociationSettings()
     bank: BankSettings = BankSettings()
     maintenance: MaintenanceSettings = MaintenanceSettings()
+
+    @model_validator(mode="after")
+    def _reach_fits_blocks(self) -> MapperConfig:
+        if self.lifting.dbscan_eps_m / self.voxels.voxel_size_m >= MAX_EPS_VOXELS:
+            raise ValueError(
+                f"lifting.dbscan_eps_m must be less than {MAX_EPS_VOXELS} voxels, and voxels.voxel_size_m is "
+                f"{self.voxels.voxel_size_m:g}"
+            )
+        return self

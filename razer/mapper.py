@@ -49,7 +49,7 @@ class Mapper:
         """Map what was perceived of one frame."""
         frame, surface, lifted = seen.frame, seen.surface, seen.lifted
         with stage("integrate"):
-            changed_blocks = self.voxels.integrate(frame)
+            changed_blocks = self.voxels.integrate(frame, surface)
         with stage("associate"):
             evidence = LabelEvidence.gather(self.voxels, surface.cells, lifted)
             decisions = self.tracker.update(lifted.detections, evidence, frame.index)
@@ -88,7 +88,8 @@ class Mapper:
         self._frames += 1
         self._last_index = frame_index
         carve_every = self.config.voxels.carve_every
-        if carve_every and self._frames % carve_every == 0:
+        # Halfway between two clean-ups, so that no frame bears both.
+        if carve_every and (self._frames + carve_every // 2) % carve_every == 0:
             carve(self.voxels, surface)
         if self._frames % self.config.maintenance.every:
             return [], []

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -55,11 +57,13 @@ def write_mesh_ply(path: Path, mesh: LabelledMesh) -> None:
 
 def read_mesh_ply(path: Path) -> LabelledMesh:
     """Read a mesh that `write_mesh_ply` wrote; raises BadInput if it is another kind of file."""
+    if not path.is_file():
+        raise BadInput(f"{path} does not exist: give the mesh.ply of a run")
     data = path.read_bytes()
     start = data.find(b"end_header\n") + len(b"end_header\n")
-    header = data[:start].decode("ascii", "replace").splitlines()
-    counts = [int(line.split()[2]) for line in header if line.startswith("element ")]
-    names = [line.split()[-1] for line in header if line.startswith("property ") and "list" not in line]
+    header = data[:start].decode("ascii", "replace")
+    counts = [int(n) for n in re.findall(r"^element (?:vertex|face) (\d+)$", header, re.MULTILINE)]
+    names = re.findall(r"^property (?!list)\w+ (\w+)$", header, re.MULTILINE)
     if len(counts) != 2 or tuple(names) != VERTEX.names:
         raise BadInput(f"{path} is no mesh of a run: expected vertices with {', '.join(VERTEX.names or ())}")
     if len(data) - start != counts[0] * VERTEX.itemsize + counts[1] * FACE.itemsize:
@@ -145,19 +149,23 @@ def _all_addresses(rows: torch.Tensor) -> torch.Tensor:
 def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
     """The volume as it was saved, bit for bit; raises BadInput if the file is not one."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        if int(arrays["format"]) != FORMAT:
-            raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
-        settings = VoxelSettings.model_validate_json(str(arrays["settings"]))
-    except (OSError, KeyError, zipfile.BadZipFile, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
+        return _restored(path, device)
+    except BadInput:
+        raise
+    except (OSError, EOFError, KeyError, ValueError, IndexError, TypeError, AttributeError) as error:
         raise BadInput(f"{path} is no saved map, or is damaged: {error}") from error
-    voxels = VoxelMap(settings, device)
+    except (zipfile.BadZipFile, zlib.error, RuntimeError) as error:
+        raise BadInput(f"{path} is damaged: {error}") from error
+
+
+def _restored(path: Path, device: str) -> VoxelMap:
+    with np.load(path, allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    if int(arrays["format"]) != FORMAT:
+        raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
+    voxels = VoxelMap(VoxelSettings.model_validate_json(str(arrays["settings"])), device)
     voxels.allocate(arrays["keys"])
-    rows = voxels.rows_of(arrays["keys"])
-    address = _all_addresses(rows)
+    address = _all_addresses(voxels.rows_of(arrays["keys"]))
     used = np.unpackbits(arrays["used"], count=len(address)).astype(bool)
     chosen = address[torch.from_numpy(used).to(address.device)]
     for name in ATTRIBUTES:

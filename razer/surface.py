@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from razer.cells import Cells, cells_of
-from razer.voxels import BLOCKS_AT_ONCE, VoxelMap
+from razer.voxels import VoxelMap
 
 Ints = NDArray[np.int32]
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
@@ -19,7 +18,6 @@ CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], 
 
 
 SEAM_RINGS = 3
-SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 
 
 @dataclass(frozen=True)
@@ -44,21 +42,14 @@ class LabelledMesh:
 
 def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
     """The voxels that hold the zero crossing, of the given blocks or of all, in a fixed order."""
-    rows = voxels.active_rows()[1] if block_keys is None else voxels.rows_of(block_keys)
-    color, label = voxels.attribute("color"), voxels.attribute("label")[:, 0]
-    least, most = voxels.settings.surface_weight, SURFACE_VOXELS / voxels.settings.truncation_voxels
-
-    def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
-        return ((weight >= least) & (tsdf.abs() <= most))[..., 0]
-
-    parts: list[tuple[Tensor, Tensor, Tensor]] = []
-    for part in rows.split(BLOCKS_AT_ONCE):
-        chosen = voxels.select(part, on_surface, "weight", "tsdf")
-        parts.append((voxels.positions(chosen), color[chosen], voxels.alive(label[chosen])))
-    if not parts:
-        return SurfacePoints(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8), np.zeros(0, np.int32))
-    positions, colors, instances = (torch.cat(column).cpu().numpy() for column in zip(*parts, strict=True))
-    return SurfacePoints(positions, _bytes(colors), instances.astype(np.int32))
+    addresses = voxels.surface_addresses(block_keys)
+    columns = (
+        voxels.positions(addresses),
+        voxels.attribute("color")[addresses],
+        voxels.alive(voxels.attribute("label")[addresses, 0]),
+    )
+    positions, colors, instances = (column.cpu().numpy() for column in columns)
+    return SurfacePoints(positions, _bytes(colors / 255), instances)  # Open3D keeps colours as 0..255
 
 
 def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
@@ -66,10 +57,15 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
 
     Call `VoxelMap.settle` first where instances have been fused.
     """
-    mesh = voxels.grid.extract_triangle_mesh(voxels.settings.surface_weight)
+    empty = np.zeros((0, 3), np.int32)
+    nothing = LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
+    if voxels.n_blocks == 0:
+        return nothing
+    # Open3D wants more than the given weight (float32), everything else here at least as much.
+    least = np.nextafter(np.float32(voxels.settings.surface_weight), np.float32(-1))
+    mesh = voxels.grid.extract_triangle_mesh(float(least))
     if "positions" not in mesh.vertex or mesh.vertex.positions.shape[0] == 0:
-        empty = np.zeros((0, 3), np.int32)
-        return LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
+        return nothing
     vertices, colors = mesh.vertex.positions.cpu().numpy(), _bytes(mesh.vertex.colors.cpu().numpy())
     triangles = mesh.triangle.indices.cpu().numpy().astype(np.int32)
     order = np.lexsort(vertices.T[::-1])

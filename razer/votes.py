@@ -35,9 +35,10 @@ def merge_equal(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
     counts = torch.where(ids > 0, counts, 0)
     for keep in range(len(ids)):
         for other in range(keep + 1, len(ids)):
-            moved = torch.where(ids[keep] == ids[other], counts[other], 0)
-            counts[keep] += moved
-            counts[other] -= moved
+            same = ids[keep] == ids[other]
+            room = (MAX_COUNT - counts[keep]).clamp_(min=0)
+            counts[keep] += torch.where(same, torch.minimum(counts[other], room), 0)
+            counts[other] = torch.where(same, 0, counts[other])
     return torch.where(counts > 0, ids, 0), counts
 
 

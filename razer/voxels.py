@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from razer import votes
-from razer.cells import BLOCK, BLOCK_VOXELS, Cells
+from razer.cells import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
 from razer.config import VoxelSettings
 from razer.frame import Frame
 from razer.geometry import inverse
@@ -27,6 +27,7 @@ Ints = NDArray[np.int32]
 START_BLOCKS = 1024
 GROWTH = 1.6
 BLOCKS_AT_ONCE = 512  # of passes over the whole map, to bound their memory
+SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
 
 
@@ -85,30 +86,33 @@ class VoxelMap:
         lattice = keys[addresses // BLOCK_VOXELS] * BLOCK + inside
         return lattice.float() * self.settings.voxel_size_m
 
-    def integrate(self, frame: Frame) -> Ints:
-        """Fuse a posed frame; returns the sorted keys (M, 3) of the blocks it touched.
+    def integrate(self, frame: Frame, surface: ObservedSurface | None = None) -> Ints:
+        """Fuse a posed frame, of which the observed `surface` may be known already; returns the sorted keys
+        (M, 3) of the blocks within the truncation distance of it. Raises UnusableFrame without depth in range.
 
         d <- (w d + w_obs d_obs) / (w + w_obs), the division being what the paper's line lacks.
         """
         s = self.settings
+        if surface is None:
+            surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
+        block_keys = surface.blocks_within(self.truncation_m)
         depth = np.where(frame.depth >= s.depth_min_m, frame.depth, np.float32(0)) if s.depth_min_m else frame.depth
         depth_image = o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(depth)).to(self.device))
         color = o3c.Tensor(np.multiply(frame.rgb, np.float32(1 / 255), dtype=np.float32)).to(self.device)
         intrinsic = o3c.Tensor(frame.intrinsics.matrix)
         extrinsic = o3c.Tensor(inverse(frame.pose))
-        blocks = self.grid.compute_unique_block_coordinates(
-            depth_image, intrinsic, extrinsic, 1.0, s.depth_max_m, s.truncation_voxels
-        )
-        self._make_room(blocks.shape[0])
+        blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
+        self._make_room(len(block_keys))
         self.grid.integrate(
             blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
             1.0, s.depth_max_m, s.truncation_voxels,
         )  # fmt: skip
-        keys = blocks.cpu().numpy()
-        return keys[np.lexsort(keys.T[::-1])]
+        return block_keys
 
     def allocate(self, block_keys: Ints) -> None:
         """Add blocks (B, 3) of empty voxels."""
+        if len(block_keys) == 0:
+            return
         self._make_room(len(block_keys))
         self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
 
@@ -119,6 +123,8 @@ class VoxelMap:
 
     def _rows(self, block_keys: Ints) -> Tensor:
         """Buffer row of each block (B,) int64, -1 where the map has none."""
+        if len(block_keys) == 0:
+            return torch.zeros(0, dtype=torch.int64, device=self.torch_device)
         keys = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
         rows, found = self.grid.hashmap().find(keys)
         rows, found = (torch.utils.dlpack.from_dlpack(t.to(o3c.int64).to_dlpack()) for t in (rows, found))
@@ -184,6 +190,10 @@ class VoxelMap:
         cast = self._tensor(ids)[known].int()
         self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
 
+    def relabel(self, addresses: Tensor) -> None:
+        """Renew the labels of voxels whose votes were changed from outside."""
+        self._rewrite(addresses, votes.merge_equal)
+
     def _rewrite(self, addresses: Tensor, change: Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]) -> None:
         """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
         slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
@@ -206,8 +216,19 @@ class VoxelMap:
         row, place = torch.nonzero(keep(*whole), as_tuple=True)
         return rows[row] * BLOCK_VOXELS + place
 
+    def surface_addresses(self, block_keys: Ints | None = None) -> Tensor:
+        """Addresses, in order, of the voxels that hold the zero crossing, of the given blocks or of all."""
+        rows = self.active_rows()[1] if block_keys is None else self.rows_of(block_keys)
+        least, most = self.settings.surface_weight, SURFACE_VOXELS / self.settings.truncation_voxels
+
+        def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
+            return ((weight >= least) & (tsdf.abs() <= most))[..., 0]
+
+        parts = [self.select(part, on_surface, "weight", "tsdf") for part in rows.split(BLOCKS_AT_ONCE)]
+        return torch.cat(parts)
+
     def settle(self) -> None:
         """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""
         for rows in self.active_rows()[1].split(BLOCKS_AT_ONCE):
             claimed = self.select(rows, lambda counts: (counts > 0).any(dim=2), "counts")
-            self._rewrite(claimed, votes.merge_equal)
+            self.relabel(claimed)

@@ -131,7 +131,7 @@ def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
     """Keys (B, 3) of the blocks in use and every attribute (B, 4096, channels), in the order of the keys."""
     keys, rows = voxels.active_rows()
     attributes = {name: voxels.attribute(name) for name in ("tsdf", "weight", "color", "label", "ids", "counts")}
-    parts = {name: a.unflatten(0, (-1, BLOCK_VOXELS))[rows].cpu().numpy() for name, a in attributes.items()}
+    parts = {name: a.reshape(-1, BLOCK_VOXELS, a.shape[1])[rows].cpu().numpy() for name, a in attributes.items()}
     return {"keys": keys, **parts}
 
 

@@ -163,7 +163,7 @@ def test_flat_boxes_cost_a_finite_sum(measure: str) -> None:
 def test_containment_of_boxes_is_the_measure_used() -> None:
     rng = np.random.default_rng(3)
     found, track = detection(random_box(rng)), detection(random_box(rng))
-    ((candidate,),) = candidates_of([found], [track], association="containment", search_margin_m=0.2)
+    ((candidate,),) = candidates_of([found], [track], association="containment", box_margin_m=0.05)
     expected = box_containment([found.box.grown(0.05)], [track.box.grown(0.05)])[0]
     assert 1 - candidate.geometry == pytest.approx(expected)
 
@@ -184,9 +184,14 @@ def test_candidates_are_near_or_share_cells_and_come_cheapest_first() -> None:
 
 def test_a_gap_within_the_search_margin_still_makes_a_candidate() -> None:
     beside = axis_box((1.08, 0, 0), (1, 1, 1))
-    assert len(candidates_of([detection(UNIT_CUBE)], [detection(beside)])[0]) == 1
+    assert len(candidates_of([detection(UNIT_CUBE)], [detection(beside)], association="paper")[0]) == 1
     beyond = axis_box((1.3, 0, 0), (1, 1, 1))
-    assert candidates_of([detection(UNIT_CUBE)], [detection(beyond)]) == [()]
+    assert candidates_of([detection(UNIT_CUBE)], [detection(beyond)], association="paper") == [()]
+
+
+def test_where_labels_decide_a_neighbour_that_shares_nothing_is_no_candidate() -> None:
+    beside = axis_box((1.08, 0, 0), (1, 1, 1))
+    assert candidates_of([detection(UNIT_CUBE)], [detection(beside)]) == [()]
 
 
 def test_each_detection_is_compared_by_its_own_vector() -> None:

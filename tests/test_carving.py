@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -10,6 +12,7 @@ from scenes import COARSE, axis_box, box_depth, contents, frame_of, look, plane_
 import razer.voxels
 from razer.carving import carve, nearest_readings
 from razer.frame import Frame
+from razer.storage import load_voxels, save_voxels
 from razer.surface import extract_mesh, extract_points
 from razer.voxels import VoxelMap
 
@@ -93,8 +96,11 @@ def test_a_thing_that_stays_is_untouched(furnished: VoxelMap) -> None:
     after = contents(furnished)
     inner = (np.abs(before["tsdf"]) < 0.5)[..., 0]
     assert all(np.array_equal(before[name][inner], after[name][inner]) for name in before if name != "keys")
-    for one, other in ((points, extract_points(furnished)), (mesh, extract_mesh(furnished))):
-        assert all(np.array_equal(a, vars(other)[name]) for name, a in vars(one).items())
+    assert all(np.array_equal(a, vars(extract_points(furnished))[name]) for name, a in vars(points).items())
+    # The mesh may only lose the skirts that truncation leaves around a silhouette.
+    kept = extract_mesh(furnished).vertices
+    assert {*map(tuple, kept)} <= {*map(tuple, mesh.vertices)}
+    assert len(kept) > 0.98 * len(mesh.vertices)
 
 
 def test_missing_depth_carves_nothing(furnished: VoxelMap) -> None:
@@ -112,28 +118,42 @@ def test_what_is_hidden_or_out_of_view_is_not_carved(furnished: VoxelMap) -> Non
     assert same_contents(before, contents(furnished))
 
 
-def test_one_contradiction_halves_and_does_not_erase(furnished: VoxelMap) -> None:
+def test_one_contradiction_weakens_and_does_not_erase(furnished: VoxelMap) -> None:
     before = contents(furnished)
     carve(furnished, look(frame_of(wall_depth(AT[0]), AT[0])))
     after = contents(furnished)
-    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 2))[..., 0]
+    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 4))[..., 0]
     assert np.count_nonzero(before["label"][lasting] == THING) > 50
-    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] / 2)
-    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // 2)
+    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] / 4)
+    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // 4)
     assert np.array_equal(after["tsdf"][lasting], before["tsdf"][lasting])
 
 
-def test_a_voxel_whose_last_vote_is_carved_keeps_no_label() -> None:
+@pytest.fixture
+def contradicted() -> VoxelMap:
+    """The box seen eleven times and voted for only once, then once seen through."""
     voxels = VoxelMap(COARSE)
     voxels.admit(THING)
     for at in AT:
         voxels.integrate(frame_of(scene_depth(at), at))
-    fuse(voxels, frame_of(scene_depth(AT[0]), AT[0]))  # the only votes, against a weight of eleven
+    fuse(voxels, frame_of(scene_depth(AT[0]), AT[0]))
     assert np.count_nonzero(contents(voxels)["label"] == THING) > 50
     carve(voxels, look(frame_of(wall_depth(AT[0]), AT[0])))
-    held = contents(voxels)
+    return voxels
+
+
+def test_a_voxel_whose_last_vote_is_carved_keeps_no_label(contradicted: VoxelMap) -> None:
+    held = contents(contradicted)
     unclaimed = ~(held["counts"] > 0).any(axis=2)
     assert not held["label"][unclaimed].any()
+
+
+def test_a_pruned_thing_does_not_come_back_from_the_file(contradicted: VoxelMap, tmp_path: Path) -> None:
+    contradicted.replace(THING, 0)
+    save_voxels(tmp_path / "map.npz", contradicted)
+    loaded = load_voxels(tmp_path / "map.npz")
+    assert not (extract_points(contradicted).instances == THING).any()
+    assert not (extract_points(loaded).instances == THING).any()
 
 
 def test_nearest_readings_by_a_literal_loop() -> None:

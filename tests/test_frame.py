@@ -86,7 +86,7 @@ def test_masks_that_do_not_fit_together_are_refused(masks: np.ndarray, scores: n
 
 @pytest.mark.parametrize("dtype", [np.int32, np.uint16, np.int64])
 def test_masks_from_ids_are_one_for_each_positive_id(dtype: type) -> None:
-    ids = np.array([[0, 7, 7], [3, 0, 900]], dtype)
+    ids: np.ndarray = np.array([[0, 7, 7], [3, 0, 900]], dtype)
     masks = Masks.from_ids(ids)
     assert len(masks) == 3
     assert np.array_equal(masks.masks, [ids == 3, ids == 7, ids == 900])

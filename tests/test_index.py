@@ -18,7 +18,8 @@ def slow_near(boxes: dict[int, OrientedBox], query: OrientedBox, margin_m: float
 def test_every_box_within_the_margin_is_found_and_none_beyond_the_slack() -> None:
     """Through inserts, removals, large moves and many small ones."""
     rng = np.random.default_rng(0)
-    index, boxes = BoxIndex(), {}
+    index = BoxIndex()
+    boxes: dict[int, OrientedBox] = {}
     for step in range(300):
         number = int(rng.integers(1, 60))
         if number in boxes and step % 5 == 0:

@@ -196,7 +196,7 @@ def test_mesh_by_a_reader_that_only_knows_the_ply_header(tmp_path: Path) -> None
 def test_mesh_as_open3d_reads_it(tmp_path: Path) -> None:
     mesh = small_mesh()
     write_mesh_ply(tmp_path / "mesh.ply", mesh)
-    found = o3d.io.read_triangle_mesh(str(tmp_path / "mesh.ply"))
+    found = o3d.io.read_triangle_mesh(tmp_path / "mesh.ply")
     assert_allclose(np.asarray(found.vertices), mesh.vertices)
     assert np.array_equal(np.asarray(found.triangles), mesh.triangles)
     assert_allclose(np.asarray(found.vertex_colors), mesh.colors / 255)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Mapping
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -130,7 +132,7 @@ def test_points_and_mesh_need_as_many_observations(observations: int, is_surface
     assert bool(len(extract_mesh(voxels).vertices)) == is_surface
 
 
-def voted(table: dict[tuple[int, int, int], dict[int, int]]) -> VoxelMap:
+def voted(table: Mapping[Any, dict[int, int]]) -> VoxelMap:
     """A map in which each cell has the given number of votes for each id."""
     voxels = VoxelMap(COARSE)
     voxels.admit(9)
@@ -174,14 +176,15 @@ def test_vertex_labels_by_a_slow_vote() -> None:
     voxels = voted(table)
     points = rng.uniform(-3, 3, (80, 3))
     for point, label in zip(points, vertex_labels(voxels, (points * SIZE_M).astype(np.float32)), strict=True):
-        tally: Counter[int] = Counter()
+        tally: dict[int, float] = defaultdict(float)
         low = np.floor(point).astype(int)
         for corner in np.ndindex(2, 2, 2):
             weight = np.prod(np.where(corner, point - low, 1 - (point - low)))
             for who, count in table.get(tuple(low + corner), {}).items():
                 tally[who] += count * max(float(weight), 0.02)
-        best = tally.most_common(2)
-        assert label == (best[0][0] if best else 0) or abs(best[0][1] - best[1][1]) < 0.02
+        best = max(tally.values(), default=0.0)
+        # Weights are rounded: nearly equal sums may go either way.
+        assert label in {who for who, votes in tally.items() if votes > best - 0.02} or (label == 0 and not tally)
 
 
 def slow_fill(labels: list[int], triangles: list[list[int]], rings: int) -> list[int]:
@@ -191,7 +194,7 @@ def slow_fill(labels: list[int], triangles: list[list[int]], rings: int) -> list
             beside[a] |= {b} - {a}
     for _ in range(rings):
         near = [Counter(labels[b] for b in others if labels[b]) for others in beside]
-        most = [min(tally, key=lambda i, t=tally: (-t[i], i)) if tally else 0 for tally in near]
+        most = [min((-n, i) for i, n in tally.items())[1] if tally else 0 for tally in near]
         labels = [own or new for own, new in zip(labels, most, strict=True)]
     return labels
 

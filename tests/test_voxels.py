@@ -163,7 +163,7 @@ def test_votes_and_labels_are_those_of_a_slow_count(device: str) -> None:
     cells = cells_at(sorted(tallies))
     expected = [tallies[cell] for cell in map(tuple, cells.coordinates.tolist())]
     assert histograms(voxels, cells) == [dict(tally) for tally in expected]
-    winners = [min(t, key=lambda i, t=t: (-t[i], i)) if t else 0 for t in expected]
+    winners = [min((-n, i) for i, n in tally.items())[1] if tally else 0 for tally in expected]
     assert voxels.labels_at(cells).tolist() == winners
     assert len(set(winners)) == 6
 
@@ -235,7 +235,8 @@ def test_settling_a_settled_map_changes_nothing() -> None:
 def test_votes_survive_growth(device: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Views taken before the grid grows go stale: one that had room from the start must hold the same."""
     walls = [frame_of(np.full((120, 160), z), pose((0.3 * z, 0, 0))) for z in (0.7, 1.5, 2.3, 3.1)]
-    maps, capacities = [], []
+    maps: list[dict[str, np.ndarray]] = []
+    capacities: list[list[int]] = []
     for blocks in (2, 256):
         monkeypatch.setattr(razer.voxels, "START_BLOCKS", blocks)
         voxels = VoxelMap(COARSE, device)
