@@ -9,7 +9,7 @@ import pytest
 from scenes import cells_at
 
 from razer.cells import cells_of
-from razer.clustering import cluster, neighbour_pairs
+from razer.clustering import _neighbours, cluster
 
 
 def slow_dbscan(points: np.ndarray, radius: float, min_points: int) -> tuple[np.ndarray, list[set[int]]]:
@@ -143,7 +143,9 @@ def test_neighbour_pairs_are_all_pairs_within_the_radius_once(radius: float) -> 
     cells, _, _ = random_sets(3, 250, 1, 9)
     gap = ((cells.coordinates[:, None] - cells.coordinates[None]) ** 2).sum(axis=2)
     expected = {(int(a), int(b)) for a, b in np.argwhere(gap <= radius**2 + 1e-9) if a < b}
-    first, second = neighbour_pairs(cells, radius)
+    everything = np.arange(len(cells), dtype=np.int32)
+    near, far = _neighbours(cells, np.zeros_like(everything), everything, radius)
+    first, second = (np.concatenate([a, b]) for a, b in zip(near, far, strict=True))
     found = [(min(a, b), max(a, b)) for a, b in zip(first.tolist(), second.tolist(), strict=True)]
     assert len(found) == len(set(found))
     assert set(found) == expected
