@@ -12,6 +12,7 @@ import open3d as o3d
 import torch
 from rich.console import Console
 
+from app.ahead import work_ahead
 from app.config import InputSettings, RunConfig
 from app.interrupt import StopRequest
 from app.look import Look, Looker
@@ -19,7 +20,6 @@ from app.mapping import map_frames
 from app.memory import rss_mb
 from app.no_timeline import NoTimeline
 from app.outcome import Outcome
-from app.prefetch import prefetch
 from app.progress import watch
 from app.recorder import Recorder
 from app.run_folder import TIMELINE, RunFolder
@@ -78,7 +78,7 @@ def map_sequence(
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
     with StopRequest() as stop:
-        looks = until_stopped(prefetch(Looker(sequence, GivenPoses(), mapper.perception), indices), stop)
+        looks = until_stopped(work_ahead(Looker(sequence, GivenPoses(), mapper.perception), indices), stop)
         map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()

@@ -9,7 +9,7 @@ from pathlib import Path
 from data_tools.camera import Declared, read_camera_file
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.images import IMAGE_SUFFIXES
-from data_tools.poses import Pose, PoseSource, read_pose, read_trajectory
+from data_tools.poses import NearestPoses, PoseFiles, PoseSource, read_trajectory
 from razer.frame import BadInput
 
 MILLIMETRES = 1000.0
@@ -79,15 +79,10 @@ def _stamps(folder: Path, keys: list[str]) -> list[float]:
 def _poses(folder: Path, keys: list[str], stamps: list[float]) -> PoseSource | None:
     if (folder / "trajectory.txt").is_file():
         trajectory = read_trajectory(folder / "trajectory.txt")
-        return lambda index: trajectory.nearest(stamps[index])
+        return NearestPoses(trajectory, tuple(stamps))
     for name in _POSE_FOLDERS:
         if (folder / name).is_dir():
-            matrices = folder / name
-
-            def pose_of(index: int, matrices: Path = matrices) -> Pose:
-                return read_pose(matrices / f"{keys[index]}.txt")
-
-            return pose_of
+            return PoseFiles(tuple(folder / name / f"{key}.txt" for key in keys))
     return None
 
 

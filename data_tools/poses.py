@@ -121,3 +121,39 @@ def _matrix(rotation: Array, position: Array) -> Array:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = rotation, position
     return matrix
+
+
+# Sources of poses are plain values and no closures, as a sequence travels to other processes.
+@dataclass(frozen=True, slots=True)
+class PoseFiles:
+    """One file with a 4x4 matrix for each frame."""
+
+    paths: tuple[Path, ...]
+
+    def __call__(self, index: int) -> Pose:
+        """The pose of a frame; raises UnusableFrame."""
+        return read_pose(self.paths[index])
+
+
+@dataclass(frozen=True, slots=True)
+class NearestPoses:
+    """The pose of a trajectory with a frame's own stamp."""
+
+    trajectory: Trajectory
+    stamps: tuple[float, ...]
+
+    def __call__(self, index: int) -> Pose:
+        """The pose of a frame; raises UnusableFrame."""
+        return self.trajectory.nearest(self.stamps[index])
+
+
+@dataclass(frozen=True, slots=True)
+class InterpolatedPoses:
+    """The pose of a trajectory at the time of a frame."""
+
+    trajectory: Trajectory
+    stamps: tuple[float, ...]
+
+    def __call__(self, index: int) -> Pose:
+        """The pose of a frame; raises UnusableFrame."""
+        return self.trajectory.interpolated(self.stamps[index])

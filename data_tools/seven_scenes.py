@@ -7,7 +7,7 @@ from pathlib import Path
 
 from data_tools.camera import Declared, read_camera_matrix
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
-from data_tools.poses import Pose, read_pose
+from data_tools.poses import PoseFiles
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0
@@ -28,15 +28,9 @@ def read_seven_scenes(folder: Path, declared: Declared, use_poses: bool) -> File
             files.setdefault(match[1], {})[match[2]] = path
     numbers = sorted((n for n, kinds in files.items() if {"color", "depth"} & kinds.keys()), key=int)
     shots = tuple(_shot(folder, number, files[number]) for number in numbers)
-    has_poses = any("pose" in files[number] for number in numbers)
-
-    def pose_of(index: int) -> Pose:
-        number = numbers[index]
-        return read_pose(files[number].get("pose", folder / f"frame-{number}.pose.txt"))
-
-    return file_sequence(
-        folder, shots, declared.or_else(_defaults(folder)), pose_of if has_poses and use_poses else None
-    )
+    has_poses = use_poses and any("pose" in files[number] for number in numbers)
+    poses = PoseFiles(tuple(files[n].get("pose", folder / f"frame-{n}.pose.txt") for n in numbers))
+    return file_sequence(folder, shots, declared.or_else(_defaults(folder)), poses if has_poses else None)
 
 
 def _shot(folder: Path, number: str, kinds: dict[str, Path]) -> Shot:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -50,6 +51,7 @@ class SyntheticRoom:
         if n_frames < 1:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
         self.name = f"synthetic-room-{seed}"
+        self._made_by = partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, noise=noise)
         self.intrinsics = _CAMERA.resized(width, height)
         self._seed, self._noise = seed, noise
         self._layout = living_room(seed)
@@ -60,6 +62,10 @@ class SyntheticRoom:
         self._after = RayRenderer(after.things, self.intrinsics, seed) if moved else self._before
         self._final = after
         self.classes = {number: thing.class_name for number, thing in after.things.items()}
+
+    def __reduce__(self) -> tuple[partial[SyntheticRoom], tuple[()]]:
+        # A ray caster cannot be sent to another process, but made again there.
+        return self._made_by, ()
 
     def __len__(self) -> int:
         return len(self._poses)

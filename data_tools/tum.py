@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from data_tools.camera import Camera, Declared
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
-from data_tools.poses import Pose, read_trajectory
+from data_tools.poses import InterpolatedPoses, read_trajectory
 from razer.frame import BadInput
 
 DEPTH_SCALE = 5000.0
@@ -43,12 +43,9 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
     truth = folder / "groundtruth.txt"
     trajectory = read_trajectory(truth) if use_poses and truth.is_file() else None
 
-    def pose_of(index: int) -> Pose:
-        assert trajectory is not None
-        return trajectory.interpolated(shots[index].stamp)
-
+    poses = InterpolatedPoses(trajectory, tuple(shot.stamp for shot in shots)) if trajectory else None
     defaults = Declared(_known_camera(folder), depth_scale=DEPTH_SCALE)
-    return file_sequence(folder, shots, declared.or_else(defaults), pose_of if trajectory else None)
+    return file_sequence(folder, shots, declared.or_else(defaults), poses)
 
 
 def associate(a: NDArray[np.float64], b: NDArray[np.float64], max_difference: float) -> list[tuple[int, int]]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import threading
+import multiprocessing
+import os
 
 import numpy as np
 import pytest
 
+from app.ahead import work_ahead
 from app.look import Looker
-from app.prefetch import prefetch
 from app.recorder import Recorder, summary
 from razer.frame import Frame, Intrinsics, UnusableFrame
 from razer.stages import stage
@@ -59,7 +60,7 @@ class Everywhere:
 
 
 def looks(clip, indices, lost=()):
-    return list(prefetch(Looker(clip, Everywhere(lost), Nothing()), indices))
+    return list(work_ahead(Looker(clip, Everywhere(lost), Nothing()), indices))
 
 
 def test_looks_come_in_order_with_the_broken_and_lost_ones_named():
@@ -77,28 +78,52 @@ def test_a_look_carries_the_time_of_its_stages():
     assert list(found[1].stage_ms) == ["decode"]
 
 
-def test_reading_ahead_is_bounded():
-    clip = Clip(100)
-    frames = prefetch(clip.__getitem__, range(100), ahead=3)
-    for _ in range(5):
-        next(frames)
-    frames.close()
-    assert 5 <= len(clip.read) <= 5 + 3
+class Note:
+    """Work that leaves a file for each index it has done."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def __call__(self, index):
+        (self.folder / str(index)).touch()
+        return index
+
+
+def test_working_ahead_is_bounded(tmp_path):
+    results = work_ahead(Note(tmp_path), range(100), ahead=3)
+    assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
+    results.close()
+    assert 5 <= len(list(tmp_path.iterdir())) <= 5 + 3
+
+
+def fail_at_one(index):
+    if index == 1:
+        raise RuntimeError("bug")
+    return index
 
 
 def test_an_unknown_error_is_raised_at_its_frames_turn():
-    frames = prefetch(Clip(5, fatal=(1,)).__getitem__, range(5))
-    assert next(frames).index == 0
+    results = work_ahead(fail_at_one, range(5))
+    assert next(results) == 0
     with pytest.raises(RuntimeError, match="bug"):
-        next(frames)
+        next(results)
 
 
-def test_no_reading_thread_is_left_behind():
-    before = threading.active_count()
-    frames = prefetch(Clip(50).__getitem__, range(50))
-    next(frames)
-    frames.close()
-    assert threading.active_count() == before
+def die(index):
+    os._exit(1)
+
+
+def test_the_death_of_the_other_process_is_said():
+    with pytest.raises(RuntimeError, match="frame 0"):
+        next(work_ahead(die, range(5)))
+
+
+def test_no_process_is_left_behind(tmp_path):
+    results = work_ahead(Note(tmp_path), range(50))
+    next(results)
+    assert len(multiprocessing.active_children()) == 1
+    results.close()
+    assert not multiprocessing.active_children()
 
 
 def record(frames, done, blocks=lambda: 7):
