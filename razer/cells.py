@@ -83,8 +83,8 @@ class ObservedSurface:
     depth: NDArray[np.float32]
     matrix: NDArray[np.float64]
     world_from_camera: NDArray[np.float64]
-    rows: NDArray[np.intp]
-    columns: NDArray[np.intp]
+    rows: Ints
+    columns: Ints
     cells: Cells
     pixel_cell: Ints
 
@@ -103,7 +103,8 @@ class ObservedSurface:
         camera = back_project(columns, rows, depth[rows, columns], matrix)
         world = transform_points(frame.pose, camera)
         cells, pixel_cell = cells_of(np.rint(world / voxel_size_m).astype(np.int32), voxel_size_m)
-        return cls(stride, depth, matrix, frame.pose, rows, columns, cells, pixel_cell)
+        narrow = (rows.astype(np.int32), columns.astype(np.int32))  # half the bytes to send to another process
+        return cls(stride, depth, matrix, frame.pose, *narrow, cells, pixel_cell)
 
     @cached_property
     def _rays(self) -> NDArray[np.float64]:
@@ -135,9 +136,3 @@ class ObservedSurface:
         steps = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (BLOCK / 2))) + 1)
         keys = [np.floor((self.cells.coordinates + self._rays * step) / BLOCK).astype(np.int32) for step in steps]
         return cells_of(np.concatenate(keys) * BLOCK, self.cells.voxel_size_m)[0].block_keys
-
-    def band(self, voxels: float = 1.0) -> Cells:
-        """The cells within the given number of voxels of the surface along the viewing rays."""
-        centre = self.cells.coordinates
-        steps = [np.rint(centre + self._rays * offset).astype(np.int32) for offset in (-voxels, voxels)]
-        return cells_of(np.concatenate([centre, *steps]), self.cells.voxel_size_m)[0]

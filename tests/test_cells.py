@@ -147,26 +147,6 @@ def test_readings_in_masks_by_a_literal_loop() -> None:
     assert list(zip(mask_of.tolist(), reading.tolist(), strict=True)) == expected
 
 
-def test_band_of_one_cell_straight_ahead() -> None:
-    depth = np.zeros((6, 8))
-    depth[3, 4] = 1.0
-    surface = ObservedSurface.of(frame_of(depth, camera=GRID), 0.02, 0.1, 1.0)
-    assert surface.band().coordinates.tolist() == [[0, 0, 49], [0, 0, 50], [0, 0, 51]]
-    assert surface.band(3.0).coordinates.tolist() == [[0, 0, 47], [0, 0, 50], [0, 0, 53]]
-
-
-def test_band_by_a_literal_loop() -> None:
-    surface = tilted_surface()
-    expected = set()
-    for cell, point in zip(surface.cells.coordinates, surface.cells.points, strict=True):
-        ray = point - surface.world_from_camera[:3, 3]
-        for offset in (-1, 0, 1):
-            expected.add(tuple(np.rint(cell + offset * ray / np.linalg.norm(ray)).astype(int)))
-    band = surface.band().coordinates
-    assert len(band) == len(expected)
-    assert set(map(tuple, band)) == expected
-
-
 def test_cells_at_block_borders_keep_their_coordinates() -> None:
     corners = [[x, y, z] for x in (-17, -16, -1, 0, 15, 16) for y in (-1, 0) for z in (15, 16)]
     assert sorted(map(tuple, cells_at(corners).coordinates)) == sorted(map(tuple, corners))
