@@ -14,6 +14,7 @@ from app.memory import peak_rss_mb, rss_mb
 from razer.stages import measured_by
 
 TENTHS = 10
+STAGES = ("decode", "pose", "integrate", "segment", "embed", "lift", "associate", "vote", "maintain", "log")
 
 
 class Recorder:
@@ -62,8 +63,13 @@ class Recorder:
             "peak_rss_mb": round(peak_rss_mb(), 1),
             "rss_mb_at_tenths": self._rss_mb,
             "blocks_at_tenths": self._n_blocks,
-            "stages": {name: summary(ms) for name, ms in self._stages.items()},
+            "stages": {name: summary(self._stages[name]) for name in sorted(self._stages, key=_place)},
         }
+
+
+def _place(stage: str) -> int:
+    """Where a stage stands in a frame's life, whatever process it ran in; unknown ones come last."""
+    return STAGES.index(stage) if stage in STAGES else len(STAGES)
 
 
 @contextmanager

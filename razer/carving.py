@@ -16,11 +16,11 @@ from razer.voxels import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
 # and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
 EDGE_PIXELS = 2
-FORGET = 0.25  # what a pass leaves of weight and votes
+FORGET = 0.125  # what a pass leaves of weight and votes
 
 
 def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
-    """Quarter weight and votes of surface voxels that stand in front of what the frame sees, by more than the
+    """Cut down weight and votes of surface voxels that stand in front of what the frame sees, by more than the
     truncation distance; voxels of less than one observation become empty."""
     nearest = nearest_readings(surface.depth)
     keys, rows = voxels.active_rows()

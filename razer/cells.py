@@ -53,22 +53,23 @@ def cells_of(coordinates: Ints, voxel_size_m: float) -> tuple[Cells, Ints]:
         return Cells(voxel_size_m, np.zeros((0, 3), np.int32), empty, empty), empty
     blocks = coordinates >> 4
     low = blocks.min(axis=0)
-    shape = blocks.max(axis=0) - low + 1
-    flat = np.ravel_multi_index(tuple((blocks - low).T), tuple(shape))
+    shape = (blocks.max(axis=0) - low + 1).astype(np.intp)
+    x, y, z = (blocks - low).T
+    flat = (x * shape[1] + y) * shape[2] + z
     seen = np.zeros(int(np.prod(shape)), bool)
     seen[flat] = True
     present = np.flatnonzero(seen)
-    rank = np.zeros(len(seen), np.int32)
-    rank[present] = np.arange(len(present), dtype=np.int32)
-    inside = coordinates & (BLOCK - 1)
-    address = rank[flat] * BLOCK_VOXELS + inside[:, 0] + BLOCK * (inside[:, 1] + BLOCK * inside[:, 2])
+    rank = np.zeros(len(seen), np.intp)
+    rank[present] = np.arange(len(present))
+    x, y, z = (coordinates & (BLOCK - 1)).T
+    address = rank.take(flat) * BLOCK_VOXELS + (x + BLOCK * (y + BLOCK * z))
     occupied = np.zeros(len(present) * BLOCK_VOXELS, bool)
     occupied[address] = True
     addresses = np.flatnonzero(occupied).astype(np.int32)
     row = np.zeros(len(occupied), np.int32)
     row[addresses] = np.arange(len(addresses), dtype=np.int32)
     keys = np.stack(np.unravel_index(present, tuple(shape)), axis=1).astype(np.int32) + low.astype(np.int32)
-    return Cells(voxel_size_m, keys, addresses // BLOCK_VOXELS, addresses % BLOCK_VOXELS), row[address]
+    return Cells(voxel_size_m, keys, addresses // BLOCK_VOXELS, addresses % BLOCK_VOXELS), row.take(address)
 
 
 @dataclass(frozen=True)
@@ -100,9 +101,9 @@ class ObservedSurface:
         rows, columns = np.nonzero(depth)
         if len(rows) == 0:
             raise UnusableFrame(f"no depth reading between {depth_min_m:g} and {depth_max_m:g} m")
-        camera = back_project(columns, rows, depth[rows, columns], matrix)
-        world = transform_points(frame.pose, camera)
-        cells, pixel_cell = cells_of(np.rint(world / voxel_size_m).astype(np.int32), voxel_size_m)
+        world = transform_points(frame.pose, back_project(columns, rows, depth[depth > 0], matrix))
+        world /= voxel_size_m
+        cells, pixel_cell = cells_of(np.rint(world, out=world).astype(np.int32), voxel_size_m)
         narrow = (rows.astype(np.int32), columns.astype(np.int32))  # half the bytes to send to another process
         return cls(stride, depth, matrix, frame.pose, *narrow, cells, pixel_cell)
 

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scenes import COARSE, axis_box, box_depth, contents, frame_of, look, plane_depth, pose, same_contents
 
 import razer.voxels
-from razer.carving import carve, nearest_readings
+from razer.carving import FORGET, carve, nearest_readings
 from razer.frame import Frame
 from razer.storage import load_voxels, save_voxels
 from razer.surface import extract_mesh, extract_points
@@ -122,10 +122,10 @@ def test_one_contradiction_weakens_and_does_not_erase(furnished: VoxelMap) -> No
     before = contents(furnished)
     carve(furnished, look(frame_of(wall_depth(AT[0]), AT[0])))
     after = contents(furnished)
-    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 4))[..., 0]
+    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 1 / FORGET))[..., 0]
     assert np.count_nonzero(before["label"][lasting] == THING) > 50
-    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] / 4)
-    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // 4)
+    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] * FORGET)
+    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // int(1 / FORGET))
     assert np.array_equal(after["tsdf"][lasting], before["tsdf"][lasting])
 
 

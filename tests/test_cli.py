@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app import view as view_verb
+from app import viewer
 from app.cli import main
 from app.config import RunConfig
 from app.config_sources import read_config
@@ -348,7 +348,7 @@ def test_a_killed_run_leaves_nothing_under_a_final_name(recording, tmp_path):
 
 def test_ctrl_c_finishes_the_folder_with_what_is_there(recording, tmp_path):
     process, log = start_slow_run(recording, tmp_path, wait_s=0.2)
-    wait_for_frames(process, log, 3)
+    wait_for_frames(process, log, 3 + 3)  # up to three frames are looked at ahead
     process.send_signal(signal.SIGINT)
     out, err = process.communicate()
     assert process.returncode == 130, err
@@ -429,7 +429,7 @@ def test_demo_names_things_of_the_simulated_room(capsys, tmp_path):
 
 def test_view_opens_the_timeline_of_a_run(capsys, monkeypatch, tmp_path):
     opened = []
-    monkeypatch.setattr(view_verb, "open_viewer", lambda path, web: opened.append((path, web)))
+    monkeypatch.setattr(viewer, "open_viewer", lambda path, web: opened.append((path, web)))
     (tmp_path / "timeline.rrd").write_bytes(b"")
     assert razer(capsys, "view", tmp_path, "--web")[0] == 0
     assert opened == [(tmp_path / "timeline.rrd", True)]
