@@ -43,7 +43,8 @@ def _rays(mesh: LabelledMesh, up: Array, width: int, height: int) -> NDArray[np.
     middle, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     distance = 1.05 * radius / np.tan(np.radians(_FIELD_OF_VIEW_DEG) / 2)
     eye = middle + distance * _best_direction(mesh, up)
-    pinhole = (_FIELD_OF_VIEW_DEG, *(o3c.Tensor(v.astype(np.float32)) for v in (middle, eye, up)), width, height)
+    # Open3D's rows run along its "up", so that it has to be told what is down.
+    pinhole = (_FIELD_OF_VIEW_DEG, *(o3c.Tensor(v.astype(np.float32)) for v in (middle, eye, -up)), width, height)
     rays: NDArray[np.float32] = o3d.t.geometry.RaycastingScene.create_rays_pinhole(*pinhole).numpy()
     return rays
 
