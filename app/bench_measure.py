@@ -15,7 +15,7 @@ from app.recorder import summary
 from app.recording import open_recording
 from app.yardstick import fuse_plainly
 from data_tools.sequence import Sequence
-from data_tools.synthetic import SyntheticRoom
+from data_tools.worlds.synthetic import SyntheticRoom
 from razer.frame import Frame, UnusableFrame
 
 # Stages of the map itself; the others read, look at pictures with 2D models, or log.

@@ -47,7 +47,7 @@ def demo(
     # Late, as in `razer run`.
     from app.pipeline import run_to_folder
     from app.report import report
-    from data_tools.synthetic import SyntheticRoom
+    from data_tools.worlds.synthetic import SyntheticRoom
 
     finished = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
     if not json:

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from app.config import InputSettings
-from data_tools.depth_scale import check_depth_scale
+from data_tools.checks.depth_scale import check_depth_scale
 from data_tools.sequence import Sequence, open_sequence
 
 

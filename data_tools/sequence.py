@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Protocol
 
 from data_tools.camera import declare
-from data_tools.folder import is_folder
-from data_tools.seven_scenes import is_seven_scenes
-from data_tools.tum import is_tum
+from data_tools.formats.folder import is_folder
+from data_tools.formats.seven_scenes import is_seven_scenes
+from data_tools.formats.tum import is_tum
 from razer.frame import BadInput, Frame, Intrinsics
 from razer.plugins import load
 
 READERS = {
-    "7scenes": "data_tools.seven_scenes:read_seven_scenes",
-    "tum": "data_tools.tum:read_tum",
-    "folder": "data_tools.folder:read_folder",
+    "7scenes": "data_tools.formats.seven_scenes:read_seven_scenes",
+    "tum": "data_tools.formats.tum:read_tum",
+    "folder": "data_tools.formats.folder:read_folder",
 }
 _RECOGNISERS = {"7scenes": is_seven_scenes, "tum": is_tum, "folder": is_folder}
 

@@ -19,7 +19,7 @@ from app import viewer
 from app.cli import main
 from app.config import RunConfig
 from app.config_sources import read_config
-from data_tools.synthetic import SyntheticRoom
+from data_tools.worlds.synthetic import SyntheticRoom
 from razer.storage import read_mesh_ply
 
 N_FRAMES = 12

@@ -12,7 +12,7 @@ import pytest
 import torch
 from scipy.spatial import cKDTree
 
-from data_tools.synthetic import SyntheticRoom
+from data_tools.worlds.synthetic import SyntheticRoom
 from razer.config import MapperConfig
 from razer.geometry import back_project, transform_points
 from razer.mapper import Mapper
@@ -98,7 +98,7 @@ def surface_of(frame, instance):
 MAP_AND_HASH = """
 import hashlib, json, sys, cv2, torch
 from test_demo_room import mapped
-from data_tools.synthetic import SyntheticRoom
+from data_tools.worlds.synthetic import SyntheticRoom
 threads = int(sys.argv[1])
 torch.set_num_threads(threads)
 cv2.setNumThreads(threads)

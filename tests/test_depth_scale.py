@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from data_tools.depth_scale import check_depth_scale, factor_from_steps
+from data_tools.checks.depth_scale import check_depth_scale, factor_from_steps
 from data_tools.sequence import Sequence, open_sequence
 from razer.frame import Frame, Intrinsics, UnusableFrame
 

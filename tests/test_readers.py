@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from data_tools.formats.tum import CAMERAS, associate
 from data_tools.poses import PROJECTED
 from data_tools.sequence import open_sequence, recognise
-from data_tools.tum import CAMERAS, associate
 from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
 from tests.recordings import (
     HEIGHT,
@@ -228,7 +228,7 @@ def test_layouts_are_recognised_and_reader_overrides(tmp_path: Path) -> None:
     own = write_folder(tmp_path / "c", camera=camera_json())
     assert [recognise(folder) for folder in (scenes, tum, own)] == ["7scenes", "tum", "folder"]
     assert open_sequence(tum, reader="folder", camera="10,10,3.5,2.5").depth_scale == 1000
-    assert open_sequence(own, reader="data_tools.folder:read_folder").name == "c"
+    assert open_sequence(own, reader="data_tools.formats.folder:read_folder").name == "c"
 
 
 def _missing(folder: Path) -> dict:

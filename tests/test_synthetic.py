@@ -9,20 +9,21 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from data_tools.camera_path import walk_round
-from data_tools.folder_writer import write_folder
-from data_tools.furniture import Thing, tinted
-from data_tools.ground_truth import GroundTruth, ground_truth
-from data_tools.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
-from data_tools.ray_renderer import RayRenderer, scene_of
-from data_tools.sensor_noise import noisy_depth
 from data_tools.sequence import open_sequence
-from data_tools.solids import Solid, box, lathe, quad_normals
-from data_tools.synthetic import SyntheticRoom
-from data_tools.tessellation import tessellate
-from data_tools.textures import LEVELS, PAINTERS, SIZE, paint_atlas
-from data_tools.truth_folder import read_truth, write_truth
-from data_tools.visibility import TOLERANCE_M, Vantage, View
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.truth.truth_folder import read_truth, write_truth
+from data_tools.worlds.camera_path import walk_round
+from data_tools.worlds.furniture import Thing, tinted
+from data_tools.worlds.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
+from data_tools.worlds.ray_renderer import RayRenderer, scene_of
+from data_tools.worlds.sensor_noise import noisy_depth
+from data_tools.worlds.solids import Solid, box, lathe, quad_normals
+from data_tools.worlds.synthetic import SyntheticRoom
+from data_tools.worlds.tessellation import tessellate
+from data_tools.worlds.textures import LEVELS, PAINTERS, SIZE, paint_atlas
+from data_tools.worlds.true_surface import ground_truth
+from data_tools.worlds.visibility import TOLERANCE_M, Vantage, View
+from data_tools.writers.own_folder import write_folder
 from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
 from razer.geometry import back_project, inverse, project, transform_points
 

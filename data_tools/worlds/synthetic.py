@@ -7,12 +7,13 @@ from functools import partial
 
 import numpy as np
 
-from data_tools.camera_path import walk_round
-from data_tools.ground_truth import GroundTruth, ground_truth
-from data_tools.living_room import living_room
-from data_tools.ray_renderer import RayRenderer
-from data_tools.sensor_noise import noisy_colour, noisy_depth
-from data_tools.visibility import Vantage, View
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.worlds.camera_path import walk_round
+from data_tools.worlds.living_room import living_room
+from data_tools.worlds.ray_renderer import RayRenderer
+from data_tools.worlds.sensor_noise import noisy_colour, noisy_depth
+from data_tools.worlds.true_surface import ground_truth
+from data_tools.worlds.visibility import Vantage, View
 from razer.frame import BadInput, Frame, Intrinsics
 
 FRAMES_PER_S = 15.0

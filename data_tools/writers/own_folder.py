@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from data_tools.ground_truth import GroundTruth
 from data_tools.sequence import Sequence
-from data_tools.truth_folder import write_json, write_objects, write_truth
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.truth.truth_folder import write_json, write_objects, write_truth
 from razer.frame import BadInput, Frame, UnusableFrame
 
 MILLIMETRES_PER_M = 1000.0

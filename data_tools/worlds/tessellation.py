@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.furniture import Thing
-from data_tools.solids import quad_normals
+from data_tools.worlds.furniture import Thing
+from data_tools.worlds.solids import quad_normals
 
 _WELD_M = 1e-4
 

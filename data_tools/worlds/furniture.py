@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.solids import Colour, Material, Point, Solid, box, lathe
+from data_tools.worlds.solids import Colour, Material, Point, Solid, box, lathe
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.camera_motion import find_landmarks, measure_motion
+from data_tools.checks.camera_motion import find_landmarks, measure_motion
 from data_tools.sequence import Sequence
 from razer.frame import Frame, UnusableFrame
 from razer.geometry import Array, inverse

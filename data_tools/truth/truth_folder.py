@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.ground_truth import GroundTruth
+from data_tools.truth.ground_truth import GroundTruth
 from razer.frame import BadInput
 
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("instance", "<i4"), ("class", "<i4"), ("visible", "u1")])

@@ -9,9 +9,9 @@ import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
-from data_tools.face_table import FaceTable
-from data_tools.furniture import Thing
-from data_tools.textures import LEVELS, SIZE, paint_atlas
+from data_tools.worlds.face_table import FaceTable
+from data_tools.worlds.furniture import Thing
+from data_tools.worlds.textures import LEVELS, SIZE, paint_atlas
 from razer.frame import Intrinsics
 
 Pixels = NDArray[np.float32]

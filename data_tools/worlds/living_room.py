@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data_tools import furniture as f
-from data_tools.furniture import Thing, tinted
-from data_tools.solids import Material, Solid
+from data_tools.worlds import furniture as f
+from data_tools.worlds.furniture import Thing, tinted
+from data_tools.worlds.solids import Material, Solid
 
 LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 _X, _Y = LENGTH_M / 2, WIDTH_M / 2

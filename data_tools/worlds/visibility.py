@@ -9,7 +9,7 @@ import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
-from data_tools.tessellation import Surface
+from data_tools.worlds.tessellation import Surface
 from razer.frame import Intrinsics
 from razer.geometry import inverse, project, transform_points
 

@@ -1,0 +1,1 @@
+"""What one can tell about a recording before mapping it."""

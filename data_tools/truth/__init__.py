@@ -1,0 +1,1 @@
+"""What is true of a scene, and the files datasets keep it in."""

@@ -1,0 +1,33 @@
+"""What is true of a scene: its surface as labelled points, and which of them a recording could see."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class GroundTruth:
+    """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
+    ids >= 1, classes (V,) int32 with class_names naming them, visible (V,) bool: seen often enough to count."""
+
+    vertices: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+    instances: NDArray[np.int32]
+    classes: NDArray[np.int32]
+    class_names: Mapping[int, str]
+    visible: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        count = len(self.vertices)
+        if not count == len(self.instances) == len(self.classes) == len(self.visible):
+            raise ValueError("a ground truth needs one instance, class and visibility for each vertex")
+
+    @property
+    def instance_classes(self) -> dict[int, str]:
+        """The class name of each instance id."""
+        ids, first = np.unique(self.instances, return_index=True)
+        return {int(i): self.class_names[int(c)] for i, c in zip(ids, self.classes[first], strict=True)}

@@ -1,0 +1,1 @@
+"""Synthetic worlds: furniture, rooms, cameras and sensors."""

@@ -1,0 +1,1 @@
+"""Writers: a recording and its truth in one dataset layout each."""
