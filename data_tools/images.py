@@ -12,15 +12,22 @@ from razer.frame import UnusableFrame
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 SATURATED = 65535  # 7-Scenes marks missing depth with it; elsewhere it is the largest value a PNG holds
-# How complete files end. A decoder may fill what is missing with grey, so the end is looked at first.
-_ENDINGS = {".png": b"IEND", ".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9"}
+# How complete PNG and JPEG data begins and ends. A decoder may fill what is missing with grey, so the end is
+# looked at first.
+_ENDINGS = {b"\x89PNG": b"IEND", b"\xff\xd8": b"\xff\xd9"}
 _ENDING_BYTES = 1024
+# The EXIF orientation is ignored because depth, which has none, must stay on the same grid.
+_RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
 
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
     """A colour image, (H, W, 3) uint8 in RGB order; raises UnusableFrame."""
-    # The EXIF orientation is ignored because depth, which has none, must stay on the same grid.
-    return _decode(path, cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION)
+    return _decode(path, _RGB)
+
+
+def decode_rgb(data: bytes, name: str) -> NDArray[np.uint8]:
+    """The colour image in the bytes of a PNG or JPEG file, (H, W, 3) in RGB order; raises UnusableFrame."""
+    return decode(data, name, _RGB)
 
 
 def read_depth(path: Path, units_per_metre: float) -> NDArray[np.float32]:
@@ -60,6 +67,19 @@ def _single_channel(path: Path, what: str) -> NDArray[np.uint16]:
     return image
 
 
+def decode(data: bytes, name: str, flags: int) -> NDArray:
+    """The image in the bytes of a PNG or JPEG file; raises UnusableFrame naming it, also for one that is cut off."""
+    if not data:
+        raise UnusableFrame(f"{name} is empty")
+    ending = next((end for start, end in _ENDINGS.items() if data.startswith(start)), b"")
+    if ending not in data[-_ENDING_BYTES:]:
+        raise UnusableFrame(f"{name} is truncated")
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    if image is None:
+        raise UnusableFrame(f"{name} is no image, or a damaged one")
+    return image
+
+
 def _decode(path: Path, flags: int) -> NDArray:
     try:
         data = path.read_bytes()
@@ -67,11 +87,4 @@ def _decode(path: Path, flags: int) -> NDArray:
         raise UnusableFrame(f"{short_name(path)} is missing") from None
     except OSError as error:
         raise UnusableFrame(f"{short_name(path)} cannot be read: {error.strerror}") from error
-    if not data:
-        raise UnusableFrame(f"{short_name(path)} is empty")
-    if _ENDINGS.get(path.suffix.lower(), b"") not in data[-_ENDING_BYTES:]:
-        raise UnusableFrame(f"{short_name(path)} is truncated")
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    if image is None:
-        raise UnusableFrame(f"{short_name(path)} is no image, or a damaged one")
-    return image
+    return decode(data, short_name(path), flags)

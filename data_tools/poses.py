@@ -106,13 +106,17 @@ class Trajectory:
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """A TUM trajectory, lines of `stamp tx ty tz qx qy qz qw`; raises BadInput naming the file."""
+    """A TUM trajectory, lines of `stamp tx ty tz qx qy qz qw`; raises BadInput naming the file. A last line that is
+    cut off and lines without a finite stamp are left out: no frame can have their pose."""
     lines = [line.split() for line in path.read_text().splitlines()]
     lines = [line for line in lines if line and not line[0].startswith("#")]
+    if len(lines) > 1 and len(lines[-1]) < 8:
+        lines.pop()
     try:
         rows = np.array(lines, dtype=np.float64).reshape(-1, 8)
     except ValueError:
         raise BadInput(f"{path}: every line must read `stamp tx ty tz qx qy qz qw`") from None
+    rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return Trajectory(path.name, rows[:, 0], rows[:, 1:4], rows[:, 4:])
 
