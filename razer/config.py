@@ -162,7 +162,7 @@ class MaintenanceSettings(Settings):
         0.2,
         ge=0,
         le=1,
-        description="tau_supp: share of the surface expected in view that must carry the track's label.",
+        description="tau_supp: share of a track's votes that must lie in voxels it won. Higher: weak tracks go sooner.",
     )
     keep_confidence: float = Field(
         0.7,
@@ -176,7 +176,13 @@ class MaintenanceSettings(Settings):
         le=1,
         description="Two tracks are fused when one mask covers both in this share of the frames that show both.",
     )
-    fuse_frames: int = Field(3, ge=1, description="Frames with both in one mask before two tracks can be fused.")
+    fuse_frames: int = Field(2, ge=1, description="Frames with both in one mask before two tracks can be fused.")
+    fuse_prior: float = Field(
+        4.0,
+        ge=0,
+        description="Frames in one mask that a pair is credited with beforehand: a track seen a few times beside a "
+        "larger one is more often a piece of it than a thing. Larger: fewer fragments, small things vanish.",
+    )
     fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")
 
 

@@ -42,11 +42,12 @@ class Consensus:
             if mask_of[pair[0]] != mask_of[pair[1]]:
                 self._apart[pair] += 1
 
-    def agreed(self, min_frames: int, min_share: float) -> list[tuple[int, int]]:
-        """Pairs (older id, newer id) that belong together, the surest first."""
+    def agreed(self, min_frames: int, min_share: float, prior: float = 0.0) -> list[tuple[int, int]]:
+        """Pairs (older id, newer id) that belong together, the surest first; `prior` is how many frames together a
+        pair that ever was together is credited with beforehand."""
         found = []
         for pair, together in self._together.items():
-            share = together / (together + self._apart.get(pair, 0))
+            share = (together + prior) / (together + prior + self._apart.get(pair, 0))
             if together >= min_frames and share >= min_share:
                 found.append((-together, -share, pair))
         return [pair for _, _, pair in sorted(found)]

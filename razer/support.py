@@ -1,7 +1,8 @@
 """How well the voxels bear a track out (section III-E).
 
 The paper divides voxels by the volume of the box, which mixes units and tends to 0 for thin surfaces. Here the
-expected surface of a track is every surface voxel that holds votes for it, and its support the share of those it won.
+support of a track is the share of its votes, on the surface, that lie in voxels it won. Votes and not voxels are
+counted because one mask that joined a cup with its wall claims the wall's whole surface, but only once.
 """
 
 from __future__ import annotations
@@ -13,10 +14,15 @@ from razer.voxels import VoxelMap
 
 def support_ratios(voxels: VoxelMap) -> dict[int, float]:
     """r_i in [0, 1] for each instance with any votes."""
-    slot_ids, slot_counts, label = (voxels.attribute(name) for name in ("ids", "counts", "label"))
-    n_ids = voxels.newest_id + 1
     surface = voxels.surface_addresses()
-    claimed = torch.bincount(voxels.alive(slot_ids[surface])[slot_counts[surface] > 0].long(), minlength=n_ids)
-    owned = torch.bincount(voxels.alive(label[surface, 0]).long(), minlength=n_ids)
-    ratio = owned / claimed.clamp(min=1)
-    return {i: r for i, r in enumerate(ratio.tolist()) if i and claimed[i] > 0}
+    n_ids = voxels.newest_id + 1
+    ids = voxels.alive(voxels.attribute("ids")[surface])
+    votes = voxels.attribute("counts")[surface].double()
+    label = voxels.alive(voxels.attribute("label")[surface])
+
+    def votes_of(which: torch.Tensor) -> torch.Tensor:
+        return torch.bincount(ids[which].long(), weights=votes[which], minlength=n_ids)
+
+    given, kept = votes_of(votes > 0), votes_of((votes > 0) & (ids == label))
+    ratio = kept / given.clamp(min=1)
+    return {i: r for i, r in enumerate(ratio.tolist()) if i and given[i] > 0}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from razer.association import assign, find_candidates
-from razer.config import MapperConfig
+from razer.config import MaintenanceSettings, MapperConfig
 from razer.consensus import MIN_VISIBLE_CELLS, Consensus
 from razer.evidence import LabelEvidence
 from razer.index import BoxIndex
@@ -112,7 +112,7 @@ class Tracker:
         """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""
         settings = self.config.maintenance
         fused: list[tuple[int, int]] = []
-        while pair := self._next_duplicate(settings.fuse_frames, settings.fuse_consensus, settings.fuse_cosine):
+        while pair := self._next_duplicate(settings):
             survivor, gone = pair
             self.tracks[survivor].absorb(self.tracks[gone])
             self._index.put(survivor, self.tracks[survivor].box)
@@ -120,10 +120,10 @@ class Tracker:
             fused.append((gone, survivor))
         return fused
 
-    def _next_duplicate(self, frames: int, share: float, cosine: float) -> tuple[int, int] | None:
-        for a, b in self._consensus.agreed(frames, share):
+    def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
+        for a, b in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
             similar = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
-            if similar >= cosine:
+            if similar >= settings.fuse_cosine:
                 return a, b
         return None
 

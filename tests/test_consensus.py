@@ -50,6 +50,15 @@ def test_neighbours_joined_in_one_view_of_twenty_do_not_agree() -> None:
         assert agreed(*[TOGETHER if j else APART for j in joined]) == []
 
 
+def test_a_piece_seen_together_now_and_then_is_given_the_benefit_of_the_doubt() -> None:
+    """Five frames of a split and five frames together: a piece; two together of forty: a neighbour."""
+    for together, apart, fused in ((5, 6, True), (2, 2, True), (2, 38, False), (0, 1, False)):
+        consensus = Consensus()
+        for each in [TOGETHER] * together + [APART] * apart:
+            consensus.add(each, {})
+        assert consensus.agreed(2, 0.6, prior=4.0) == ([(1, 2)] if fused else [])
+
+
 def test_the_order_of_the_views_does_not_matter() -> None:
     """Views that show two tracks apart count also before the first that shows them together."""
     views = [APART] * 38 + [TOGETHER] * 2

@@ -29,8 +29,23 @@ def strip() -> VoxelMap:
     return voxels
 
 
-def test_support_is_the_share_of_claimed_voxels_that_were_won() -> None:
+def test_support_is_the_share_of_votes_in_voxels_that_were_won() -> None:
     assert support_ratios(strip()) == pytest.approx({1: 0.4, 2: 1.0, 3: 0.0})
+
+
+def test_one_mask_that_joined_a_thing_with_its_wall_costs_little_support() -> None:
+    voxels = VoxelMap(COARSE)
+    voxels.admit(2)
+    voxels.allocate(np.zeros((1, 3), np.int32))
+    voxels.attribute("weight")[:] = 9.0
+    wall = cells_at([[x, y, 0] for x in range(8) for y in range(8)])
+    for _ in range(5):
+        voxels.vote(wall, np.full(64, 1, np.int32))
+    cup = cells_at([[x, 0, 4] for x in range(4)])
+    for _ in range(20):
+        voxels.vote(cup, np.full(4, 2, np.int32))
+    voxels.vote(wall, np.full(64, 2, np.int32))
+    assert support_ratios(voxels)[2] == pytest.approx(80 / 144)
 
 
 def test_support_follows_fusions_and_prunings() -> None:
