@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from data_tools.worlds.shapes import block, legs
 from data_tools.worlds.solids import Colour, Material, Point, Solid, box, lathe
 
 
@@ -30,6 +31,12 @@ class Thing:
         """The same thing after a rigid (4, 4) transform."""
         return Thing(self.class_name, tuple(s.moved(world_from_local) for s in self.solids))
 
+    @property
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The lowest and the highest corner (3,) of the axis-aligned box round the thing, metres."""
+        corners = np.concatenate([solid.quads for solid in self.solids]).reshape(-1, 3)
+        return corners.min(axis=0), corners.max(axis=0)
+
 
 def tinted(texture: str, colour: Colour, contrast: float = 0.55, tile_m: float = 1.0) -> Material:
     """A material that varies from `colour` down to a share (1 - contrast) of it."""
@@ -37,36 +44,24 @@ def tinted(texture: str, colour: Colour, contrast: float = 0.55, tile_m: float =
     return Material(texture, (dark[0], dark[1], dark[2]), colour, tile_m)
 
 
-def _block(center_x: float, center_y: float, bottom: float, size: Point, material: Material) -> Solid:
-    """A box standing on height `bottom`, centred on (x, y)."""
-    half_x, half_y = size[0] / 2, size[1] / 2
-    low = (center_x - half_x, center_y - half_y, bottom)
-    return box(low, (center_x + half_x, center_y + half_y, bottom + size[2]), material)
-
-
-def _legs(width: float, depth: float, height: float, thick: float, material: Material) -> list[Solid]:
-    x, y = (width - thick) / 2, (depth - thick) / 2
-    return [_block(sx * x, sy * y, 0, (thick, thick, height), material) for sx in (-1, 1) for sy in (-1, 1)]
-
-
-def table(width: float, depth: float, height: float, top: Material, legs: Material) -> Thing:
+def table(width: float, depth: float, height: float, top: Material, frame: Material) -> Thing:
     """A table top of 5 cm on four legs."""
-    solids = [*_legs(width - 0.1, depth - 0.1, height - 0.05, 0.06, legs)]
-    return Thing("table", (*solids, _block(0, 0, height - 0.05, (width, depth, 0.05), top)))
+    solids = legs(width - 0.1, depth - 0.1, height - 0.05, 0.06, frame)
+    return Thing("table", (*solids, block(0, 0, height - 0.05, (width, depth, 0.05), top)))
 
 
 def chair(frame: Material, cushion: Material) -> Thing:
     """A dining chair of 44 x 46 x 90 cm: four legs, a thick seat, a padded back behind (-y)."""
-    solids = _legs(0.42, 0.42, 0.41, 0.05, frame)
-    seat = _block(0, 0, 0.41, (0.44, 0.44, 0.06), cushion)
-    return Thing("chair", (*solids, seat, _block(0, -0.19, 0.47, (0.42, 0.06, 0.43), cushion)))
+    solids = legs(0.42, 0.42, 0.41, 0.05, frame)
+    seat = block(0, 0, 0.41, (0.44, 0.44, 0.06), cushion)
+    return Thing("chair", (*solids, seat, block(0, -0.19, 0.47, (0.42, 0.06, 0.43), cushion)))
 
 
-def sofa(width: float, fabric: Material, class_name: str = "sofa") -> Thing:
+def sofa(width: float, fabric: Material, class_name: str = "couch") -> Thing:
     """A sofa or armchair of 80 cm depth: base, back and two arms."""
-    base = _block(0, 0.08, 0, (width - 0.36, 0.64, 0.42), fabric)
-    back = _block(0, -0.32, 0, (width - 0.36, 0.16, 0.82), fabric)
-    arms = [_block(side * (width / 2 - 0.09), 0, 0, (0.18, 0.8, 0.6), fabric) for side in (-1, 1)]
+    base = block(0, 0.08, 0, (width - 0.36, 0.64, 0.42), fabric)
+    back = block(0, -0.32, 0, (width - 0.36, 0.16, 0.82), fabric)
+    arms = [block(side * (width / 2 - 0.09), 0, 0, (0.18, 0.8, 0.6), fabric) for side in (-1, 1)]
     return Thing(class_name, (base, back, *arms))
 
 
@@ -75,17 +70,17 @@ def cabinet(width: float, depth: float, height: float, body: Material, doors: Ma
     count = max(1, round(width / 0.45))
     panel = width / count
     centers = [(i + 0.5) * panel - width / 2 for i in range(count)]
-    fronts = [_block(x, depth / 2 + 0.01, 0.06, (panel - 0.04, 0.02, height - 0.12), doors) for x in centers]
-    return Thing("cabinet", (_block(0, 0, 0, (width, depth, height), body), *fronts))
+    fronts = [block(x, depth / 2 + 0.01, 0.06, (panel - 0.04, 0.02, height - 0.12), doors) for x in centers]
+    return Thing("cabinet", (block(0, 0, 0, (width, depth, height), body), *fronts))
 
 
 def shelf(width: float, depth: float, height: float, boards: int, wood: Material) -> Thing:
     """An open shelf: two sides, a back panel and `boards` equally spaced boards of 4 cm, the lowest on the floor."""
-    sides = [_block(s * (width / 2 - 0.02), 0, 0, (0.04, depth, height), wood) for s in (-1, 1)]
-    back = _block(0, -depth / 2 + 0.01, 0, (width - 0.08, 0.02, height), wood)
+    sides = [block(s * (width / 2 - 0.02), 0, 0, (0.04, depth, height), wood) for s in (-1, 1)]
+    back = block(0, -depth / 2 + 0.01, 0, (width - 0.08, 0.02, height), wood)
     bottoms = shelf_heights(height, boards) - 0.04
     inner = (width - 0.08, depth - 0.02, 0.04)
-    return Thing("shelf", (*sides, back, *(_block(0, 0.01, float(z), inner, wood) for z in bottoms)))
+    return Thing("shelf", (*sides, back, *(block(0, 0.01, float(z), inner, wood) for z in bottoms)))
 
 
 def shelf_heights(height: float, boards: int) -> NDArray[np.float64]:
@@ -102,17 +97,17 @@ def books(width: float, tall: float, rng: np.random.Generator) -> Thing:
         size = (thick, float(rng.uniform(0.16, 0.2)), tall * float(rng.uniform(0.8, 1.0)))
         red, green, blue = (float(c) for c in rng.uniform(50, 235, 3))
         cover = tinted("shapes", (red, green, blue), 0.5, 0.4)
-        solids.append(_block(left + thick / 2, 0, 0, size, cover))
+        solids.append(block(left + thick / 2, 0, 0, size, cover))
         left += thick
-    return Thing("books", tuple(solids))
+    return Thing("book", tuple(solids))
 
 
 def monitor(case: Material, screen: Material) -> Thing:
     """A flat screen of 60 x 36 cm on a foot."""
-    foot = _block(0, 0, 0, (0.26, 0.18, 0.02), case)
-    neck = _block(0, -0.03, 0.02, (0.07, 0.05, 0.1), case)
-    body = _block(0, 0, 0.12, (0.6, 0.05, 0.36), case)
-    return Thing("monitor", (foot, neck, body, _block(0, 0.028, 0.135, (0.57, 0.006, 0.33), screen)))
+    foot = block(0, 0, 0, (0.26, 0.18, 0.02), case)
+    neck = block(0, -0.03, 0.02, (0.07, 0.05, 0.1), case)
+    body = block(0, 0, 0.12, (0.6, 0.05, 0.36), case)
+    return Thing("monitor", (foot, neck, body, block(0, 0.028, 0.135, (0.57, 0.006, 0.33), screen)))
 
 
 def floor_lamp(metal: Material, shade: Material) -> Thing:
@@ -127,7 +122,7 @@ def mug(glaze: Material) -> Thing:
     body = lathe([(0, 0), (0.045, 0), (0.045, 0.1), (0.038, 0.1), (0.036, 0.012), (0, 0.012)], glaze)
     handle = [((0.045, -0.008, 0.02), (0.075, 0.008, 0.035)), ((0.045, -0.008, 0.07), (0.075, 0.008, 0.085))]
     grip = box((0.06, -0.008, 0.035), (0.075, 0.008, 0.07), glaze)
-    return Thing("mug", (body, *(box(low, high, glaze) for low, high in handle), grip))
+    return Thing("cup", (body, *(box(low, high, glaze) for low, high in handle), grip))
 
 
 def bottle(glass: Material) -> Thing:
@@ -145,7 +140,7 @@ def bowl(glaze: Material) -> Thing:
 def bin_(plastic: Material) -> Thing:
     """A waste bin, open at the top."""
     profile = [(0, 0), (0.12, 0), (0.15, 0.34), (0.14, 0.34), (0.112, 0.02), (0, 0.02)]
-    return Thing("bin", (lathe(profile, plastic),))
+    return Thing("trash can", (lathe(profile, plastic),))
 
 
 def plant(pot: Material, leaves: Material) -> Thing:
@@ -157,11 +152,11 @@ def plant(pot: Material, leaves: Material) -> Thing:
 
 def panel(class_name: str, width: float, height: float, thick: float, rim: Material, face: Material) -> Thing:
     """A framed board on a wall behind it (-y): a picture or a door, its lower edge at z = 0."""
-    frame = _block(0, thick / 2, 0, (width, thick, height), rim)
-    inside = _block(0, thick + 0.003, 0.04, (width - 0.08, 0.006, height - 0.08), face)
+    frame = block(0, thick / 2, 0, (width, thick, height), rim)
+    inside = block(0, thick + 0.003, 0.04, (width - 0.08, 0.006, height - 0.08), face)
     return Thing(class_name, (frame, inside))
 
 
 def carton(size: Point, material: Material) -> Thing:
     """A closed box."""
-    return Thing("box", (_block(0, 0, 0, size, material),))
+    return Thing("box", (block(0, 0, 0, size, material),))

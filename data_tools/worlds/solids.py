@@ -48,7 +48,7 @@ def quad_normals(quads: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 # Corners of a box as (x, y, z) choices of low (0) and high (1), counter-clockwise from outside.
-_BOX_FACES = np.array(
+BOX_FACES = np.array(
     [
         [(0, 1, 0), (0, 0, 0), (0, 0, 1), (0, 1, 1)],
         [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
@@ -62,10 +62,10 @@ _BOX_FACES = np.array(
 
 def box(low: Point, high: Point, material: Material) -> Solid:
     """The axis-aligned box between two corners, in metres."""
-    quads = np.where(_BOX_FACES == 0, np.asarray(low, float), np.asarray(high, float))
+    quads = np.where(BOX_FACES == 0, np.asarray(low, float), np.asarray(high, float))
     # Every face gets its own piece of the texture, so that the faces do not look alike.
     shift = _texture_shift(quads.mean(axis=1))
-    return Solid(quads, _flat_uv(quads) + shift[:, None], material)
+    return Solid(quads, plane_uv(quads) + shift[:, None], material)
 
 
 def lathe(
@@ -102,7 +102,8 @@ def _cells(grid: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack(corners, axis=2).reshape(-1, 4, grid.shape[2])
 
 
-def _flat_uv(quads: NDArray[np.float64]) -> NDArray[np.float64]:
+def plane_uv(quads: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Texture coordinates (Q, 4, 2) in metres along the first and the last edge of planar quads (Q, 4, 3)."""
     u = quads[:, 1] - quads[:, 0]
     v = quads[:, 3] - quads[:, 0]
     axes = np.stack([w / np.linalg.norm(w, axis=1, keepdims=True) for w in (u, v)], axis=1)

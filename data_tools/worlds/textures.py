@@ -100,6 +100,36 @@ def _screen(rng: np.random.Generator) -> Image:
     return image
 
 
+def _smooth(rng: np.random.Generator) -> Image:
+    """Almost even: paint, plastic, metal."""
+    return 0.8 * _noise(rng, 2.0) + 0.2 * _noise(rng, 0.3)
+
+
+def _clouds(rng: np.random.Generator) -> Image:
+    return _noise(rng, 2.2)
+
+
+def _marble(rng: np.random.Generator) -> Image:
+    """Dark veins where slow noise crosses its middle."""
+    veins = np.abs(_noise(rng, 1.6) - 0.5) * 2
+    return 0.75 * np.sqrt(veins) + 0.25 * _noise(rng, 1.2)
+
+
+def _spines(rng: np.random.Generator) -> Image:
+    """A row of book backs with titles, drawn along u; v runs up the spine."""
+    image = 0.1 * _noise(rng, 0.8)
+    left = 0
+    while left < SIZE:
+        right = min(left + int(rng.integers(16, 40)), SIZE)
+        image[:, left:right] += rng.uniform(0.1, 0.9)
+        image[:, left] = 0
+        grey = float(rng.uniform(0, 1))
+        for v in (40, 60, 200, 216, 400):
+            image[v : v + int(rng.integers(4, 60)), left + 4 : right - 4] = grey
+        left = right
+    return image
+
+
 PAINTERS: dict[str, Callable[[np.random.Generator], Image]] = {
     "plaster": _plaster,
     "terrazzo": _terrazzo,
@@ -109,6 +139,10 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Image]] = {
     "bricks": _bricks,
     "shapes": _shapes,
     "screen": _screen,
+    "smooth": _smooth,
+    "clouds": _clouds,
+    "marble": _marble,
+    "spines": _spines,
 }
 
 
