@@ -19,6 +19,7 @@ PROJECTED = "pose: rotation projected"
 MAX_GAP_S = 0.11  # longest stretch without ground truth that is bridged; motion capture gives 100 a second
 _QUATERNION_TOLERANCE = 0.01  # files round to four decimals or more
 _SAME_STAMP_S = 1e-3
+_ROUNDING_S = 1e-5  # files round stamps to six decimals
 
 Pose = tuple[Array, tuple[str, ...]]
 """A checked world_from_camera (4, 4) and the notes on what had to be repaired."""
@@ -85,9 +86,9 @@ class Trajectory:
     def interpolated(self, stamp: float) -> Pose:
         """The pose at `stamp` between its neighbours: positions linear, rotations along the shortest arc.
         Raises UnusableFrame outside the trajectory and in gaps longer than MAX_GAP_S."""
-        after = int(np.searchsorted(self.stamps, stamp))
-        if after < len(self.stamps) and self.stamps[after] == stamp:
+        if len(self.stamps) and np.abs(self.stamps - stamp).min() <= _ROUNDING_S:
             return self.nearest(stamp)
+        after = int(np.searchsorted(self.stamps, stamp))
         if after in (0, len(self.stamps)):
             raise UnusableFrame(f"{self.source} does not cover {stamp:.6f}")
         before, gap_s = after - 1, self.stamps[after] - self.stamps[after - 1]

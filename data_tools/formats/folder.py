@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 from data_tools.camera import Declared, read_camera_file
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.formats.pairing import Pair, pair_images
 from data_tools.images import IMAGE_SUFFIXES
-from data_tools.poses import NearestPoses, PoseFiles, PoseSource, read_trajectory
+from data_tools.poses import InterpolatedPoses, NearestPoses, PoseFiles, PoseSource, read_trajectory
 from razer.frame import BadInput
 
 MILLIMETRES = 1000.0
-FRAMES_PER_SECOND = 30.0
 _COLOR_FOLDERS = ("color", "rgb")
 _POSE_FOLDERS = ("pose", "poses")
 
@@ -27,26 +26,21 @@ def read_folder(folder: Path, declared: Declared, use_poses: bool) -> FileSequen
     """A folder in this layout: intrinsics.json, color/, depth/, and optionally trajectory.txt (or pose/ with
     a 4x4 matrix a frame), stamps.txt, ids/ with truth/objects.json; raises BadInput."""
     color_folder = next(path for name in _COLOR_FOLDERS if (path := folder / name).is_dir())
-    color = _images(color_folder)
-    depth = _images(folder / "depth")
-    if not set(color) & set(depth):
-        color, depth = _by_last_number(color), _by_last_number(depth)
-    keys = sorted(set(color) | set(depth), key=lambda key: (int(key) if key.isdigit() else 0, key))
-    stamps = _stamps(folder, keys)
-    ids = folder / "ids"
+    pairs, clocked = pair_images(folder, _images(color_folder), _images(folder / "depth"))
+    stamps = _stamps(folder, pairs)
     shots = tuple(
         Shot(
-            color.get(key, color_folder / f"{key}.*"),
-            depth.get(key, folder / "depth" / f"{key}.png"),
+            pair.color or color_folder / f"{pair.key}.*",
+            pair.depth or folder / "depth" / f"{pair.key}.png",
             stamp,
-            ids / f"{key}.png" if ids.is_dir() else None,
+            folder / "ids" / f"{pair.key}.png" if (folder / "ids").is_dir() else None,
         )
-        for key, stamp in zip(keys, stamps, strict=True)
+        for pair, stamp in zip(pairs, stamps, strict=True)
     )
     camera_file = folder / "intrinsics.json"
     told = read_camera_file(camera_file) if camera_file.exists() else Declared()
     declared = declared.or_else(told).or_else(Declared(depth_scale=MILLIMETRES))
-    pose_of = _poses(folder, keys, stamps) if use_poses else None
+    pose_of = _poses(folder, [pair.key for pair in pairs], stamps, clocked) if use_poses else None
     return file_sequence(folder, shots, declared, pose_of, _class_names(folder))
 
 
@@ -55,31 +49,24 @@ def _images(folder: Path) -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.iterdir()) if path.suffix.lower() in IMAGE_SUFFIXES}
 
 
-def _by_last_number(files: dict[str, Path]) -> dict[str, Path]:
-    """The same files by the last number in their names: color_12.jpg belongs to depth_0012.png."""
-    numbers = {stem: re.findall(r"\d+", stem) for stem in files}
-    return {str(int(numbers[stem][-1])) if numbers[stem] else stem: path for stem, path in files.items()}
-
-
-def _stamps(folder: Path, keys: list[str]) -> list[float]:
-    """Seconds, one for each frame: from stamps.txt, else frame number / 30."""
+def _stamps(folder: Path, pairs: list[Pair]) -> list[float]:
+    """Seconds, one for each frame: from stamps.txt, else what the names say, else frame number / 30."""
     path = folder / "stamps.txt"
     if not path.exists():
-        numbered = all(key.isdigit() and len(key) <= 7 for key in keys)
-        return [(int(key) if numbered else i) / FRAMES_PER_SECOND for i, key in enumerate(keys)]
+        return [pair.stamp for pair in pairs]
     try:
         stamps = [float(line) for line in path.read_text().split()]
     except ValueError:
         raise BadInput(f"{path} must hold one number of seconds a line") from None
-    if len(stamps) != len(keys):
-        raise BadInput(f"{path} has {len(stamps)} stamps for {len(keys)} frames: it needs one each")
+    if len(stamps) != len(pairs):
+        raise BadInput(f"{path} has {len(stamps)} stamps for {len(pairs)} frames: it needs one each")
     return stamps
 
 
-def _poses(folder: Path, keys: list[str], stamps: list[float]) -> PoseSource | None:
+def _poses(folder: Path, keys: list[str], stamps: list[float], clocked: bool) -> PoseSource | None:
     if (folder / "trajectory.txt").is_file():
         trajectory = read_trajectory(folder / "trajectory.txt")
-        return NearestPoses(trajectory, tuple(stamps))
+        return (InterpolatedPoses if clocked else NearestPoses)(trajectory, tuple(stamps))
     for name in _POSE_FOLDERS:
         if (folder / name).is_dir():
             return PoseFiles(tuple(folder / name / f"{key}.txt" for key in keys))

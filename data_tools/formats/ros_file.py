@@ -1,0 +1,94 @@
+"""A ROS 1 .bag or a ROS 2 bag folder, whose messages can be fetched in any order; the only user of `rosbags`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from razer.frame import BadInput, UnusableFrame
+
+NANOSECONDS_PER_S = 1e9
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where one message of a topic is: its time in the bag, and how many before it share that time; stamp is the
+    time in its header, seconds."""
+
+    time_ns: int
+    ordinal: int
+    stamp: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bag:
+    """A bag on disk; it is opened once in each process that reads from it."""
+
+    path: Path
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Message type, such as sensor_msgs/msg/Image, of each topic."""
+        return {connection.topic: connection.msgtype for connection in _opened(self.path).connections}
+
+    def messages(self, topic: str) -> Iterator[tuple[int, Any]]:
+        """(time in the bag in nanoseconds, message) in order of time, to the end or to where the bag is damaged."""
+        return (found for found in self._read(topic, None, None) if found is not None)
+
+    def index(self, topic: str) -> tuple[Entry, ...]:
+        """All messages of a topic; its messages must have a header. Reads through the bag once."""
+        found = [(time, _seconds(message.header.stamp)) for time, message in self.messages(topic)]
+        unset = not any(stamp for _, stamp in found)
+        seen: Counter[int] = Counter()
+        entries = []
+        for time, stamp in found:
+            entries.append(Entry(time, seen[time], time / NANOSECONDS_PER_S if unset else stamp))
+            seen[time] += 1
+        return tuple(entries)
+
+    def message(self, topic: str, entry: Entry) -> Any:
+        """One message; raises UnusableFrame where the bag is damaged there."""
+        for i, found in enumerate(self._read(topic, entry.time_ns, entry.time_ns + 1)):
+            if found is not None and i == entry.ordinal:
+                return found[1]
+        raise UnusableFrame(f"{topic}: the message at {entry.stamp:.6f} cannot be read")
+
+    def _read(self, topic: str, start: int | None, stop: int | None) -> Iterator[tuple[int, Any] | None]:
+        """Messages, None for each that cannot be decoded; ends where the bag itself cannot be read further."""
+        reader = _opened(self.path)
+        connections = [connection for connection in reader.connections if connection.topic == topic]
+        messages = reader.messages(connections, start=start, stop=stop)
+        while True:
+            try:
+                connection, time, data = next(messages)
+            except StopIteration:
+                return
+            except Exception:  # each layer below (sqlite, mcap, lz4, bz2) has its own errors for damaged data
+                return
+            try:
+                yield time, reader.deserialize(data, connection.msgtype)
+            except Exception:  # as above
+                yield None
+
+
+@lru_cache(maxsize=2)
+def _opened(path: Path) -> Any:
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise BadInput(f"{path} is a ROS bag, which needs the package rosbags: pip install 'razer[ros]'") from None
+    try:
+        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+        reader.open()
+    except AnyReaderError as error:
+        raise BadInput(f"{path} cannot be opened as a ROS bag ({error}): record or copy it again") from None
+    return reader
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + stamp.nanosec / NANOSECONDS_PER_S)
