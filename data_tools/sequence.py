@@ -7,6 +7,11 @@ from typing import Protocol
 
 from data_tools.camera import declare
 from data_tools.formats.folder import is_folder
+from data_tools.formats.icl_nuim import is_icl_nuim
+from data_tools.formats.record3d import is_record3d
+from data_tools.formats.redwood import is_redwood
+from data_tools.formats.ros_bag import is_ros_bag
+from data_tools.formats.scenenn import is_scenenn
 from data_tools.formats.seven_scenes import is_seven_scenes
 from data_tools.formats.tum import is_tum
 from razer.frame import BadInput, Frame, Intrinsics
@@ -14,10 +19,24 @@ from razer.plugins import load
 
 READERS = {
     "7scenes": "data_tools.formats.seven_scenes:read_seven_scenes",
+    "scenenn": "data_tools.formats.scenenn:read_scenenn",
+    "icl-nuim": "data_tools.formats.icl_nuim:read_icl_nuim",
+    "record3d": "data_tools.formats.record3d:read_record3d",
+    "ros": "data_tools.formats.ros_bag:read_ros_bag",
     "tum": "data_tools.formats.tum:read_tum",
+    "redwood": "data_tools.formats.redwood:read_redwood",
     "folder": "data_tools.formats.folder:read_folder",
 }
-_RECOGNISERS = {"7scenes": is_seven_scenes, "tum": is_tum, "folder": is_folder}
+_RECOGNISERS = {
+    "7scenes": is_seven_scenes,
+    "scenenn": is_scenenn,
+    "icl-nuim": is_icl_nuim,
+    "record3d": is_record3d,
+    "ros": is_ros_bag,
+    "tum": is_tum,
+    "redwood": is_redwood,
+    "folder": is_folder,
+}
 
 
 class Sequence(Protocol):

@@ -8,7 +8,7 @@ https://docs.ros.org/en/api/compressed_depth_image_transport/html/codec_8cpp_sou
 from __future__ import annotations
 
 import struct
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -63,7 +63,7 @@ def depth_of(message: Any, name: str) -> NDArray[np.float32]:
     kind = _DEPTH_TYPES.get(message.encoding.lower())
     if kind is None:
         raise UnusableFrame(f"{name} has the encoding {message.encoding}: depth must be 16UC1 or 32FC1")
-    order = ">" if message.is_bigendian else "<"
+    order: Literal["<", ">"] = ">" if message.is_bigendian else "<"
     return _metres(_pixels(message, np.dtype(kind).newbyteorder(order), 1, name)[..., 0])
 
 
