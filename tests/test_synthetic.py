@@ -16,7 +16,6 @@ from data_tools.worlds.camera_path import walk_round
 from data_tools.worlds.furniture import Thing, tinted
 from data_tools.worlds.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
 from data_tools.worlds.ray_renderer import RayRenderer, scene_of
-from data_tools.worlds.sensor_noise import noisy_depth
 from data_tools.worlds.solids import Solid, box, lathe, quad_normals
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.worlds.tessellation import tessellate
@@ -228,16 +227,6 @@ def test_length_and_index_are_checked(room: SyntheticRoom) -> None:
             room[index]
     with pytest.raises(BadInput, match="at least 1"):
         SyntheticRoom(n_frames=0)
-
-
-def test_depth_noise_grows_with_distance_and_has_no_bias() -> None:
-    for distance_m in (1.0, 3.0):
-        flat = np.full((200, 200), distance_m, np.float32)
-        error = noisy_depth(flat, np.random.default_rng(0)) - flat
-        assert abs(error.mean()) < 3e-4
-        # Whole millimetres add 1/sqrt(12) mm.
-        sigma = np.hypot(0.0012 + 0.0019 * (distance_m - 0.4) ** 2, 0.001 / np.sqrt(12))
-        assert error.std() == pytest.approx(sigma, rel=0.03)
 
 
 def test_noise_repeats_and_loses_readings_at_edges_only(room: SyntheticRoom) -> None:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.worlds.camera_path import walk_round
 from data_tools.worlds.living_room import living_room
 from data_tools.worlds.ray_renderer import RayRenderer
-from data_tools.worlds.sensor_noise import noisy_colour, noisy_depth
+from data_tools.worlds.sensor_model import SensorModel
 from data_tools.worlds.true_surface import ground_truth
 from data_tools.worlds.visibility import Vantage, View
 from razer.frame import BadInput, Frame, Intrinsics
@@ -33,8 +31,8 @@ class SyntheticRoom:
     """A room rendered on demand; frames are a pure function of the arguments and the index.
 
     seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away in
-    the middle of the recording, which then shows the same views before and after; `noise` adds a depth camera's
-    noise. Raises BadInput for an empty recording."""
+    the middle of the recording, which then shows the same views before and after; `sensor` is what looks at it,
+    `noise` short for SensorModel.plain(). Raises BadInput for an empty recording."""
 
     has_poses = True
     depth_scale = 1.0
@@ -48,13 +46,15 @@ class SyntheticRoom:
         *,
         moved: bool = False,
         noise: bool = False,
+        sensor: SensorModel | None = None,
     ) -> None:
         if n_frames < 1:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
         self.name = f"synthetic-room-{seed}"
-        self._made_by = partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, noise=noise)
         self.intrinsics = _CAMERA.resized(width, height)
-        self._seed, self._noise = seed, noise
+        self._seed = seed
+        self._sensor = sensor or (SensorModel.plain() if noise else SensorModel.none())
+        self._made_by = partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, sensor=self._sensor)
         self._layout = living_room(seed)
         self.move = Move(self._layout.movable, n_frames // 2) if moved else None
         self._poses = walk_round(n_frames, _RADII_M, seed, look_out=not moved)
@@ -77,9 +77,7 @@ class SyntheticRoom:
             raise IndexError(f"frame {index} of {len(self)}")
         pose = self._poses[index]
         rgb, depth, ids = self._renderer_at(index).render(pose)
-        if self._noise:
-            rng = np.random.default_rng([self._seed, 3, index])
-            rgb, depth = noisy_colour(rgb, rng), noisy_depth(depth, rng)
+        rgb, depth = self._sensor.observe(rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed)
         return Frame(index, index / FRAMES_PER_S, rgb, depth, self.intrinsics, pose.copy(), ids, dict(self.classes))
 
     def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
