@@ -82,8 +82,8 @@ def open_sequence(
     folder = Path(folder).absolute()
     if not folder.exists():
         raise BadInput(f"{folder} does not exist: give a folder with a recording")
-    if not folder.is_dir():
-        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording")
+    if not folder.is_dir() and reader is None and not _layout(folder):
+        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .r3d or a .bag")
     if reader in _RECOGNISERS and not _RECOGNISERS[reader](folder):
         raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
     declared = declare(camera, depth_scale, depth_to_color)

@@ -79,7 +79,7 @@ def _pixels(message: Any, kind: np.dtype, channels: int, name: str) -> NDArray:
 
 def _compressed_depth(message: Any, name: str) -> NDArray[np.float32]:
     data = bytes(message.data)
-    start = data.find(_PNG, 0, _HEADER.size + 1)
+    start = data.find(_PNG, 0, _HEADER.size + len(_PNG))
     if start < 0:
         raise UnusableFrame(f"{name} is compressed as '{message.format}': only PNG is read for depth")
     values = decode(data[start:], name, cv2.IMREAD_UNCHANGED)
