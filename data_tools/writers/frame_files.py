@@ -1,0 +1,69 @@
+"""The frames of a recording one by one, and their images as files: what the writers of all layouts share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from data_tools.sequence import Sequence
+from razer.frame import BadInput, Frame, UnusableFrame
+
+_JPEG_QUALITY = 95
+_LARGEST = 65534  # units in a 16-bit depth image; 65535 stands for no reading with some readers
+
+
+def usable_frames(sequence: Sequence, skipped: list[tuple[int, str]]) -> Iterator[Frame]:
+    """The frames that can be used, in order; (index, reason) of each other one is added to `skipped`. Raises
+    BadInput at the end where there was none at all."""
+    for index in range(len(sequence)):
+        try:
+            frame = sequence[index]
+        except UnusableFrame as error:
+            skipped.append((index, str(error)))
+        else:
+            yield frame
+    if len(skipped) == len(sequence):
+        first = f", first frame {skipped[0][0]}: {skipped[0][1]}" if skipped else ""
+        raise BadInput(f"{sequence.name}: none of {len(sequence)} frames can be used{first}")
+
+
+def write_color(path: Path, rgb: NDArray[np.uint8]) -> None:
+    """(H, W, 3) in RGB order as JPEG of quality 95 or as PNG, by the suffix."""
+    _write(path, cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+
+
+def write_depth(path: Path, depth: NDArray[np.float32], units_per_metre: float) -> None:
+    """(H, W) in metres as 16-bit PNG in the given units, rounded; 0 = no reading, which is also written for what is
+    beyond 65534 units."""
+    units = np.rint(depth.astype(np.float64) * units_per_metre)
+    _write(path, np.where(units <= _LARGEST, units, 0).astype(np.uint16))
+
+
+def write_ids(path: Path, frame: Frame) -> None:
+    """The instance ids of a frame as 16-bit PNG, 0 = nobody; raises BadInput for ids above 65535."""
+    assert frame.instance_ids is not None
+    if frame.instance_ids.max(initial=0) > np.iinfo(np.uint16).max:
+        raise BadInput(f"frame {frame.index} has instance ids above 65535, which {path.parent.name}/ cannot hold")
+    _write(path, frame.instance_ids.clip(0).astype(np.uint16))
+
+
+def tum_line(stamp: float, pose: NDArray[np.float64]) -> str:
+    """`stamp tx ty tz qx qy qz qw` of a (4, 4) world_from_camera."""
+    numbers = [*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()]
+    return " ".join([f"{stamp:.6f}", *(f"{x:.9f}" for x in numbers)])
+
+
+def matrix_lines(matrix: NDArray[np.float64]) -> str:
+    """The rows of a matrix, a line each, to nine digits."""
+    return "".join(" ".join(f"{x:.9g}" for x in row) + "\n" for row in matrix)
+
+
+def _write(path: Path, image: NDArray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if path.suffix == ".jpg" else []
+    path.write_bytes(cv2.imencode(path.suffix, image, options)[1].tobytes())
