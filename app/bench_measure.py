@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from app.bench_synth import measure_synth
 from app.config import RunConfig
 from app.consoles import progress_console
 from app.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
@@ -24,7 +25,8 @@ ROOM_FRAMES = 120
 
 
 def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
-    """The figures of one run: those of timings.json, each stage's share, the yardstick, and ratios to it."""
+    """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
+    it, and how fast synthetic frames are rendered."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     mapper = make_mapper(config)
@@ -41,6 +43,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         **with_shares(timings),
         "yardstick": plain,
         "ratios": ratios(timings, plain),
+        "synth": measure_synth(),
     }
 
 

@@ -23,6 +23,10 @@ def print_bench(result: dict[str, Any]) -> None:
         f"beside it: our fusion takes {ratios['integrate']:.2f}x, "
         f"the whole map (fusion, lifting, association, votes, maintenance) {ratios['backend']:.2f}x"
     )
+    synth = result["synth"]
+    console.print(
+        f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor"
+    )
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

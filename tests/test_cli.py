@@ -413,6 +413,7 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert result["ratios"]["integrate"] == pytest.approx(ratio, rel=0.02)
     assert result["ratios"]["backend"] > result["ratios"]["integrate"]
     assert len(result["rss_mb_at_tenths"]) == 10
+    assert result["synth"]["fps"] > 0
     assert listing(tmp_path) == []
 
 

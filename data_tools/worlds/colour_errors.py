@@ -45,10 +45,10 @@ def smear(rgb: Colour, flow_px: Array, offset_px: Array) -> Colour:
     """Colour shifted by an offset (2,) and blurred evenly along a way (2,), both in pixels."""
     if np.hypot(*flow_px) <= _SHORT_PX:
         return cv2.filter2D(rgb, -1, _line(flow_px, offset_px), borderType=cv2.BORDER_REPLICATE)
-    half = smear(rgb, flow_px / 2, offset_px)
-    x, y = np.rint(flow_px / 4).astype(int)
-    ahead, behind = _shifted(half, x, y), _shifted(half, -x, -y)
-    return cv2.addWeighted(ahead, 0.5, behind, 0.5, 0)
+    apart = np.rint(flow_px / 2).astype(int)
+    ahead, behind = apart // 2, apart // 2 - apart
+    half = smear(rgb, flow_px - apart, offset_px - (ahead + behind) / 2)
+    return cv2.addWeighted(_shifted(half, *ahead), 0.5, _shifted(half, *behind), 0.5, 0)
 
 
 def add_noise(rgb: Colour, sigma: float, rng: np.random.Generator) -> Colour:
@@ -63,7 +63,8 @@ def expose(rgb: Colour, gain: float) -> Colour:
 
 def _line(flow_px: Array, offset_px: Array) -> NDArray[np.float32]:
     """The kernel that puts a pixel's colour evenly along a line about itself + offset_px."""
-    share = np.linspace(-0.5, 0.5, 2 * int(np.ceil(np.hypot(*flow_px))) + 1)
+    count = 2 * int(np.ceil(np.hypot(*flow_px))) + 1
+    share = (np.arange(count) + 0.5) / count - 0.5
     # Correlation looks up where it puts to: the offset changes sign.
     places = share[:, None] * flow_px - offset_px
     radius = int(np.ceil(np.abs(places).max()))
@@ -73,7 +74,7 @@ def _line(flow_px: Array, offset_px: Array) -> NDArray[np.float32]:
     column, row = (low + radius).T
     for across, down, weight in ((0, 0, (1 - x) * (1 - y)), (1, 0, x * (1 - y)), (0, 1, (1 - x) * y), (1, 1, x * y)):
         np.add.at(kernel, (row + down, column + across), weight)
-    return (kernel[:-1, :-1] / len(share)).astype(np.float32)
+    return (kernel[:-1, :-1] / count).astype(np.float32)
 
 
 def _shifted(rgb: Colour, x: int, y: int) -> Colour:
