@@ -14,7 +14,7 @@ from razer.models import make_embedder, make_segmenter
 from razer.models.noise import MaskNoise, touching
 from razer.models.oracle import OracleEmbedder, OracleSegmenter
 
-NAMES = ("chair", "table", "lamp", "sofa", "mug")
+NAMES = ("chair", "table", "lamp", "couch", "cup")
 
 
 def frame_of(ids: np.ndarray, index: int = 0) -> Frame:

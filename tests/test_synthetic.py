@@ -15,11 +15,12 @@ from data_tools.truth.truth_folder import read_truth, write_truth
 from data_tools.worlds.camera_path import walk_round
 from data_tools.worlds.furniture import Thing, tinted
 from data_tools.worlds.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
+from data_tools.worlds.painters import PAINTERS, SIZE
 from data_tools.worlds.ray_renderer import RayRenderer, scene_of
 from data_tools.worlds.solids import Solid, box, lathe, quad_normals
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.worlds.tessellation import tessellate
-from data_tools.worlds.textures import LEVELS, PAINTERS, SIZE, paint_atlas
+from data_tools.worlds.textures import LEVELS, paint_atlas
 from data_tools.worlds.true_surface import ground_truth
 from data_tools.worlds.visibility import TOLERANCE_M, Vantage, View
 from data_tools.writers.own_folder import write_folder

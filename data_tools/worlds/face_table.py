@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.worlds.furniture import Thing
+from data_tools.worlds.painters import SIZE
 from data_tools.worlds.solids import Solid, quad_normals
-from data_tools.worlds.textures import SIZE
 
 Column = NDArray[np.float32]
 # Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.

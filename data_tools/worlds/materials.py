@@ -128,3 +128,18 @@ def stone(rng: np.random.Generator) -> Material:
     """Marble or granite of worktops."""
     texture = "marble" if rng.uniform() < 0.5 else "terrazzo"
     return tinted(texture, around(rng, ((225, 222, 216), (120, 118, 116), (190, 175, 155))), 0.4, 0.9)
+
+
+def linen(rng: np.random.Generator) -> Material:
+    """White or pale bed linen."""
+    return tinted("fabric", hue(rng, (0.0, 0.15), (0.86, 0.97)), 0.15, 0.8)
+
+
+def bedding(rng: np.random.Generator) -> Material:
+    """Duvets and blankets: plain, striped or printed."""
+    kind = int(rng.integers(3))
+    if kind == 0:
+        return fabric(rng)
+    if kind == 1:
+        return patterned(rng)
+    return Material("stripes", hue(rng, (0.2, 0.6), (0.5, 0.8)), hue(rng, (0.0, 0.2), (0.85, 0.97)), 1.1)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from data_tools.worlds.face_table import FaceTable
 from data_tools.worlds.furniture import Thing
-from data_tools.worlds.textures import LEVELS, SIZE, paint_atlas
+from data_tools.worlds.painters import SIZE
+from data_tools.worlds.textures import LEVELS, paint_atlas
 from razer.frame import Intrinsics
 
 Pixels = NDArray[np.float32]

@@ -6,7 +6,7 @@ import numpy as np
 
 from data_tools.worlds import materials as m
 from data_tools.worlds.furniture import Thing
-from data_tools.worlds.shapes import beam, block, cylinder, legs, soft_box, tapered, tube, turned
+from data_tools.worlds.shapes import beam, block, cylinder, legs, rounded, soft_box, tapered, tube, turned
 from data_tools.worlds.solids import Material, Solid
 
 
@@ -48,11 +48,11 @@ def office_chair(rng: np.random.Generator) -> Thing:
     """A swivel chair: a star of five feet with castors, a gas spring, seat, back and two arm rests."""
     seat, width = rng.uniform(0.44, 0.52), rng.uniform(0.46, 0.52)
     dark, cloth = m.dark_plastic(rng), m.fabric(rng) if rng.uniform() < 0.7 else m.leather(rng)
-    solids = [cylinder(0.03, 0.09, seat - 0.05, dark, 8), cylinder(0.05, 0.07, 0.12, dark, 8)]
+    solids = [cylinder(0.03, 0.06, seat - 0.05, dark, 8)]
     for angle in np.radians(np.arange(5) * 72 + 18):
         x, y = float(0.29 * np.cos(angle)), float(0.29 * np.sin(angle))
         solids.append(beam((0.1 * x, 0.1 * y, 0.1), (x, y, 0.075), 0.045, 0.028, dark))
-        solids.append(turned(cylinder(0.03, -0.02, 0.02, dark, 8), "x", 90, (x, y, 0.03)))
+        solids.append(turned(cylinder(0.03, -0.02, 0.02, dark, 6), "x", 90, (x, y, 0.03)))
     high = seat + rng.uniform(0.48, 0.68)
     solids.append(soft_box((-width / 2, -0.23, seat - 0.05), (width / 2, 0.24, seat + 0.03), (0.04, 0.05, 0.03), cloth))
     solids.append(beam((0, -0.22, seat - 0.03), (0, -0.29, seat + 0.2), 0.06, 0.02, dark))
@@ -62,11 +62,9 @@ def office_chair(rng: np.random.Generator) -> Thing:
     solids.append(turned(back, "x", rng.uniform(4, 12), (0, -0.25, seat + 0.1)))
     for side in (-1, 1):
         x = side * (width / 2 + 0.03)
-        solids.append(tube((side * 0.15, 0, seat - 0.035), (x, 0, seat - 0.035), 0.015, dark))
-        solids.append(tube((x, 0, seat - 0.04), (x, 0, seat + 0.19), 0.018, dark))
-        solids.append(
-            soft_box((x - 0.035, -0.13, seat + 0.18), (x + 0.035, 0.13, seat + 0.21), (0.01, 0.03, 0.01), dark)
-        )
+        solids.append(block(side * (width / 2 - 0.02), 0, seat - 0.055, (0.13, 0.04, 0.025), dark))
+        solids.append(block(x, 0, seat - 0.04, (0.03, 0.05, 0.23), dark))
+        solids.append(block(x, 0, seat + 0.185, (0.07, 0.26, 0.025), dark))
     return Thing("office chair", tuple(solids))
 
 
@@ -79,20 +77,16 @@ def _padded(name: str, rng: np.random.Generator, width: float, seats: int) -> Th
     inner, half = width - 2 * arm, depth / 2
     solids = legs(width - 0.1, depth - 0.1, 0.08, 0.05, foot)
     solids.append(block(0, 0, 0.07, (inner, depth - 0.02, seat - 0.2), cloth))
-    solids.append(soft_box((-inner / 2, -half, 0.075), (inner / 2, -half + 0.2, back), (0.02, 0.03, 0.04), cloth))
+    solids.append(block(0, -half + 0.1, 0.075, (inner, 0.18, back - 0.075), cloth))
     for side in (-1, 1):
         low, high = sorted((side * (width / 2), side * (inner / 2)))
-        solids.append(soft_box((low, -half + 0.01, 0.065), (high, half - 0.005, arm_top), (0.03, 0.03, 0.03), cloth))
-    share = inner / seats
-    for left in (i * share - inner / 2 for i in range(seats)):
-        solids.append(
-            soft_box(
-                (left + 0.005, -half + 0.19, seat - 0.14), (left + share - 0.005, half, seat), (0.03, 0.03, 0.03), cloth
-            )
-        )
-        pad = soft_box(
-            (left + 0.005, -0.08, 0), (left + share - 0.005, 0.08, back - seat + 0.02), (0.05, 0.05, 0.06), cloth
-        )
+        solids.append(rounded((low, -half + 0.005, 0.065), (high, half - 0.015, arm_top), "y", 0.03, cloth))
+    share = inner / seats - 0.01
+    for center in ((i + 0.5) * inner / seats - inner / 2 for i in range(seats)):
+        left, right = center - share / 2, center + share / 2
+        seat_low = (left, -half + 0.19, seat - 0.14)
+        solids.append(soft_box(seat_low, (right, half, seat), (0.03, 0.03, 0.03), cloth))
+        pad = rounded((left, -0.08, 0), (right, 0.08, back - seat + 0.02), "x", 0.05, cloth)
         solids.append(turned(pad, "x", 12, (0, -half + 0.3, seat - 0.02)))
     return Thing(name, tuple(solids))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,10 +50,36 @@ def prism(outline: ArrayLike, low: float, high: float, material: Material) -> So
     return Solid(np.concatenate([sides, caps]), np.concatenate([side_uv, caps[..., :2]]), material)
 
 
+def layered(layers: Sequence[Point], material: Material) -> Solid:
+    """Rectangles (half width, half depth, height), centred on the z axis and listed upwards, joined to one solid."""
+    signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    rings = np.array([np.column_stack([signs * (x, y), np.full(4, z)]) for x, y, z in layers])
+    after = np.roll(rings, -1, axis=1)
+    sides = np.stack([rings[:-1], after[:-1], after[1:], rings[1:]], axis=2).reshape(-1, 4, 3)
+    quads = np.concatenate([sides, rings[:1, ::-1], rings[-1:]])
+    return Solid(quads, plane_uv(quads), material)
+
+
 def cylinder(radius: float, low: float, high: float, material: Material, sides: int = 12) -> Solid:
     """An upright cylinder about the z axis from height low to high, metres, with few faces."""
     angles = np.arange(sides) * 2 * np.pi / sides
     return prism(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), low, high, material)
+
+
+def disc(radius: float, thick: float, at: Point, material: Material, sides: int = 16) -> Solid:
+    """A round plate that faces +y; `at` is the centre of its back, metres."""
+    return turned(cylinder(radius, 0, thick, material, sides), "x", -90, at)
+
+
+def rounded(low: Point, high: Point, axis: str, bevel: float, material: Material) -> Solid:
+    """A box between two corners whose four edges along the x, y or z axis are cut off by `bevel` metres."""
+    k = "xyz".index(axis)
+    a, b = (k + 1) % 3, (k + 2) % 3
+    (u0, v0), (u1, v1) = (low[a], low[b]), (high[a], high[b])
+    outline = [(u0 + bevel, v0), (u1 - bevel, v0), (u1, v0 + bevel), (u1, v1 - bevel)]
+    outline += [(u1 - bevel, v1), (u0 + bevel, v1), (u0, v1 - bevel), (u0, v0 + bevel)]
+    upright = prism(outline, low[k], high[k], material)
+    return replace(upright, quads=np.roll(upright.quads, k + 1, axis=2))
 
 
 def soft_box(low: Point, high: Point, bevel: Point, material: Material) -> Solid:
@@ -107,6 +133,14 @@ def beam(start: Point, end: Point, width: float, thick: float, material: Materia
     return block(0, 0, 0, (width, thick, length), material).moved(_along(start, end))
 
 
+def bars(
+    points: Sequence[Point], width: float, thick: float, material: Material, *, closed: bool = False
+) -> list[Solid]:
+    """Beams from each point to the next, and from the last to the first if closed."""
+    ring = [*points, points[0]] if closed else points
+    return [beam(start, end, width, thick, material) for start, end in pairwise(ring)]
+
+
 def tube(start: Point, end: Point, radius: float, material: Material, sides: int = 6) -> Solid:
     """A rod between two points, metres."""
     length = float(np.linalg.norm(np.subtract(end, start)))
@@ -134,6 +168,11 @@ def turned(solid: Solid, axis: str, degrees: float, at: Point = (0.0, 0.0, 0.0))
     pose[a, a], pose[a, b], pose[b, a], pose[b, b] = cos, -sin, sin, cos
     pose[:3, 3] = at
     return solid.moved(pose)
+
+
+def shifted(solid: Solid, x: float, y: float, z: float) -> Solid:
+    """The solid moved by (x, y, z) metres."""
+    return replace(solid, quads=np.add(solid.quads, (x, y, z)))
 
 
 def stretched(solid: Solid, factors: Point) -> Solid:

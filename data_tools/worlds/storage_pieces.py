@@ -1,4 +1,4 @@
-"""What things are kept in: one maker per class, each varies size, proportions and colours."""
+"""Cupboards, chests and shelves: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from data_tools.worlds import materials as m
 from data_tools.worlds.furniture import Thing, tinted
-from data_tools.worlds.shapes import beam, block, cylinder, legs, soft_box, tapered, tube, turned
-from data_tools.worlds.solids import Material, Point, Solid
+from data_tools.worlds.shapes import block, legs, shifted
+from data_tools.worlds.solids import Material, Solid
 
 
 def drawers(
@@ -125,7 +125,7 @@ def bookshelf(rng: np.random.Generator) -> Thing:
         filled = (width - 0.1) * rng.uniform(0.55, 1.0)
         low, gap = float(z) + 0.026, (height - 0.1) / (boards - 1)
         row = _spines(rng, filled, depth, gap - 0.06)
-        solids += [s.moved(_shift(-(width - 0.06) / 2 + 0.01 + filled / 2, 0.01, low)) for s in row]
+        solids += [shifted(s, -(width - 0.06) / 2 + 0.01 + filled / 2, 0.01, low) for s in row]
     return Thing("bookshelf", tuple(solids))
 
 
@@ -142,12 +142,6 @@ def _spines(rng: np.random.Generator, width: float, depth: float, tall: float) -
     return solids
 
 
-def _shift(x: float, y: float, z: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
-
-
 def shelf(rng: np.random.Generator) -> Thing:
     """An empty rack of boards on four posts."""
     width, depth, height = rng.uniform(0.7, 1.1), rng.uniform(0.3, 0.42), rng.uniform(1.2, 1.9)
@@ -158,82 +152,3 @@ def shelf(rng: np.random.Generator) -> Thing:
     return Thing(
         "shelf", (*solids, *(block(0, 0, float(z), inner, board) for z in np.linspace(0.08, height - 0.03, boards)))
     )
-
-
-def box(rng: np.random.Generator) -> Thing:
-    """A cardboard box closed with a tape, sometimes with its flaps open."""
-    width, depth, height = rng.uniform(0.25, 0.55), rng.uniform(0.2, 0.4), rng.uniform(0.15, 0.4)
-    board = m.cardboard(rng)
-    tape = tinted("smooth", (225.0, 200.0, 150.0), 0.15)
-    if rng.uniform() < 0.6:
-        tapes = [
-            block(0, 0, height, (width, 0.05, 0.0015), tape),
-            block(width / 2 + 0.0006, 0, height * 0.7, (0.0012, 0.05, height * 0.3), tape),
-        ]
-        return Thing("box", (block(0, 0, 0, (width, depth, height), board), *tapes))
-    solids = _open_box((width, depth, height), 0.006, board)
-    for side in (-1, 1):
-        edge = (0.0, side * (depth / 2 - 0.003), height)
-        end = (0.0, side * (depth / 2 + depth * 0.3), height - depth * rng.uniform(-0.3, 0.3))
-        solids.append(beam(edge, end, width, 0.005, board))
-    return Thing("box", tuple(solids))
-
-
-def _open_box(size: Point, wall: float, material: Material) -> list[Solid]:
-    width, depth, height = size
-    solids = [block(0, 0, 0, (width - 2 * wall, depth - 2 * wall, wall), material)]
-    solids += [block(s * (width - wall) / 2, 0, 0, (wall, depth, height), material) for s in (-1, 1)]
-    return solids + [block(0, s * (depth - wall) / 2, 0, (width - 2 * wall, wall, height), material) for s in (-1, 1)]
-
-
-def storage_bin(rng: np.random.Generator) -> Thing:
-    """A plastic tub, wider at the top, with a rim and a lid."""
-    x, y, height = rng.uniform(0.22, 0.32), rng.uniform(0.16, 0.22), rng.uniform(0.2, 0.38)
-    body, lid = m.plastic(rng), m.plastic(rng)
-    foot = (-x * 0.85, -y * 0.85, x * 0.85, y * 0.85)
-    tub = tapered(foot, (-x, -y, x, y), 0, height - 0.03, body)
-    cover = soft_box((-x - 0.015, -y - 0.015, height - 0.03), (x + 0.015, y + 0.015, height), (0.02, 0.02, 0.012), lid)
-    return Thing(
-        "storage bin",
-        (tub, cover, *(block(s * (x + 0.02), 0, height - 0.05, (0.03, 0.12, 0.02), lid) for s in (-1, 1))),
-    )
-
-
-def crate(rng: np.random.Generator) -> Thing:
-    """An open box of wooden slats on corner posts."""
-    width, depth, height = rng.uniform(0.4, 0.6), rng.uniform(0.3, 0.4), rng.uniform(0.25, 0.35)
-    wood = m.wood(rng)
-    solids = [
-        *legs(width - 0.03, depth - 0.03, height, 0.03, wood),
-        block(0, 0, 0.01, (width - 0.03, depth - 0.03, 0.012), wood),
-    ]
-    step = height / 3
-    for low in (i * step + 0.005 for i in range(3)):
-        for side in (-1, 1):
-            solids.append(block(0, side * (depth / 2 - 0.007), low, (width, 0.014, step - 0.03), wood))
-            solids.append(block(side * (width / 2 - 0.007), 0, low + 0.002, (0.014, depth - 0.028, step - 0.034), wood))
-    return Thing("crate", tuple(solids))
-
-
-def suitcase(rng: np.random.Generator) -> Thing:
-    """An upright trolley case: ribbed shell, four wheels and a pulled-out handle."""
-    width, depth, height = rng.uniform(0.38, 0.5), rng.uniform(0.22, 0.3), rng.uniform(0.5, 0.7)
-    shell, dark = m.plastic(rng), m.dark_plastic(rng)
-    low, high = (-width / 2, -depth / 2, 0.05), (width / 2, depth / 2, 0.05 + height)
-    solids = [soft_box(low, high, (0.05, 0.04, 0.05), shell)]
-    solids += [
-        block(x, depth / 2 + 0.003, 0.12, (0.025, 0.012, height - 0.14), shell)
-        for x in np.linspace(-0.3, 0.3, 5) * width
-    ]
-    solids += [
-        turned(
-            cylinder(0.027, -0.012, 0.012, dark, 8), "y", 90, (s * (width / 2 - 0.06), t * (depth / 2 - 0.06), 0.027)
-        )
-        for s in (-1, 1)
-        for t in (-1, 1)
-    ]
-    top = 0.05 + height + rng.uniform(0.15, 0.4)
-    solids += [
-        tube((s * 0.09, -depth / 2 + 0.05, height), (s * 0.09, -depth / 2 + 0.05, top), 0.009, dark) for s in (-1, 1)
-    ]
-    return Thing("suitcase", (*solids, block(0, -depth / 2 + 0.05, top - 0.01, (0.22, 0.03, 0.03), dark)))
