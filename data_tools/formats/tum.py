@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.camera import Camera, Declared
+from data_tools.camera import Camera, Declared, read_camera_file
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.poses import InterpolatedPoses, read_trajectory
 from razer.frame import BadInput
@@ -33,7 +33,7 @@ def is_tum(folder: Path) -> bool:
 
 def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
     """A folder in this layout: colour and depth matched by time, poses interpolated at the time of depth,
-    depth in 1/5000 m; raises BadInput."""
+    depth in 1/5000 m; an intrinsics.json of the project's own layout may tell the camera; raises BadInput."""
     color_stamps, color_files = _read_list(folder / "rgb.txt")
     depth_stamps, depth_files = _read_list(folder / "depth.txt")
     pairs = associate(color_stamps, depth_stamps, MAX_DIFFERENCE_S)
@@ -44,7 +44,9 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
     trajectory = read_trajectory(truth) if use_poses and truth.is_file() else None
 
     poses = InterpolatedPoses(trajectory, tuple(shot.stamp for shot in shots)) if trajectory else None
-    defaults = Declared(_known_camera(folder), depth_scale=DEPTH_SCALE)
+    beside = folder / "intrinsics.json"
+    told = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
+    defaults = told.or_else(Declared(depth_scale=DEPTH_SCALE))
     return file_sequence(folder, shots, declared.or_else(defaults), poses)
 
 

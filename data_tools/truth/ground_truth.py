@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
-    ids >= 1, classes (V,) int32 with class_names naming them, visible (V,) bool: seen often enough to count."""
+    0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
+    enough to count."""
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.int32]
@@ -28,6 +29,7 @@ class GroundTruth:
 
     @property
     def instance_classes(self) -> dict[int, str]:
-        """The class name of each instance id."""
+        """The class name of each instance id; those of class 0 have none."""
         ids, first = np.unique(self.instances, return_index=True)
-        return {int(i): self.class_names[int(c)] for i, c in zip(ids, self.classes[first], strict=True)}
+        found = zip(ids.tolist(), self.classes[first].tolist(), strict=True)
+        return {i: self.class_names[c] for i, c in found if i > 0 and c > 0}

@@ -37,11 +37,11 @@ def write_color(path: Path, rgb: NDArray[np.uint8]) -> None:
     _write(path, cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
 
 
-def write_depth(path: Path, depth: NDArray[np.float32], units_per_metre: float) -> None:
-    """(H, W) in metres as 16-bit PNG in the given units, rounded; 0 = no reading, which is also written for what is
-    beyond 65534 units."""
+def write_depth(path: Path, depth: NDArray[np.float32], units_per_metre: float, none: int = 0) -> None:
+    """(H, W) in metres as 16-bit PNG in the given units, rounded; `none` is written where there is no reading and
+    where it is beyond 65534 units."""
     units = np.rint(depth.astype(np.float64) * units_per_metre)
-    _write(path, np.where(units <= _LARGEST, units, 0).astype(np.uint16))
+    _write(path, np.where((units > 0) & (units <= _LARGEST), units, none).astype(np.uint16))
 
 
 def write_ids(path: Path, frame: Frame) -> None:

@@ -1,0 +1,89 @@
+"""Writing a recording, and what is true of it, in the layout of SceneNN.
+
+Sources: the playback tool and the list of files in https://github.com/hkust-vgd/scenenn
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_tools.sequence import Sequence
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.unfinished import unfinished
+from razer.vocabulary import vocabulary
+
+UNITS_PER_M = 1000.0
+_VERTEX = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3), ("label", "<u4")])
+_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+_PROPERTIES = ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue", "uint label")
+
+
+def write_scenenn(
+    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+) -> list[tuple[int, str]]:
+    """Write every usable frame, numbered anew from 1, and return (index, reason) of the others; raises BadInput where
+    the folder exists.
+
+    Colour is PNG, whatever `lossless` says; depth is in millimetres (beyond 65.5 m: none); timestamp.txt holds
+    microseconds; pose n of trajectory.log belongs to image n + 1. A truth becomes a mesh with labels and an xml."""
+    skipped: list[tuple[int, str]] = []
+    stamps, poses = [], []
+    with unfinished(folder) as hidden:
+        for number, frame in enumerate(usable_frames(sequence, skipped), start=1):
+            write_color(hidden / "image" / f"image{number:05d}.png", frame.rgb)
+            write_depth(hidden / "depth" / f"depth{number:05d}.png", frame.depth, UNITS_PER_M)
+            microseconds = round(frame.stamp * 1e6)
+            stamps.append(f"{number} {microseconds} {microseconds}\n")
+            if frame.world_from_camera is not None:
+                poses.append(f"{number - 1} {number - 1} {number}\n{matrix_lines(frame.world_from_camera)}")
+        (hidden / "timestamp.txt").write_text("".join(stamps))
+        (hidden / "intrinsic.txt").write_text(matrix_lines(sequence.intrinsics.matrix))
+        if poses:
+            (hidden / "trajectory.log").write_text("".join(poses))
+        if truth is not None:
+            _write_mesh(truth, hidden / f"{Path(folder).name}.ply")
+            _write_labels(truth, hidden / f"{Path(folder).name}.xml")
+    return skipped
+
+
+def _write_mesh(truth: GroundTruth, path: Path) -> None:
+    vertices, faces = np.empty(len(truth.vertices), _VERTEX), np.empty(len(truth.triangles), _FACE)
+    vertices["xyz"], vertices["label"] = truth.vertices, truth.instances
+    vertices["rgb"] = _colors(truth.instances)
+    faces["count"], faces["corners"] = 3, truth.triangles
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    header += [f"property {each}" for each in _PROPERTIES]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
+
+
+def _write_labels(truth: GroundTruth, path: Path) -> None:
+    root = ElementTree.Element("annotation")
+    for number, name in sorted(truth.instance_classes.items()):
+        points = truth.vertices[truth.instances == number]
+        box = " ".join(f"{x:.6g}" for x in (*points.min(axis=0), *points.max(axis=0)))
+        color = " ".join(map(str, _colors(np.array([number]))[0].tolist()))
+        attributes = {"id": str(number), "color": color, "text": name, "nyu_class": _nyu40_name(name), "aabbox": box}
+        ElementTree.SubElement(root, "label", attributes)
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _nyu40_name(name: str) -> str:
+    """The NYU40 class that a name of NYU40 or of ScanNet200 belongs to, else empty."""
+    nyu40 = vocabulary("nyu40")
+    if name in nyu40.by_name:
+        return name
+    category = vocabulary("scannet200").by_name.get(name)
+    return nyu40.by_id[category.nyu40].name if category and category.nyu40 in nyu40.by_id else ""
+
+
+def _colors(labels: NDArray[np.integer]) -> NDArray[np.uint8]:
+    """A colour for each label, black for 0."""
+    mixed = labels.astype(np.uint32)[:, None] * np.array([2654435761, 2246822519, 3266489917], np.uint32)
+    return (mixed >> 24).astype(np.uint8)
