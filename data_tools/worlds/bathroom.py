@@ -142,15 +142,15 @@ def shower(rng: np.random.Generator) -> Thing:
 
 def toilet_paper(rng: np.random.Generator) -> Thing:
     """A roll standing on its end, with its cardboard core."""
-    return _roll("toilet paper", rng.uniform(0.05, 0.06), rng.uniform(0.09, 0.11), 0.02)
+    return _roll("toilet paper", rng.uniform(0.05, 0.06), rng.uniform(0.09, 0.11), 0.02, rng)
 
 
 def paper_towel_roll(rng: np.random.Generator) -> Thing:
     """A tall roll standing on its end."""
-    return _roll("paper towel roll", rng.uniform(0.055, 0.07), rng.uniform(0.22, 0.27), 0.02)
+    return _roll("paper towel roll", rng.uniform(0.055, 0.07), rng.uniform(0.22, 0.27), 0.02, rng)
 
 
-def _roll(name: str, radius: float, height: float, core: float) -> Thing:
-    paper = tinted("smooth", (247.0, 246.0, 243.0), 0.12, 0.3)
+def _roll(name: str, radius: float, height: float, core: float, rng: np.random.Generator) -> Thing:
+    paper = tinted("smooth", m.hue(rng, (0.0, 0.06), (0.93, 0.98)), 0.12, 0.3)
     ring = [(core, 0), (radius, 0), (radius, height), (core, height), (core, 0)]
     return Thing(name, (lathe(ring, paper, sides=14),))

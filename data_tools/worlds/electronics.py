@@ -6,8 +6,20 @@ import numpy as np
 
 from data_tools.worlds import materials as m
 from data_tools.worlds.furniture import Thing, tinted
-from data_tools.worlds.shapes import ball, bars, beam, block, cylinder, disc, fitted, soft_box, tapered, turned
-from data_tools.worlds.solids import Material, box, lathe
+from data_tools.worlds.shapes import (
+    ball,
+    bars,
+    beam,
+    block,
+    cylinder,
+    disc,
+    fitted,
+    soft_box,
+    stretched,
+    tapered,
+    turned,
+)
+from data_tools.worlds.solids import Material, lathe
 
 
 def tv(rng: np.random.Generator) -> Thing:
@@ -78,7 +90,8 @@ def keyboard(rng: np.random.Generator) -> Thing:
 def mouse(rng: np.random.Generator) -> Thing:
     """A computer mouse with a wheel."""
     shell, dark = m.dark_plastic(rng) if rng.uniform() < 0.6 else m.ceramic(rng), m.metal(rng)
-    body = soft_box((-0.032, -0.055, 0), (0.032, 0.055, 0.036), (0.014, 0.025, 0.017), shell)
+    x, y = rng.uniform(0.028, 0.034), rng.uniform(0.048, 0.06)
+    body = soft_box((-x, -y, 0), (x, y, 0.036), (0.014, 0.025, 0.017), shell)
     return Thing("mouse", (body, turned(cylinder(0.012, -0.004, 0.004, dark, 8), "y", 90, (0, 0.022, 0.029))))
 
 
@@ -130,16 +143,16 @@ def speaker(rng: np.random.Generator) -> Thing:
 
 def telephone(rng: np.random.Generator) -> Thing:
     """A desk telephone with a handset across and a field of keys."""
-    case, light = m.dark_plastic(rng), m.ceramic(rng)
+    case, light = m.dark_plastic(rng) if rng.uniform() < 0.6 else m.plastic(rng), m.ceramic(rng)
+    k = rng.uniform(0.9, 1.15)
     base = tapered((-0.1, -0.1, 0.1, 0.1), (-0.095, -0.095, 0.095, 0.06), 0, 0.055, case)
     keys = [
         block(0.02 + 0.03 * i, -0.05 + 0.03 * j, 0.055, (0.02, 0.02, 0.006), light) for i in range(3) for j in range(4)
     ]
     grip = block(-0.06, -0.01, 0.085, (0.035, 0.2, 0.022), case)
-    ends = [block(-0.06, y, 0.05, (0.045, 0.05, 0.045), case) for y in (-0.085, 0.065)]
-    return Thing(
-        "telephone", (base, *keys, grip, *ends, box((0.01, -0.09, 0.055), (0.085, -0.072, 0.06), m.display(rng)))
-    )
+    ends = [block(-0.06, y, 0.05, (0.045, 0.05, 0.045), case) for y in (-0.087, 0.067)]
+    show = block(0.05, -0.081, 0.055, (0.075, 0.018, 0.005), m.display(rng))
+    return Thing("telephone", tuple(stretched(part, (k, k, k)) for part in (base, *keys, grip, *ends, show)))
 
 
 def fan(rng: np.random.Generator) -> Thing:

@@ -52,7 +52,7 @@ def office_chair(rng: np.random.Generator) -> Thing:
     for angle in np.radians(np.arange(5) * 72 + 18):
         x, y = float(0.29 * np.cos(angle)), float(0.29 * np.sin(angle))
         solids.append(beam((0.1 * x, 0.1 * y, 0.1), (x, y, 0.075), 0.045, 0.028, dark))
-        solids.append(turned(cylinder(0.03, -0.02, 0.02, dark, 6), "x", 90, (x, y, 0.03)))
+        solids.append(turned(cylinder(0.03, -0.02, 0.02, dark, 6), "x", 90, (x, y, 0.026)))
     high = seat + rng.uniform(0.48, 0.68)
     solids.append(soft_box((-width / 2, -0.23, seat - 0.05), (width / 2, 0.24, seat + 0.03), (0.04, 0.05, 0.03), cloth))
     solids.append(beam((0, -0.22, seat - 0.03), (0, -0.29, seat + 0.2), 0.06, 0.02, dark))
@@ -77,7 +77,7 @@ def _padded(name: str, rng: np.random.Generator, width: float, seats: int) -> Th
     inner, half = width - 2 * arm, depth / 2
     solids = legs(width - 0.1, depth - 0.1, 0.08, 0.05, foot)
     solids.append(block(0, 0, 0.07, (inner, depth - 0.02, seat - 0.2), cloth))
-    solids.append(block(0, -half + 0.1, 0.075, (inner, 0.18, back - 0.075), cloth))
+    solids.append(block(0, -half + 0.1, 0.075, (inner - 0.002, 0.19, back - 0.075), cloth))
     for side in (-1, 1):
         low, high = sorted((side * (width / 2), side * (inner / 2)))
         solids.append(rounded((low, -half + 0.005, 0.065), (high, half - 0.015, arm_top), "y", 0.03, cloth))

@@ -43,7 +43,7 @@ def _bound(width: float, depth: float, thick: float, cover: Material) -> list[So
 
 def paper(rng: np.random.Generator) -> Thing:
     """A small pile of printed sheets."""
-    ink = Material("notes", (60.0, 60.0, 66.0), (250.0, 250.0, 247.0), 0.3)
+    ink = Material("notes", m.hue(rng, (0.1, 0.9), (0.1, 0.4)), m.hue(rng, (0.0, 0.15), (0.94, 0.98)), 0.3)
     size = (0.21, 0.297, rng.uniform(0.006, 0.03))
     return Thing("paper", (fitted(block(0, 0, 0, size, ink)),))
 
@@ -100,7 +100,7 @@ def stuffed_animal(rng: np.random.Generator) -> Thing:
     parts += [((s * 0.065, 0.1, 0.035), (0.035, 0.075, 0.035), fur, 6) for s in (-1, 1)]
     parts += [((s * 0.09, 0.03, 0.15), (0.03, 0.035, 0.07), fur, 6) for s in (-1, 1)]
     parts += [((0.0, 0.07, 0.255), (0.032, 0.028, 0.026), pale, 6)]
-    solids = [ball(center, radii, cloth, sides, 4 if sides > 5 else 2) for center, radii, cloth, sides in parts]
+    solids = [ball(center, radii, cloth, sides, sides // 2) for center, radii, cloth, sides in parts]
     eyes = [block(x, 0.07, z, (0.012, 0.02, 0.012), dark) for x, z in ((-0.028, 0.285), (0.028, 0.285), (0, 0.262))]
     eyes[2] = shifted(eyes[2], 0, 0.025, 0)
     return Thing("stuffed animal", tuple(stretched(s, (k, k, k)) for s in (*solids, *eyes)))
@@ -109,10 +109,11 @@ def stuffed_animal(rng: np.random.Generator) -> Thing:
 def headphones(rng: np.random.Generator) -> Thing:
     """Headphones lying on their two ear pads, the arch of the head band between."""
     case, pad = m.dark_plastic(rng), m.leather(rng)
+    half, high = rng.uniform(0.07, 0.085), rng.uniform(0.1, 0.13)
     angles = np.linspace(0, np.pi, 8)
-    arch = [(0.08 * float(np.cos(a)), 0.0, 0.045 + 0.11 * float(np.sin(a))) for a in angles]
+    arch = [(half * float(np.cos(a)), 0.0, 0.045 + high * float(np.sin(a))) for a in angles]
     solids = bars(arch, 0.022, 0.008, case)
     for side in (-1, 1):
-        solids.append(turned(cylinder(0.04, -0.012, 0.012, case, 10), "y", 90, (side * 0.085, 0, 0.04)))
-        solids.append(turned(cylinder(0.034, -0.01, 0.01, pad, 10), "y", 90, (side * 0.064, 0, 0.04)))
+        solids.append(turned(cylinder(0.04, -0.012, 0.012, case, 10), "y", 90, (side * (half + 0.005), 0, 0.04)))
+        solids.append(turned(cylinder(0.034, -0.01, 0.01, pad, 10), "y", 90, (side * (half - 0.016), 0, 0.04)))
     return Thing("headphones", tuple(solids))

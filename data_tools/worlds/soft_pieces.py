@@ -105,6 +105,7 @@ def _hanging(name: str, rng: np.random.Generator, width: float, height: float, c
     """Folds that cover the share `closed` of the width, from both ends, and the rod they hang from."""
     pitch, deep = rng.uniform(0.1, 0.13), rng.uniform(0.05, 0.08)
     count = max(2, round(closed * width / 2 / pitch))
+    pitch = closed * width / 2 / count
     solids = [tube((-width / 2 - 0.08, 0.06, height), (width / 2 + 0.08, 0.06, height), 0.014, m.metal(rng), 8)]
     for side in (-1, 1):
         for i in range(count):

@@ -128,7 +128,7 @@ def coat_rack(rng: np.random.Generator) -> Thing:
     solids = [cylinder(0.022, 0.06, height, wood, 8), ball((0, 0, height), (0.035, 0.035, 0.035), wood, 8, 4)]
     for i in range(3):
         c, s = float(np.cos(i * 2.094)), float(np.sin(i * 2.094))
-        solids.append(beam((0, 0, 0.2), (0.26 * c, 0.26 * s, 0.012), 0.03, 0.024, wood))
+        solids.append(beam((0, 0, 0.2), (0.26 * c, 0.26 * s, 0.0098), 0.03, 0.024, wood))
     for i in range(5):
         c, s = float(np.cos(i * 1.257)), float(np.sin(i * 1.257))
         z = height - 0.1 - 0.12 * (i % 2)

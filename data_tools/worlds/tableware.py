@@ -24,7 +24,7 @@ def cup(rng: np.random.Generator) -> Thing:
     ]
     x = radius * (foot + 1) / 2 - 0.003
     grips = [block(x + 0.015, 0, z, (0.03, 0.012, 0.011), glaze) for z in (height * 0.2, height * 0.75)]
-    grips.append(block(x + 0.032, 0, height * 0.2, (0.01, 0.012, height * 0.55 + 0.011), glaze))
+    grips.append(block(x + 0.035, 0, height * 0.2, (0.01, 0.012, height * 0.55 + 0.011), glaze))
     return Thing("cup", (lathe(profile, glaze, sides=12), *grips))
 
 

@@ -162,5 +162,5 @@ def radiator(rng: np.random.Generator) -> Thing:
         tube((-width / 2, 0.03 + deep / 2, z), (width / 2, 0.03 + deep / 2, z), 0.02, white)
         for z in (0.15, 0.05 + height)
     ]
-    solids += [block(s * (width / 2 - 0.1), deep / 2 + 0.015, 0, (0.04, deep + 0.03, 0.12), white) for s in (-1, 1)]
+    solids += [block(s * (width / 2 - 0.1), deep / 2 + 0.01, 0, (0.04, deep + 0.02, 0.12), white) for s in (-1, 1)]
     return Thing("radiator", tuple(solids))
