@@ -1,0 +1,98 @@
+"""`razer convert`: any recording that can be read becomes a folder in the project's own or another layout."""
+
+from __future__ import annotations
+
+from json import dumps
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from app.consoles import progress_console, result_console
+from app.options import Flag
+
+INTERRUPTED = 130
+FORMAT = 1
+MOST_NAMED = 5
+
+
+def convert(
+    folder: Path,
+    out: Path,
+    /,
+    *,
+    layout: str = "own",
+    reader: str | None = None,
+    intrinsics: str | None = None,
+    depth_scale: float | None = None,
+    depth_to_color: Path | None = None,
+    stride: int = 1,
+    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None,
+    lossless: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Write a recording anew, with its ground truth where it has one; frames that cannot be used are left out.
+
+    Parameters
+    ----------
+    folder:
+        The recording: a folder, a .bag, a .r3d or a .sens; its layout is recognised.
+    out:
+        The folder to write; it appears when it is complete.
+    layout:
+        own, scannet, replica, tum, scenenn or 7scenes.
+    reader:
+        Layout of the recording; recognised if not given.
+    intrinsics:
+        fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file.
+    depth_scale:
+        Units of the depth images in a metre: 1000 for millimetres.
+    depth_to_color:
+        File with the 4x4 transform from the depth to the colour camera.
+    stride:
+        Use every n-th frame.
+    max_frames:
+        Use at most this many frames.
+    lossless:
+        Write colour as PNG where the layout would have JPEG.
+    json:
+        End standard output with one line of JSON; progress goes to standard error in any case.
+    """
+    # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
+    from app.config_sources import read_config
+    from app.recording import open_recording
+    from app.selection import Selection
+    from data_tools.truth.open_truth import has_truth, open_truth
+    from data_tools.writers.table import write_recording
+
+    given = {"reader": reader, "intrinsics": intrinsics, "depth_scale": depth_scale, "stride": stride}
+    given |= {"depth_to_color": depth_to_color and str(depth_to_color), "max_frames": max_frames}
+    settings = read_config(None, (), {f"input.{name}": value for name, value in given.items()}).input
+    console = progress_console()
+    part = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
+    truth = open_truth(folder) if has_truth(folder) else None
+    try:
+        skipped = write_recording(layout, part, out, truth=truth, lossless=lossless)
+    except KeyboardInterrupt:
+        console.print(f"interrupted: {out} is not written")
+        return INTERRUPTED
+    part.finish()
+    named = [{"frame": part.indices[index], "reason": reason} for index, reason in skipped]
+    result = {"format": FORMAT, "recording": part.name, "out": str(out), "layout": layout, "frames": len(part)}
+    result |= {"written": len(part) - len(skipped), "skipped": named, "truth": truth is not None}
+    if json:
+        print(dumps(result))
+    else:
+        _report(result)
+    return 0
+
+
+def _report(result: dict[str, Any]) -> None:
+    console = result_console()
+    truth = " with their ground truth" if result["truth"] else ""
+    for each in result["skipped"][:MOST_NAMED]:
+        console.print(f"skipped frame {each['frame']}: {each['reason']}", soft_wrap=True)
+    if (more := len(result["skipped"]) - MOST_NAMED) > 0:
+        console.print(f"skipped {more} more; --json names them all")
+    count = f"{result['written']} of {result['frames']} frames{truth}, layout {result['layout']}"
+    console.print(f"{result['out']}: {count}", soft_wrap=True)
