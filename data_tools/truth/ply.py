@@ -153,7 +153,7 @@ def _ascii_table(numbers: NDArray[np.float64], element: _Element) -> tuple[dict[
     ends = np.cumsum(widths)
     used = int(ends[-1]) * element.count if widths else 0
     if len(lists) <= 1 and used <= len(numbers):
-        rows = numbers[:used].reshape(element.count, -1)
+        rows = numbers[:used].reshape(element.count, int(ends[-1]))
         if all((rows[:, i] == widths[i] - 1).all() for i in lists):
             columns = {}
             for (name, *kinds), end, width in zip(element.properties, ends, widths, strict=True):
