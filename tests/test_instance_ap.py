@@ -14,11 +14,11 @@ from razer.metrics.instance_ap import (
     AP_THRESHOLDS,
     ApSettings,
     Scene,
-    average_precision,
     instance_ap,
     pooled_instance_ap,
 )
 from razer.metrics.matching import count_overlaps, judge
+from razer.metrics.precision_recall import average_precision
 from razer.metrics.transfer import transfer_labels
 
 

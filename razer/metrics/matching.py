@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +62,22 @@ def count_overlaps(truth: Ids, predicted: Ids, void: NDArray[np.bool_] | None = 
     )
 
 
+def count_mask_overlaps(truth: Ids, masks: Mapping[int, NDArray[np.integer]], void: NDArray[np.bool_]) -> Overlaps:
+    """As count_overlaps, for predictions that may overlap: masks, id -> numbers (M,) of their vertices, each once."""
+    truth_ids, row = np.unique(np.append(np.where((truth > 0) & ~void, truth, 0), 0), return_inverse=True)
+    ids = sorted(masks)
+    counted = [np.bincount(row[masks[i]], minlength=len(truth_ids)) for i in ids]
+    table = np.array(counted, np.int64).reshape(len(ids), len(truth_ids)).T
+    return Overlaps(
+        truth_ids[1:].astype(np.int64),
+        np.array(ids, np.int64),
+        table[1:],
+        np.bincount(row, minlength=len(truth_ids))[1:],
+        table.sum(axis=0),
+        table[0],
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Judgement:
     """One scene, class and threshold: (score, right?) of everything that counts, truths that were missed, and the
@@ -72,8 +89,11 @@ class Judgement:
     pairs: tuple[tuple[int, int], ...]
 
 
-def judge(overlaps: Overlaps, scores: NDArray[np.float64], threshold: float, min_region: int) -> Judgement:
-    """ScanNet's rules for one threshold on the intersection over union, which must be exceeded.
+def judge(
+    overlaps: Overlaps, scores: NDArray[np.float64], threshold: float, min_region: int, strict: bool = True
+) -> Judgement:
+    """ScanNet's rules for one threshold on the intersection over union, which must be exceeded (or, where not strict,
+    reached).
 
     Truths under min_region vertices are not looked for, predictions under it do not exist. Each truth takes the
     predictions (in order of id) above the threshold that no earlier truth took; a second one on the same truth is
@@ -81,7 +101,7 @@ def judge(overlaps: Overlaps, scores: NDArray[np.float64], threshold: float, min
     or on too small truths exceeds the threshold: then it does not count. scores (P,)."""
     big_truth = overlaps.truth_sizes >= min_region
     real = overlaps.predicted_sizes >= min_region
-    close = (overlaps.iou > threshold) & real
+    close = (overlaps.iou > threshold if strict else overlaps.iou >= threshold) & real
     outcomes, missed, pairs = _match_truths(overlaps, scores, close & big_truth[:, None], np.flatnonzero(big_truth))
     ignorable = overlaps.void + overlaps.counts[~big_truth].sum(axis=0)
     # Also closeness to a truth that is too small protects a prediction from being wrong.
