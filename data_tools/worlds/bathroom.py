@@ -132,7 +132,7 @@ def shower(rng: np.random.Generator) -> Thing:
     panes.append(block(0, half - 0.03, height - 0.02, (side - 0.09, 0.02, 0.02), chrome))
     x, y = -half + 0.12, -half + 0.06
     rod = [
-        tube((x, y, 0.9), (x, y, height - 0.05), 0.012, chrome),
+        tube((x, y, 0.06), (x, y, height - 0.05), 0.012, chrome),
         tube((x, y, height - 0.06), (x + 0.02, y + 0.2, height - 0.03), 0.01, chrome),
     ]
     head = shifted(cylinder(0.08, -0.02, 0.005, chrome, 12), x + 0.02, y + 0.2, height - 0.035)

@@ -24,7 +24,7 @@ from data_tools.worlds import (
 )
 from data_tools.worlds.furniture import Thing
 
-# Each piece stands at z = 0 around the origin and faces +y, in metres; what hangs on a wall has its back at y = 0.
+# Each piece stands at z = 0 around the origin and faces +y, in metres.
 PIECES: dict[str, Callable[[np.random.Generator], Thing]] = {
     "chair": seats.chair,
     "office chair": seats.office_chair,
@@ -136,6 +136,7 @@ PIECES: dict[str, Callable[[np.random.Generator], Thing]] = {
     "column": standing_things.column,
     "coat rack": standing_things.coat_rack,
 }
+# What hangs on or leans to a wall: nothing of it is behind the wall plane y = 0.
 ON_WALLS = frozenset(
     {
         "picture",

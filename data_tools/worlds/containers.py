@@ -6,7 +6,7 @@ import numpy as np
 
 from data_tools.worlds import materials as m
 from data_tools.worlds.furniture import Thing, tinted
-from data_tools.worlds.shapes import bars, beam, block, cylinder, legs, soft_box, stretched, tapered, turned
+from data_tools.worlds.shapes import ball, bars, beam, block, cylinder, legs, soft_box, stretched, tapered, turned
 from data_tools.worlds.solids import Colour, Material, Point, Solid, lathe
 
 
@@ -45,7 +45,7 @@ def storage_bin(rng: np.random.Generator) -> Thing:
     cover = soft_box((-x - 0.015, -y - 0.015, height - 0.03), (x + 0.015, y + 0.015, height), (0.02, 0.02, 0.012), lid)
     return Thing(
         "storage bin",
-        (tub, cover, *(block(s * (x + 0.02), 0, height - 0.05, (0.03, 0.12, 0.02), lid) for s in (-1, 1))),
+        (tub, cover, *(block(s * (x + 0.01), 0, height - 0.05, (0.03, 0.12, 0.02), lid) for s in (-1, 1))),
     )
 
 
@@ -115,10 +115,11 @@ def recycling_bin(rng: np.random.Generator) -> Thing:
     wheels = [turned(cylinder(0.06, -0.02, 0.02, dark, 10), "y", 90, (s * x * 0.75, -y * 0.8, 0.06)) for s in (-1, 1)]
     feet = block(0, y * 0.5, 0, (width * 0.5, 0.06, 0.03), dark)
     sign = block(0, 0, 0, (0.16, 0.003, 0.16), tinted("shapes", (240.0, 240.0, 240.0), 0.5, 0.3))
+    front = y * (0.8 + 0.2 * (0.45 * height - 0.02) / (height - 0.02))
     lean = float(np.degrees(np.arctan2(0.2 * y, height - 0.02)))
     return Thing(
         "recycling bin",
-        (body, lid, slot, *wheels, feet, turned(sign, "x", -lean, (0, y * 0.91 + 0.001, height * 0.45))),
+        (body, lid, slot, *wheels, feet, turned(sign, "x", -lean, (0, front + 0.0005, height * 0.45))),
     )
 
 
@@ -175,5 +176,5 @@ def laundry_basket(rng: np.random.Generator) -> Thing:
         (0, 0.02),
     ]
     body = stretched(lathe(profile, weave, sides=14), (1.25, 1, 1))
-    heap = soft_box((-0.17, -0.12, height - 0.14), (0.17, 0.12, height + 0.01), (0.07, 0.06, 0.06), m.fabric(rng))
+    heap = ball((0, 0, height - 0.05), (1.25 * 0.93 * radius, 0.93 * radius, 0.08), m.fabric(rng), 14, 4)
     return Thing("laundry basket", (body, heap))

@@ -160,7 +160,7 @@ def fan(rng: np.random.Generator) -> Thing:
     height, radius = rng.uniform(0.9, 1.2), rng.uniform(0.17, 0.22)
     case, blade = m.ceramic(rng) if rng.uniform() < 0.5 else m.dark_plastic(rng), m.plastic(rng)
     solids = [cylinder(0.17, 0, 0.025, case, 14), cylinder(0.014, 0.025, height - 0.03, case, 8)]
-    solids.append(turned(cylinder(0.05, 0, 0.14, case, 10), "x", -90, (0, -0.1, height)))
+    solids.append(turned(cylinder(0.05, 0, 0.175, case, 10), "x", -90, (0, -0.1, height)))
     angles = np.arange(10) * np.pi / 5
     rim = [(radius * float(np.cos(a)), 0.075, height + radius * float(np.sin(a))) for a in angles]
     solids += bars(rim, 0.01, 0.01, case, closed=True)

@@ -220,5 +220,5 @@ def dish_rack(rng: np.random.Generator) -> Thing:
     solids += [block(x, y, 0, (0.009, 0.009, 0.115), wire) for x, y in corners]
     solids += [block(0, y, 0.016, (width, 0.006, 0.006), wire) for y in (-0.05, 0.05)]
     for x in np.linspace(-0.35, 0.25, int(rng.integers(3, 6))) * width:
-        solids.append(turned(cylinder(0.105, -0.006, 0.006, china, 12), "y", 78, (float(x), 0, 0.128)))
+        solids.append(turned(cylinder(0.105, -0.006, 0.006, china, 12), "y", 78, (float(x), 0, 0.112)))
     return Thing("dish rack", tuple(solids))

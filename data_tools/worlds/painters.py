@@ -1,4 +1,4 @@
-"""Procedural grey textures of SIZE x SIZE pixels in 0..1 that tile."""
+"""Procedural grey textures of SIZE x SIZE pixels in 0..1; all but pictures, screens and notes tile."""
 
 from __future__ import annotations
 

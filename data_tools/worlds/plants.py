@@ -51,7 +51,7 @@ def plant(rng: np.random.Generator) -> Thing:
     """A tall foliage plant for the floor in a pot."""
     radius, height = rng.uniform(0.13, 0.18), rng.uniform(0.24, 0.34)
     top = rng.uniform(0.8, 1.2)
-    stem = cylinder(0.018, height - 0.03, top * 0.95, tinted("wood", (120.0, 95.0, 60.0), 0.4), 6)
+    stem = cylinder(0.018, height - 0.03, top, tinted("wood", (120.0, 95.0, 60.0), 0.4), 6)
     leaves = _foliage(rng, height + 0.1, top, 0.42, 22, m.leaves(rng))
     return Thing("plant", (*_pot(radius, height, m.glaze(rng)), stem, *leaves))
 
@@ -59,6 +59,8 @@ def plant(rng: np.random.Generator) -> Thing:
 def potted_plant(rng: np.random.Generator) -> Thing:
     """A small bushy plant in a pot, for a table or a sill."""
     radius, height = rng.uniform(0.06, 0.09), rng.uniform(0.09, 0.13)
-    leaves = _foliage(rng, height - 0.01, height + rng.uniform(0.06, 0.12), 0.17, 20, m.leaves(rng))
+    top, green = height + rng.uniform(0.06, 0.12), m.leaves(rng)
+    stem = cylinder(0.006, height - 0.02, top, green, 5)
+    leaves = _foliage(rng, height - 0.01, top, 0.17, 20, green)
     clay = tinted("smooth", m.around(rng, ((190, 105, 75), (235, 230, 222), (90, 110, 120))), 0.3, 0.4)
-    return Thing("potted plant", (*_pot(radius, height, clay), *leaves))
+    return Thing("potted plant", (*_pot(radius, height, clay), stem, *leaves))

@@ -51,7 +51,7 @@ def office_chair(rng: np.random.Generator) -> Thing:
     solids = [cylinder(0.03, 0.06, seat - 0.05, dark, 8)]
     for angle in np.radians(np.arange(5) * 72 + 18):
         x, y = float(0.29 * np.cos(angle)), float(0.29 * np.sin(angle))
-        solids.append(beam((0.1 * x, 0.1 * y, 0.1), (x, y, 0.075), 0.045, 0.028, dark))
+        solids.append(beam((0.1 * x, 0.1 * y, 0.1), (x, y, 0.06), 0.045, 0.028, dark))
         solids.append(turned(cylinder(0.03, -0.02, 0.02, dark, 6), "x", 90, (x, y, 0.026)))
     high = seat + rng.uniform(0.48, 0.68)
     solids.append(soft_box((-width / 2, -0.23, seat - 0.05), (width / 2, 0.24, seat + 0.03), (0.04, 0.05, 0.03), cloth))
@@ -130,10 +130,11 @@ def bench(rng: np.random.Generator) -> Thing:
     for side in (-1, 1):
         x = side * (width / 2 - 0.15)
         solids.append(block(x, 0, height - 0.08, (0.06, depth - 0.04, 0.04), frame))
+        solids.append(block(x, 0, 0.12, (0.04, depth - 0.15, 0.04), frame))
         for end in (-1, 1):
             y = end * (depth / 2 - 0.05)
             solids.append(block(x, y, 0, (0.05, 0.05, height - 0.08), frame))
-    return Thing("bench", (*solids, block(0, 0, 0.12, (width - 0.35, 0.04, 0.04), frame)))
+    return Thing("bench", (*solids, block(0, 0, 0.12, (width - 0.34, 0.04, 0.036), frame)))
 
 
 def ottoman(rng: np.random.Generator) -> Thing:

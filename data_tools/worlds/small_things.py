@@ -97,8 +97,8 @@ def stuffed_animal(rng: np.random.Generator) -> Thing:
     k = rng.uniform(0.8, 1.4)
     parts = [((0.0, 0.0, 0.11), (0.085, 0.07, 0.11), fur, 8), ((0.0, 0.01, 0.27), (0.075, 0.065, 0.07), fur, 8)]
     parts += [((s * 0.06, 0.0, 0.335), (0.028, 0.016, 0.028), fur, 5) for s in (-1, 1)]
-    parts += [((s * 0.065, 0.1, 0.035), (0.035, 0.075, 0.035), fur, 6) for s in (-1, 1)]
-    parts += [((s * 0.09, 0.03, 0.15), (0.03, 0.035, 0.07), fur, 6) for s in (-1, 1)]
+    parts += [((s * 0.055, 0.085, 0.04), (0.035, 0.075, 0.035), fur, 6) for s in (-1, 1)]
+    parts += [((s * 0.08, 0.025, 0.15), (0.03, 0.035, 0.07), fur, 6) for s in (-1, 1)]
     parts += [((0.0, 0.07, 0.255), (0.032, 0.028, 0.026), pale, 6)]
     solids = [ball(center, radii, cloth, sides, sides // 2) for center, radii, cloth, sides in parts]
     eyes = [block(x, 0.07, z, (0.012, 0.02, 0.012), dark) for x, z in ((-0.028, 0.285), (0.028, 0.285), (0, 0.262))]

@@ -18,7 +18,7 @@ def cart(rng: np.random.Generator) -> Thing:
     frame, tray = m.metal(rng), m.plastic(rng) if rng.uniform() < 0.5 else m.metal(rng)
     solids = [shifted(s, 0, 0, 0.07) for s in legs(width, depth, height - 0.07, 0.028, frame)]
     for z in np.linspace(0.16, height - 0.08, int(rng.integers(2, 4))):
-        solids.append(block(0, 0, float(z), (width - 0.06, depth - 0.06, 0.015), tray))
+        solids.append(block(0, 0, float(z), (width - 0.05, depth - 0.05, 0.015), tray))
         solids += [
             block(0, s * (depth / 2 - 0.02), float(z) - 0.002, (width - 0.058, 0.014, 0.05), tray) for s in (-1, 1)
         ]
@@ -45,7 +45,7 @@ def ladder(rng: np.random.Generator) -> Thing:
     for side in (-1, 1):
         x = side * width / 2
         solids.append(beam((x * 1.1, front, 0.006), (x * 0.8, 0.04, height), 0.025, 0.05, frame))
-        solids.append(beam((x * 1.06, back, 0.005), (x * 0.76, -0.04, height - 0.03), 0.022, 0.03, frame))
+        solids.append(beam((x * 1.06, back, 0.005), (x * 0.76, -0.04, height - 0.005), 0.022, 0.03, frame))
     for i in range(1, steps + 1):
         z = 0.25 * i
         share = z / height
@@ -83,7 +83,7 @@ def guitar(rng: np.random.Generator) -> Thing:
     solids += [block(0, 0.056, 0.37, (0.052, 0.014, 0.12), dark), block(0, 0.042, 0.49, (0.05, 0.042, 0.37), dark)]
     solids.append(tapered((-0.03, 0.03, 0.03, 0.055), (-0.042, 0.018, 0.042, 0.043), 0.86, 1.03, wood))
     pegs = [
-        block(s * 0.05, 0.035, 0.89 + 0.045 * i, (0.03, 0.012, 0.012), m.metal(rng)) for s in (-1, 1) for i in range(3)
+        block(s * 0.046, 0.035, 0.89 + 0.045 * i, (0.03, 0.012, 0.012), m.metal(rng)) for s in (-1, 1) for i in range(3)
     ]
     return Thing("guitar", tuple(stretched(s, (k, k, k)) for s in (*solids, *pegs)))
 
@@ -110,7 +110,7 @@ def fire_extinguisher(rng: np.random.Generator) -> Thing:
     pipe = [tube(a, b, 0.01, dark) for a, b in pairwise(hose)]
     return Thing(
         "fire extinguisher",
-        (lathe(profile, red, sides=12), label, cylinder(0.018, height * 0.89, height * 0.95, dark, 6), *levers, *pipe),
+        (lathe(profile, red, sides=12), label, cylinder(0.018, height * 0.89, height * 0.985, dark, 6), *levers, *pipe),
     )
 
 

@@ -103,6 +103,6 @@ def tv_stand(rng: np.random.Generator) -> Thing:
     solids += [block(s * width / 6, 0, 0.125, (0.025, depth - 0.04, inner), wood) for s in (-1, 1)]
     solids.append(block(0, -depth / 2 + 0.01, 0.125, (width - 0.05, 0.015, inner), wood))
     for side in (-1, 1):
-        left, right = sorted((side * (width / 2 - 0.03), side * (width / 6 + 0.018)))
-        solids.append(block((left + right) / 2, depth / 2 - 0.02, 0.13, (right - left, 0.018, inner - 0.01), front))
+        left, right = sorted((side * (width / 2 - 0.025), side * (width / 6 + 0.0125)))
+        solids.append(block((left + right) / 2, depth / 2 - 0.02, 0.125, (right - left, 0.018, inner), front))
     return Thing("tv stand", tuple(solids))

@@ -102,7 +102,7 @@ def door(rng: np.random.Generator) -> Thing:
     leaf, rim, brass = m.wood_or_lacquer(rng), m.lacquer(rng), m.metal(rng)
     solids = [block(s * (width / 2 + 0.035), 0.035, 0, (0.07, 0.07, height), rim) for s in (-1, 1)]
     solids.append(block(0, 0.035, height, (width + 0.14, 0.07, 0.07), rim))
-    solids.append(block(0, 0.02, 0.006, (width - 0.006, 0.04, height - 0.01), leaf))
+    solids.append(block(0, 0.02, 0.006, (width - 0.002, 0.04, height - 0.007), leaf))
     rows = int(rng.integers(1, 4))
     share = (height - 0.3) / rows
     for row in range(rows):
@@ -145,9 +145,10 @@ def clock(rng: np.random.Generator) -> Thing:
         long = 0.66 if i % 3 == 0 else 0.75
         start, end = (tuple(center + out * share + (0, 0.0355, 0)) for share in (long, 0.82))
         solids.append(beam(start, end, 0.004, 0.012 if i % 3 == 0 else 0.006, dark))
-    for turn, length, wide in ((rng.uniform(0, 6.28), 0.45, 0.014), (rng.uniform(0, 6.28), 0.7, 0.009)):
-        tip = np.array(center) + radius * length * np.array([np.sin(turn), 0, np.cos(turn)]) + (0, 0.039, 0)
-        solids.append(beam((0, 0.039, radius), tuple(tip), 0.004, wide, dark))
+    for y, length, wide in ((0.036, 0.45, 0.014), (0.0365, 0.7, 0.009)):
+        turn = rng.uniform(0, 2 * np.pi)
+        tip = (radius * length * float(np.sin(turn)), y, radius * (1 + length * float(np.cos(turn))))
+        solids.append(beam((0, y, radius), tip, 0.004, wide, dark))
     return Thing("clock", tuple(solids))
 
 
