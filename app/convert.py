@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any
-
-from cyclopts import Parameter
+from typing import Any
 
 from app.consoles import progress_console, result_console
-from app.options import Flag
+from app.options import Flag, RecordingOptions
 
 INTERRUPTED = 130
 FORMAT = 1
@@ -22,12 +20,7 @@ def convert(
     /,
     *,
     layout: str = "own",
-    reader: str | None = None,
-    intrinsics: str | None = None,
-    depth_scale: float | None = None,
-    depth_to_color: Path | None = None,
-    stride: int = 1,
-    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None,
+    options: RecordingOptions = RecordingOptions(),  # noqa: B008
     lossless: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -41,34 +34,18 @@ def convert(
         The folder to write; it appears when it is complete.
     layout:
         own, scannet, replica, tum, scenenn or 7scenes.
-    reader:
-        Layout of the recording; recognised if not given.
-    intrinsics:
-        fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file.
-    depth_scale:
-        Units of the depth images in a metre: 1000 for millimetres.
-    depth_to_color:
-        File with the 4x4 transform from the depth to the colour camera.
-    stride:
-        Use every n-th frame.
-    max_frames:
-        Use at most this many frames.
     lossless:
         Write colour as PNG where the layout would have JPEG.
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
-    from app.config_sources import read_config
     from app.recording import open_recording
     from app.selection import Selection
     from data_tools.truth.open_truth import has_truth, open_truth
     from data_tools.writers.table import write_recording
 
-    given = {"reader": reader, "intrinsics": intrinsics, "depth_scale": depth_scale, "stride": stride}
-    given |= {"depth_to_color": depth_to_color and str(depth_to_color), "max_frames": max_frames}
-    settings = read_config(None, (), {f"input.{name}": value for name, value in given.items()}).input
-    console = progress_console()
+    settings, console = options.input_settings(), progress_console()
     part = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
     truth = open_truth(folder) if has_truth(folder) else None
     try:

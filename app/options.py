@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from app.config import RunConfig
+from app.config import InputSettings, RunConfig
 from app.config_sources import read_config
 
 Assignments = Annotated[
@@ -30,8 +30,8 @@ class SettingOptions:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class RunOptions(SettingOptions):
-    """Options that are shorter names for settings; those not given leave the setting as it is."""
+class RecordingOptions:
+    """What is read from a recording, and what it does not say itself."""
 
     reader: str | None = None
     """Layout of the folder; recognised if not given."""
@@ -39,14 +39,28 @@ class RunOptions(SettingOptions):
     """Use every n-th frame."""
     max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
     """Use at most this many frames."""
-    poses: Literal["given", "auto"] | None = None
-    """Where poses come from."""
     intrinsics: str | None = None
     """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
     depth_scale: float | None = None
     """Units of the depth images in a metre: 1000 for millimetres."""
     depth_to_color: str | None = None
     """File with the 4x4 transform from the depth to the colour camera."""
+
+    def input_settings(self) -> InputSettings:
+        """The settings these options lead to; raises BadInput."""
+        return read_config(None, (), self._recording_flags()).input
+
+    def _recording_flags(self) -> dict[str, Any]:
+        return {f"input.{field.name}": getattr(self, field.name) for field in fields(RecordingOptions)}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RunOptions(RecordingOptions, SettingOptions):
+    """Options that are shorter names for settings; those not given leave the setting as it is."""
+
+    poses: Literal["given", "auto"] | None = None
+    """Where poses come from."""
     max_bad: float | None = None
     """Give up when more than this share of the frames is unusable."""
     segmenter: str | None = None
@@ -63,16 +77,6 @@ class RunOptions(SettingOptions):
         return read_config(self.config, self.set, self._flags())
 
     def _flags(self) -> dict[str, Any]:
-        names = (
-            "reader",
-            "stride",
-            "max_frames",
-            "poses",
-            "intrinsics",
-            "depth_scale",
-            "depth_to_color",
-            "max_bad",
-        )
-        flags = {f"input.{name}": getattr(self, name) for name in names}
+        flags = {"input.poses": self.poses, "input.max_bad": self.max_bad} | self._recording_flags()
         flags |= {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         return flags | {"run.device": self.device, "run.timeline": self.timeline}

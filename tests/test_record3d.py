@@ -112,6 +112,13 @@ def test_frames_lie_on_the_grid_of_depth(export: Path) -> None:
         assert known.sum() >= known.size - 2
 
 
+def test_metadata_of_another_program_is_not_taken_for_an_export(tmp_path: Path) -> None:
+    for part, image in (("rgb", np.zeros((6, 8, 3), np.uint8)), ("depth", depth(1500))):
+        write_image(tmp_path / part / "0.png", image)
+    (tmp_path / "metadata.json").write_text('{"author": "somebody", "poses": 12}')
+    assert recognise(tmp_path) == "folder"
+
+
 def test_depth_of_the_lowest_confidence_is_left_out(tmp_path: Path) -> None:
     frame = open_sequence(write_r3d(tmp_path / "a.r3d", members()))[0]
     assert (frame.depth[1, 0], frame.depth[1, 1]) == (0, 1.125)

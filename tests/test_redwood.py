@@ -95,6 +95,13 @@ def test_the_default_camera_is_primesense(tmp_path: Path) -> None:
     assert open_sequence(folder, camera="500,500,320,240").intrinsics.fx == 500
 
 
+def test_a_camera_of_our_own_layout_counts_before_the_default(tmp_path: Path) -> None:
+    folder = write_redwood(tmp_path, plain(range(2)), [0, 1], camera=None)
+    (folder / "intrinsics.json").write_text(json.dumps(camera_json(depth_scale=500.0)))
+    sequence = open_sequence(folder)
+    assert (recognise(folder), sequence.intrinsics.fx, sequence.depth_scale) == ("redwood", 10, 500)
+
+
 def test_a_camera_file_that_is_wrong_is_one_line(tmp_path: Path) -> None:
     wrong = OPEN3D_CAMERA | {"intrinsic_matrix": [1, 2, 3]}
     with pytest.raises(BadInput, match=r"camera_primesense\.json must hold") as caught:

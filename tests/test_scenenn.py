@@ -116,6 +116,13 @@ def test_numbers_of_a_log_decide_and_order_only_where_they_repeat(tmp_path: Path
     assert {k: pose[0, 3] for k, pose in read_pose_log(path).items()} == {0: 5, 1: 6, 2: 7}
 
 
+def test_a_log_that_counts_like_the_images_is_not_shifted(tmp_path: Path) -> None:
+    sequence = open_sequence(write_scenenn(tmp_path, log="".join(log_entry(k, k) for k in range(1, 5))))
+    assert [sequence[i].pose[0, 3] for i in range(4)] == [1, 2, 3, 4]
+    (tmp_path / "trajectory.log").write_text("".join(log_entry(k, k + 1) for k in range(1, 4)))  # 0 is lost
+    assert [open_sequence(tmp_path)[i].pose[0, 3] for i in (1, 2, 3)] == [2, 3, 4]
+
+
 @pytest.mark.parametrize(("log", "message"), [("", "holds no pose"), ("a 0 1\n" + "0 0 0 0\n" * 4, "line 1")])
 def test_a_log_that_is_none_is_one_line(tmp_path: Path, log: str, message: str) -> None:
     with pytest.raises(BadInput, match=message) as caught:

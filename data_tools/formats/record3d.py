@@ -49,8 +49,13 @@ def is_record3d(path: Path) -> bool:
     """Whether this is a .r3d archive, such an archive unpacked, or an EXR + JPG export."""
     if path.is_file():
         return path.suffix.lower() == ".r3d"
-    unpacked = (path / "metadata").is_file() and (path / "rgbd").is_dir()
-    return unpacked or ((path / "metadata.json").is_file() and (path / "rgb").is_dir() and (path / "depth").is_dir())
+    if (path / "metadata").is_file():
+        return (path / "rgbd").is_dir()
+    told = path / "metadata.json"
+    if not (told.is_file() and (path / "rgb").is_dir() and (path / "depth").is_dir()):
+        return False
+    content = told.read_bytes()
+    return b'"poses"' in content and (b'"K"' in content or b'"perFrameIntrinsicCoeffs"' in content)
 
 
 def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:

@@ -1,7 +1,8 @@
 """Folders of Redwood and of Open3D's reconstruction system: color/ and depth/ images with a .log trajectory.
 
-The camera is a JSON file with Open3D's column-major intrinsic_matrix, or else the PrimeSense camera that Open3D
-takes as its default. Sources: http://redwood-data.org/indoor/fileformat.html and
+The camera is a JSON file with Open3D's column-major intrinsic_matrix, or an intrinsics.json of the project's own
+layout, or else the PrimeSense camera that Open3D takes as its default.
+Sources: http://redwood-data.org/indoor/fileformat.html and
 https://www.open3d.org/docs/release/tutorial/reconstruction_system/
 """
 
@@ -11,7 +12,7 @@ import json
 import re
 from pathlib import Path
 
-from data_tools.camera import Camera, Declared
+from data_tools.camera import Camera, Declared, read_camera_file
 from data_tools.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.images import IMAGE_SUFFIXES
 from data_tools.pose_log import LogPoses, is_pose_log, read_pose_log
@@ -88,6 +89,8 @@ def _told(folder: Path) -> Declared:
             continue
         if matrix is not None:
             return _open3d_camera(path, content, matrix)
+        if path.name == "intrinsics.json":
+            return read_camera_file(path).or_else(Declared(depth_scale=MILLIMETRES))
     return Declared(PRIMESENSE, depth_scale=MILLIMETRES)
 
 

@@ -62,10 +62,11 @@ def is_ros_bag(path: Path) -> bool:
 
 def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
     """A bag with colour and depth images; poses come from its transforms, odometry or poses. Reads through the bag
-    once; raises BadInput, also where rosbags is not installed."""
+    at once, images when they are asked for; raises BadInput, also where rosbags is not installed."""
     bag = Bag(folder)
     color, depth = _image_topics(bag)
-    colors, depths = bag.index(color), bag.index(depth)
+    entries = bag.index(color, depth)
+    colors, depths = entries[color], entries[depth]
     matches = associate(_stamps(colors), _stamps(depths), MAX_DIFFERENCE_S)
     if not matches:
         raise BadInput(f"{folder}: no image of {color} is within {MAX_DIFFERENCE_S} s of one of {depth}")

@@ -37,30 +37,32 @@ class Bag:
 
     def messages(self, topic: str) -> Iterator[tuple[int, Any]]:
         """(time in the bag in nanoseconds, message) in order of time, to the end or to where the bag is damaged."""
-        return (found for found in self._read(topic, None, None) if found is not None)
+        return ((time, message) for _, time, message in self._read((topic,)) if message is not None)
 
-    def index(self, topic: str) -> tuple[Entry, ...]:
-        """All messages of a topic; its messages must have a header. Reads through the bag once."""
-        found = [(time, _seconds(message.header.stamp)) for time, message in self.messages(topic)]
-        unset = not any(stamp for _, stamp in found)
-        seen: Counter[int] = Counter()
-        entries = []
-        for time, stamp in found:
-            entries.append(Entry(time, seen[time], time / NANOSECONDS_PER_S if unset else stamp))
-            seen[time] += 1
-        return tuple(entries)
+    def index(self, *topics: str) -> dict[str, tuple[Entry, ...]]:
+        """All messages of each topic; they must have headers. Reads through the bag once."""
+        times: dict[str, list[tuple[int, int, float]]] = {topic: [] for topic in topics}
+        seen: Counter[tuple[str, int]] = Counter()
+        for topic, time, message in self._read(topics):
+            if message is not None:
+                times[topic].append((time, seen[topic, time], _seconds(message.header.stamp)))
+            seen[topic, time] += 1
+        return {topic: _entries(found) for topic, found in times.items()}
 
     def message(self, topic: str, entry: Entry) -> Any:
         """One message; raises UnusableFrame where the bag is damaged there."""
-        for i, found in enumerate(self._read(topic, entry.time_ns, entry.time_ns + 1)):
-            if found is not None and i == entry.ordinal:
-                return found[1]
+        for i, (_, _, message) in enumerate(self._read((topic,), entry.time_ns, entry.time_ns + 1)):
+            if message is not None and i == entry.ordinal:
+                return message
         raise UnusableFrame(f"{topic}: the message at {entry.stamp:.6f} cannot be read")
 
-    def _read(self, topic: str, start: int | None, stop: int | None) -> Iterator[tuple[int, Any] | None]:
-        """Messages, None for each that cannot be decoded; ends where the bag itself cannot be read further."""
+    def _read(
+        self, topics: tuple[str, ...], start: int | None = None, stop: int | None = None
+    ) -> Iterator[tuple[str, int, Any]]:
+        """(topic, time, message), None for a message that cannot be decoded; ends where the bag itself cannot be read
+        further."""
         reader = _opened(self.path)
-        connections = [connection for connection in reader.connections if connection.topic == topic]
+        connections = [connection for connection in reader.connections if connection.topic in topics]
         messages = reader.messages(connections, start=start, stop=stop)
         while True:
             try:
@@ -70,9 +72,10 @@ class Bag:
             except Exception:  # each layer below (sqlite, mcap, lz4, bz2) has its own errors for damaged data
                 return
             try:
-                yield time, reader.deserialize(data, connection.msgtype)
+                message = reader.deserialize(data, connection.msgtype)
             except Exception:  # as above
-                yield None
+                message = None
+            yield connection.topic, time, message
 
 
 @lru_cache(maxsize=2)
@@ -88,6 +91,12 @@ def _opened(path: Path) -> Any:
     except AnyReaderError as error:
         raise BadInput(f"{path} cannot be opened as a ROS bag ({error}): record or copy it again") from None
     return reader
+
+
+def _entries(found: list[tuple[int, int, float]]) -> tuple[Entry, ...]:
+    """With the time in the bag as stamp where no header has one."""
+    unset = not any(stamp for _, _, stamp in found)
+    return tuple(Entry(time, i, time / NANOSECONDS_PER_S if unset else stamp) for time, i, stamp in found)
 
 
 def _seconds(stamp: Any) -> float:

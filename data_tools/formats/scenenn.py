@@ -40,7 +40,7 @@ def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
         for n in numbers
     )
     log = _log(folder) if use_poses else None
-    poses = LogPoses(log.name, read_pose_log(log), tuple(n - 1 for n in numbers)) if log else None
+    poses = _poses(log, numbers) if log else None
     path = folder / "intrinsic.txt"
     defaults = Declared(read_camera_matrix(path) if path.is_file() else CAMERA, depth_scale=MILLIMETRES)
     return file_sequence(folder, shots, declared.or_else(defaults), poses)
@@ -55,6 +55,13 @@ def _log(folder: Path) -> Path | None:
     """trajectory.log, or 005_trajectory.log as the dataset's separate download names it."""
     path = folder / "trajectory.log"
     return path if path.is_file() else next(iter(sorted(folder.glob("*_trajectory.log"))), None)
+
+
+def _poses(log: Path, numbers: list[int]) -> LogPoses:
+    poses = read_pose_log(log)
+    # A log that counts as the images do ends with the number of the last one; the dataset's ends one before.
+    first = 1 if 0 not in poses and numbers and max(poses) == numbers[-1] else 0
+    return LogPoses(log.name, poses, tuple(n - 1 + first for n in numbers))
 
 
 def _stamps(path: Path) -> dict[int, float]:

@@ -14,10 +14,11 @@ from razer.frame import BadInput
 
 @dataclass(frozen=True, slots=True)
 class TruthLayout:
-    """How a layout is recognised, and read with a vocabulary and, where a folder holds several, a scene."""
+    """How a layout is recognised, and read with a vocabulary and, where a folder holds several, a scene; None for the
+    dataset's own vocabulary and the only scene."""
 
     matches: Callable[[Path], bool]
-    read: Callable[[Path, str, str | None], GroundTruth]
+    read: Callable[[Path, str | None, str | None], GroundTruth]
 
 
 def _own_folder(folder: Path) -> Path | None:
@@ -25,12 +26,12 @@ def _own_folder(folder: Path) -> Path | None:
     return next((p for p in places if (p / "mesh.ply").is_file() and (p / "classes.json").is_file()), None)
 
 
-def _read_own(folder: Path, vocabulary: str, scene: str | None) -> GroundTruth:
+def _read_own(folder: Path, vocabulary: str | None, scene: str | None) -> GroundTruth:
     return read_truth(_own_folder(folder) or folder)
 
 
-def _read_scenenn(folder: Path, vocabulary: str, scene: str | None) -> GroundTruth:
-    return read_scenenn_truth(folder, vocabulary)
+def _read_scenenn(folder: Path, vocabulary: str | None, scene: str | None) -> GroundTruth:
+    return read_scenenn_truth(folder, vocabulary or "nyu40")
 
 
 LAYOUTS = {
@@ -44,11 +45,11 @@ def has_truth(folder: Path) -> bool:
     return any(layout.matches(folder) for layout in LAYOUTS.values())
 
 
-def open_truth(folder: Path, *, vocabulary: str = "scannet200", scene: str | None = None) -> GroundTruth:
+def open_truth(folder: Path, *, vocabulary: str | None = None, scene: str | None = None) -> GroundTruth:
     """The truth that a folder of one of LAYOUTS holds; raises BadInput.
 
-    vocabulary: whose classes a dataset's names are turned into, where it has names of its own; scene: which one,
-    where the folder holds several."""
+    vocabulary: whose classes a dataset's names are turned into, None = those it is annotated with (nyu40 for SceneNN);
+    scene: which one, where the folder holds several."""
     folder = Path(folder).absolute()
     if not folder.is_dir():
         raise BadInput(f"{folder} is not a folder: give the folder with the ground truth")
