@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import open3d as o3d
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -168,6 +169,9 @@ def test_scenenn_files_are_as_its_playback_tool_writes_them(tmp_path: Path) -> N
     assert [re.split(r"\s+", line) for line in lines[::5]] == [["0", "0", "1"], ["1", "1", "2"]]
     matrix = np.array([line.split() for line in lines[6:]], float)
     np.testing.assert_allclose(matrix, Faulty()[2].pose, atol=1e-8)
+    # Open3D reads the same log, as the inverse of the pose.
+    theirs = o3d.io.read_pinhole_camera_trajectory(str(folder / "trajectory.log")).parameters
+    np.testing.assert_allclose(np.linalg.inv(theirs[1].extrinsic), Faulty()[2].pose, atol=1e-6)
 
 
 def test_a_recording_without_poses_stays_without(tmp_path: Path) -> None:

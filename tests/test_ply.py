@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import open3d as o3d
 import pytest
 
 from data_tools.truth.ply import Ply, read_ply
@@ -56,6 +57,19 @@ def test_every_flavour_reads_alike(tmp_path: Path, flavour: str, faces: list[tup
     assert mesh.triangles.dtype == np.int32
     if faces:
         assert mesh.of_face["object_id"].tolist() == [number for _, number in fans]
+
+
+@pytest.mark.parametrize("ascii_file", [True, False])
+def test_a_mesh_that_open3d_wrote(tmp_path: Path, ascii_file: bool) -> None:
+    sphere = o3d.geometry.TriangleMesh.create_sphere(1.0, 5)
+    sphere.compute_vertex_normals()
+    sphere.paint_uniform_color((1.0, 0.5, 0.0))
+    path = tmp_path / "a.ply"
+    o3d.io.write_triangle_mesh(str(path), sphere, write_ascii=ascii_file)
+    mesh = read_ply(path)
+    np.testing.assert_allclose(mesh.points(path), np.asarray(sphere.vertices), atol=1e-6)
+    np.testing.assert_array_equal(mesh.triangles, np.asarray(sphere.triangles))
+    assert set(mesh.column("red", path)) == {255}
 
 
 @pytest.mark.parametrize("flavour", FLAVOURS)

@@ -7,7 +7,9 @@ import pickle
 from pathlib import Path
 
 import numpy as np
+import open3d as o3d
 import pytest
+from scipy.spatial.transform import Rotation
 
 from data_tools.sequence import open_sequence, recognise
 from razer.frame import BadInput, Intrinsics, UnusableFrame
@@ -93,6 +95,26 @@ def test_the_default_camera_is_primesense(tmp_path: Path) -> None:
         write_image(folder / part / "00000.png", image)
     assert open_sequence(folder).intrinsics == Intrinsics(640, 480, 525, 525, 319.5, 239.5)
     assert open_sequence(folder, camera="500,500,320,240").intrinsics.fx == 500
+
+
+def test_a_log_and_a_camera_that_open3d_wrote(tmp_path: Path) -> None:
+    folder = write_redwood(tmp_path, plain(range(3)), [0, 1, 2], camera=None)
+    intrinsic = o3d.camera.PinholeCameraIntrinsic(WIDTH, HEIGHT, 10.0, 12.0, 3.5, 2.25)
+    poses, parameters = [], []
+    for i in range(3):
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = Rotation.from_euler("xyz", [0.1, 0.2 * i, 0.3]).as_matrix(), (i, 2, 3)
+        poses.append(pose)
+        parameters.append(o3d.camera.PinholeCameraParameters())
+        parameters[-1].intrinsic, parameters[-1].extrinsic = intrinsic, np.linalg.inv(pose)
+    trajectory = o3d.camera.PinholeCameraTrajectory()
+    trajectory.parameters = parameters
+    o3d.io.write_pinhole_camera_trajectory(str(folder / "trajectory.log"), trajectory)
+    o3d.io.write_pinhole_camera_intrinsic(str(folder / "camera.json"), intrinsic)
+    sequence = open_sequence(folder)
+    assert sequence.intrinsics == Intrinsics(WIDTH, HEIGHT, 10, 12, 3.5, 2.25)
+    for i in range(3):
+        np.testing.assert_allclose(sequence[i].pose, poses[i], atol=1e-6)
 
 
 def test_a_camera_of_our_own_layout_counts_before_the_default(tmp_path: Path) -> None:

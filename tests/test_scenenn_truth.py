@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import open3d as o3d
 import pytest
 
 from data_tools.truth.ground_truth import GroundTruth
@@ -123,6 +124,9 @@ def test_the_writer_writes_what_the_dataset_has(tmp_path: Path) -> None:
         points = truth.vertices[truth.instances == number]
         box = [float(x) for x in item.get("aabbox", "").split()]
         np.testing.assert_allclose(box, [*points.min(axis=0), *points.max(axis=0)], rtol=1e-4, atol=1e-5)
+    theirs = o3d.io.read_triangle_mesh(str(tmp_path / "061" / "061.ply"))
+    np.testing.assert_array_equal(np.asarray(theirs.vertices, np.float32), truth.vertices)
+    np.testing.assert_array_equal(np.asarray(theirs.triangles), truth.triangles)
     back = read_scenenn_truth(tmp_path / "061")
     np.testing.assert_array_equal(back.vertices, truth.vertices)
     np.testing.assert_array_equal(back.triangles, truth.triangles)
