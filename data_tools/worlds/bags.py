@@ -99,7 +99,7 @@ def purse(rng: np.random.Generator) -> Thing:
     body = tapered((-x, -y, x, y), (-x * 0.8, -y * 0.4, x * 0.8, y * 0.4), 0, height, hide)
     flap = tapered(
         (-x * 0.86, y * 0.1, x * 0.86, y * 0.92),
-        (-x * 0.82, -y * 0.3, x * 0.82, y * 0.5),
+        (-x * 0.78, -y * 0.3, x * 0.78, y * 0.5),
         height * 0.45,
         height + 0.006,
         hide,
