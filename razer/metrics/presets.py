@@ -1,104 +1,135 @@
-"""The rules of an evaluation, every one an option, and the rules that published numbers follow (protocols A to D)."""
+"""The rules that published numbers follow, as presets: protocols A to D of the evaluation."""
 
 from __future__ import annotations
 
-from typing import Literal
+from razer.metrics.preset import Preset
+from razer.vocabulary import vocabulary
 
-from pydantic import Field
+__all__ = ["PRESETS", "Preset"]
 
-from razer.config import Settings
-from razer.metrics.instance_ap import AP_THRESHOLDS
+_NOT_THINGS = ("wall", "floor")
+_REPLICA_SCENES = tuple([f"office{i}" for i in range(5)] + [f"room{i}" for i in range(3)])
+_HOVSG_SCANNET = ("scene0011_00", "scene0050_00", "scene0231_00", "scene0378_00", "scene0518_00")
+_SCENENN_SCENES = ("011", "016", "030", "061", "078", "086", "096", "206", "223", "255")
+_RETRIEVAL_NYU40 = (*range(3, 13), 14, 16, 24, 28, 33, 34, 36)
+# The classes of Replica that occur in its eight rooms, by the dataset's own spelling.
+_REPLICA_51 = (
+    "basket bed bench bin blanket blinds book bottle box bowl camera cabinet candle chair clock cloth comforter cushion"
+    " ceiling desk desk-organizer door floor indoor-plant lamp monitor nightstand panel picture pillar pillow pipe"
+    " plant-stand plate pot sculpture shelf sofa stool switch table tablet tissue-paper tv-screen tv-stand vase vent"
+    " wall wall-plug window rug"
+)
 
-OverScenes = Literal["pooled", "mean"]
+
+def _nyu40_names(ids: tuple[int, ...]) -> tuple[str, ...]:
+    return tuple(vocabulary("nyu40").by_id[i].name for i in ids)
 
 
-class Preset(Settings):
-    """A complete set of rules; `model_dump()` prints them."""
+_SCANNET200 = Preset(
+    name="scannet200",
+    source="ScanNet benchmark script with the ScanNet200 classes (protocol B)",
+    vocabulary="scannet200",
+    instance_ignored=_NOT_THINGS,
+)
 
-    name: str = Field(description="What the rules are called in tables.")
-    source: str = Field("", description="Where the rules come from.")
-    vocabulary: str = Field(
-        "truth",
-        description="List that names are looked up in (razer.vocabulary); 'truth': the names the truth itself bears.",
-    )
+_SCENENN = Preset(
+    name="scenenn",
+    source="VolumePanoptic on SceneNN, NYU classes (protocol A)",
+    vocabulary="nyu40",
+    instance_classes=tuple(name for name in vocabulary("scannet20").names if name not in _NOT_THINGS),
+    class_lists={
+        "nine": ("bed", "chair", "sofa", "table", "refridgerator", "television", "bag", "books", "toilet"),
+    },
+    score="size_share",
+    instance_class="vertices",
+    instances_over_scenes="mean",
+    semantics_over_scenes="mean",
+    voxel_size_m=0.01,
+    truncation_voxels=5,
+    depth_max_m=3,
+    scenes=_SCENENN_SCENES,
+)
 
-    transfer_k: int = Field(
-        1, ge=1, le=50, description="A truth vertex takes the label of most of this many nearest predicted vertices."
-    )
-    transfer_max_m: float | None = Field(
-        0.05, gt=0, description="Predicted vertices farther than this do not count, metres; none: no limit."
-    )
+_HOVSG = Preset(
+    name="hovsg",
+    source="HOV-SG on Replica and ScanNet (protocol C)",
+    semantic_k=5,
+    semantic_max_m=None,
+    unlabelled_vote=False,
+    semantic_ignored_parts=("wall", "floor", "ceiling", "door", "window", "background"),
+    semantics_over_scenes="mean",
+    voxel_size_m=0.02,
+    every=10,
+    scenes=(*_REPLICA_SCENES, *_HOVSG_SCANNET),
+)
 
-    instance_classes: tuple[str, ...] = Field(
-        (), description="Classes whose instances are evaluated; empty: all of the vocabulary, or of the truth."
-    )
-    instance_ignored: tuple[str, ...] = Field(
-        ("wall", "floor"), description="Classes whose instances are not evaluated: their vertices are void."
-    )
-    class_lists: dict[str, tuple[str, ...]] = Field(
-        {}, description="Further lists of instance classes that are reported beside the first one."
-    )
-    thresholds: tuple[float, ...] = Field(
-        AP_THRESHOLDS, description="Intersections over union whose precisions are averaged to AP."
-    )
-    strict: bool = Field(
-        True, description="Whether the intersection over union must exceed the threshold, or reach it."
-    )
-    min_region: int = Field(
-        100, ge=1, description="Vertices of the smallest truth looked for and of the smallest prediction that exists."
-    )
-    score: Literal["own", "one", "size_share"] = Field(
-        "own",
-        description="Confidence of a prediction: its own, 1 for all, or its vertices / those of the largest prediction "
-        "of its class in the scene.",
-    )
-    optimistic: bool = Field(
-        False, description="Matched predictions get confidence 1: flatters, since no system knows what will match."
-    )
-    instance_class: Literal["own", "vertices"] = Field(
-        "own", description="Class of a predicted instance: its own, or the most frequent one of its vertices."
-    )
-    instances_over_scenes: OverScenes = Field(
-        "pooled", description="AP of the predictions of all scenes in one ranking, or mean of the scenes' APs."
-    )
+_CONCEPTGRAPHS_1 = ("other",)
+_CONCEPTGRAPHS_4 = (*_CONCEPTGRAPHS_1, "floor", "wall", "ceiling")
 
-    panoptic_min_region: int = Field(1, ge=1, description="Vertices of the smallest segment in panoptic quality.")
+_CONCEPTGRAPHS = Preset(
+    name="conceptgraphs",
+    source="ConceptGraphs on Replica (protocol C)",
+    semantic_max_m=None,
+    unlabelled_vote=False,
+    semantic_ignored=(*_CONCEPTGRAPHS_4, "door", "window"),
+    semantic_lists={"without 1": _CONCEPTGRAPHS_1, "without 4": _CONCEPTGRAPHS_4},
+    count_ignored_points=False,
+    text_template="an image of {}",
+    name_among="scene",
+    voxel_size_m=0.02,
+    every=10,
+    scenes=_REPLICA_SCENES,
+)
 
-    semantic_classes: tuple[str, ...] = Field(
-        (), description="Classes that semantic segmentation looks at; empty: all of the vocabulary, or of the truth."
-    )
-    semantic_ignored: tuple[str, ...] = Field((), description="Classes left out of semantic segmentation, by name.")
-    semantic_ignored_parts: tuple[str, ...] = Field(
-        (), description="Classes whose name has one of these words in it are left out of semantic segmentation."
-    )
-    semantics_over_scenes: OverScenes = Field(
-        "pooled", description="Numbers of the confusion of all scenes, or mean of the scenes' numbers."
-    )
+_OVO = _HOVSG.model_copy(
+    update={
+        "name": "ovo",
+        "source": "OVO on Replica (protocol C)",
+        "semantic_classes": tuple(_REPLICA_51.split()),
+        "semantic_ignored_parts": (),
+        "semantics_over_scenes": "pooled",
+        "scenes": _REPLICA_SCENES,
+    }
+)
 
-    retrieval_min_iou: float = Field(0.25, ge=0, lt=1, description="A true and a predicted mask must overlap by more.")
+_RAYFRONTS = _HOVSG.model_copy(
+    update={"name": "rayfronts", "source": "RayFronts (protocol C)", "voxel_size_m": 0.05},
+)
 
-    text_template: str = Field(
-        "a {} in a scene", description="Sentence a class name is put into before it is embedded."
-    )
-    voxel_size_m: float | None = Field(None, description="Voxel size such maps are made with, metres.")
-    depth_max_m: float | None = Field(None, description="Depth range such maps are made with, metres.")
-    truncation_voxels: float | None = Field(None, description="Truncation such maps are made with, voxels.")
-    every: int = Field(1, ge=1, description="Such maps are made of every so manieth frame.")
-    scenes: tuple[str, ...] = Field((), description="Scenes of the published table.")
-    worst: int = Field(20, ge=0, description="How many of the worst instances are listed.")
+_OVI_MAP = _HOVSG.model_copy(
+    update={
+        "name": "ovi-map",
+        "source": "OVI-MAP (protocol C)",
+        "semantic_k": 1,
+        "semantic_max_m": 0.05,
+        "unlabelled_vote": True,
+        "semantics_over_scenes": "pooled",
+    }
+)
 
+_RETRIEVAL = Preset(
+    name="retrieval",
+    source="OpenIns3D on ScanNetv2, top-1 of 17 classes (protocol D)",
+    vocabulary="nyu40",
+    instance_classes=_nyu40_names(_RETRIEVAL_NYU40),
+    retrieval_classes=_nyu40_names(_RETRIEVAL_NYU40),
+)
+
+_DEFAULT = Preset(
+    source="Instances and semantics by the truth's own names, without walls, floors and ceilings as things"
+)
 
 PRESETS: dict[str, Preset] = {
-    name: Preset(name=name)
-    for name in (
-        "default",
-        "scannet200",
-        "scenenn",
-        "hovsg",
-        "conceptgraphs",
-        "ovo",
-        "rayfronts",
-        "ovi-map",
-        "retrieval",
+    preset.name: preset
+    for preset in (
+        _DEFAULT.model_copy(update={"instance_ignored": (*_NOT_THINGS, "ceiling")}),
+        _SCANNET200,
+        _SCENENN,
+        _HOVSG,
+        _CONCEPTGRAPHS,
+        _OVO,
+        _RAYFRONTS,
+        _OVI_MAP,
+        _RETRIEVAL,
     )
 }

@@ -2,29 +2,92 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+_SPARE = 4  # neighbours asked for beyond k, so that most ties at the k-th are seen at once
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbours:
+    """The k nearest of P source points of each of V points: index (V, k), nearest first; P where there is none."""
+
+    index: NDArray[np.int64]
+    n_source: int
+
+    def labels(self, source_labels: NDArray[np.integer]) -> NDArray[np.int64]:
+        """The label (V,) that most of the neighbours bear of (P,) source labels, the lowest of equally frequent ones;
+        0 where there is no neighbour."""
+        padded = np.append(np.asarray(source_labels, np.int64), 0)
+        near = padded[self.index]
+        return near[:, 0] if near.shape[1] == 1 else _majority(near, self.index < self.n_source)
+
+
+def nearest_vertices(
+    source: NDArray[np.floating], points: NDArray[np.floating], k: int = 1, max_distance_m: float | None = None
+) -> Neighbours:
+    """The k source points (P, 3) nearest to each of V points (V, 3), at most max_distance_m metres away.
+
+    Distances are compared as squares, dx^2 + dy^2 + dz^2 in float64. Of equally near points the lower number comes
+    first; with k = 1 a source point at the very place and with the very number of the point comes before it, so that a
+    surface carried to itself stays as it is even where vertices coincide."""
+    source, points = np.asarray(source, np.float64), np.asarray(points, np.float64)
+    if len(source) == 0 or len(points) == 0:
+        return Neighbours(np.full((len(points), k), len(source), np.int64), len(source))
+    index = _ordered(cKDTree(source), source, points, k, k + _SPARE)
+    if k == 1:
+        own = np.arange(min(len(source), len(points)))
+        same = own[(source[: len(own)] == points[: len(own)]).all(axis=1)]
+        index[same, 0] = same
+    if max_distance_m is not None:
+        # A distance of exactly the limit is within it, whatever its square rounds to.
+        far = np.sqrt(_squares(source, points, index)) > max_distance_m
+        index[far] = len(source)
+    return Neighbours(index, len(source))
 
 
 def transfer_labels(
     predicted_vertices: NDArray[np.floating],
     predicted_ids: NDArray[np.integer],
     truth_vertices: NDArray[np.floating],
-    max_distance_m: float = 0.05,
+    max_distance_m: float | None = 0.05,
     k: int = 1,
 ) -> NDArray[np.int64]:
     """The label (V,) of each truth vertex (V, 3): that of the nearest of the (P, 3) predicted vertices, or of most
     of the k nearest (a tie goes to the lower label), within max_distance_m metres; 0 where there is none."""
-    labels = np.append(np.asarray(predicted_ids, np.int64), 0)
-    if len(predicted_vertices) == 0:
-        return np.zeros(len(truth_vertices), np.int64)
-    tree = cKDTree(predicted_vertices)
-    # Missing neighbours get the index one past the end, whose label is 0.
-    beyond = np.nextafter(max_distance_m, np.inf)
-    distance, index = tree.query(truth_vertices, k=list(range(1, k + 1)), distance_upper_bound=beyond)
-    near = np.where(np.isfinite(distance), labels[index], 0)
-    return near[:, 0] if k == 1 else _majority(near, np.isfinite(distance))
+    return nearest_vertices(predicted_vertices, truth_vertices, k, max_distance_m).labels(predicted_ids)
+
+
+def _ordered(
+    tree: cKDTree, source: NDArray[np.floating], points: NDArray[np.floating], k: int, asked: int
+) -> NDArray[np.int64]:
+    """The k nearest of each point, ordered by distance, then by number, out of the `asked` nearest or more."""
+    _, near = tree.query(points, k=list(range(1, min(asked, len(source)) + 1)))
+    squares = _squares(source, points, near)
+    chosen = np.lexsort((near, squares), axis=1)[:, :k]
+    index = np.take_along_axis(near, chosen, axis=1).astype(np.int64)
+    if asked < len(source):
+        # More points may lie as far as the k-th than were asked for; the tree's distances may differ by rounding.
+        kth = np.take_along_axis(squares, chosen[:, -1:], axis=1)[:, 0]
+        undecided = np.flatnonzero(squares.max(axis=1) <= kth * (1 + 1e-12))
+        if len(undecided):
+            index[undecided] = _ordered(tree, source, points[undecided], k, 2 * asked)
+    missing = max(k - index.shape[1], 0)
+    return np.pad(index, ((0, 0), (0, missing)), constant_values=len(source))
+
+
+def _squares(
+    source: NDArray[np.floating], points: NDArray[np.floating], index: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Squared distances (V, k); infinite where there is no neighbour."""
+    known = np.minimum(index, len(source) - 1)
+    total = np.zeros(index.shape)
+    for axis in range(3):
+        total += (source[known, axis] - points[:, axis, None]) ** 2
+    return np.where(index < len(source), total, np.inf)
 
 
 def _majority(labels: NDArray[np.int64], valid: NDArray[np.bool_]) -> NDArray[np.int64]:
