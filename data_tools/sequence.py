@@ -101,8 +101,8 @@ def recognise(folder: Path) -> str:
     inside = [path.name for path in sorted(folder.iterdir()) if path.is_dir() and _layout(path)]
     hint = f"; there are recordings inside it: {', '.join(inside[:5])}" if inside else ""
     raise BadInput(
-        f"{folder} has no known layout: it needs frame-*.color.* and .depth.png, or rgb.txt and depth.txt, "
-        f"or the folders color and depth{hint}"
+        f"{folder} has no known layout ({', '.join(READERS)}): at the least it needs the folders color and depth, "
+        f"and intrinsics.json{hint}"
     )
 
 

@@ -62,7 +62,7 @@ def is_ros_bag(path: Path) -> bool:
 
 def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
     """A bag with colour and depth images; poses come from its transforms, odometry or poses. Reads through the bag
-    at once, images when they are asked for; raises BadInput, also where rosbags is not installed."""
+    when it is opened, to know where each image is; raises BadInput, also where rosbags is not installed."""
     bag = Bag(folder)
     color, depth = _image_topics(bag)
     entries = bag.index(color, depth)
@@ -74,7 +74,8 @@ def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSeq
     source = BagImages(bag, color, depth, pairs)
     links = read_links(bag)
     color_frame, depth_frame = (
-        bag.message(topic, entry).header.frame_id for topic, entry in zip((color, depth), pairs[0], strict=True)
+        bag.message(topic, entry).header.frame_id.lstrip("/")
+        for topic, entry in zip((color, depth), pairs[0], strict=True)
     )
     told = declared if declared.depth_camera else _cameras(bag, color, depth, color_frame != depth_frame)
     if color_frame != depth_frame:
