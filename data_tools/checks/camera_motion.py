@@ -29,10 +29,13 @@ class Landmarks:
 @dataclass(frozen=True)
 class Motion:
     """Translation (3,) of b_from_a in the units of a's depth, and its information matrix (3, 3) with the
-    rotation marginalised out: an error in a declared rotation then says nothing about translation."""
+    rotation marginalised out: an error in a declared rotation then says nothing about translation; and what it
+    was measured from, points (N, 3) in a's camera, in the same units, and where b sees them, (N, 2) pixels."""
 
     translation: Array
     information: Array
+    points: Array
+    seen: Array
 
     def length(self, vector: Array) -> float:
         """Length of a (3,) vector in standard deviations."""
@@ -62,7 +65,9 @@ def measure_motion(a: Landmarks, b: Landmarks, camera: Intrinsics) -> Motion | N
     unit = float(np.median(depth))
     points = back_project(u, v, depth / unit, camera.matrix)
     solved = _solve_pnp(points, b.pixels[pairs[:, 1]], camera.matrix)
-    return None if solved is None else Motion(solved.translation * unit, solved.information / unit**2)
+    if solved is None:
+        return None
+    return Motion(solved.translation * unit, solved.information / unit**2, solved.points * unit, solved.seen)
 
 
 def _solve_pnp(points: Array, seen: Array, matrix: Array) -> Motion | None:
@@ -79,4 +84,4 @@ def _solve_pnp(points: Array, seen: Array, matrix: Array) -> Motion | None:
     hessian = jacobian[:, :6].T @ jacobian[:, :6] / variance
     coupling = hessian[:3, 3:]
     information = hessian[3:, 3:] - coupling.T @ np.linalg.solve(hessian[:3, :3], coupling)
-    return Motion(translation[:, 0], information)
+    return Motion(translation[:, 0], information, points, seen)

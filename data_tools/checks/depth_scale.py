@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence as Ordered
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.checks.camera_motion import find_landmarks, measure_motion
+from data_tools.checks.sample import Sample
 from data_tools.sequence import Sequence
-from razer.frame import Frame, UnusableFrame
+from razer.frame import Frame
 from razer.geometry import Array, inverse
 
 SUSPICIOUS_FACTOR = 2.2  # sqrt(5): half way, in ratio, to the nearest common mistake
@@ -25,7 +26,6 @@ TYPICAL_MEDIAN_M = 2.0
 # Units per metre in use, commonest first: mm, TUM, m, 1/10 mm, cm, Replica as rendered for NICE-SLAM.
 KNOWN_SCALES = (1000.0, 5000.0, 1.0, 10000.0, 100.0, 6553.5)
 
-_STARTS, _OFFSETS = 6, (0, 2, 6, 16)
 _PAIRS_PER_START = 4
 _MAX_TURN_DEG = 30.0
 _MIN_PAIRS = 5
@@ -65,13 +65,13 @@ class Estimate:
         return too_small or too_large
 
 
-def check_depth_scale(sequence: Sequence) -> DepthScaleReport:
+def check_depth_scale(sequence: Sequence, sample: Sample | None = None) -> DepthScaleReport:
     """Judge the declared depth scale from a few frames of a recording; takes about a second."""
-    groups = _sample(sequence)
-    frames = [frame for group in groups for frame in group]
+    sample = sample or Sample.of(sequence)
+    frames = sample.frames
     if not frames:
         return DepthScaleReport("ok", sequence.depth_scale, None, "no usable frame to judge by")
-    moved, steps = factor_from_motion(groups), factor_from_steps(frames)
+    moved, steps = factor_from_motion(sample), factor_from_steps(frames)
     median_m = float(np.median([np.median(frame.depth[frame.depth > 0]) for frame in frames]))
     return _judge(sequence.depth_scale, moved, steps, median_m)
 
@@ -95,10 +95,12 @@ def _judge(declared: float, moved: Estimate | None, steps: Estimate | None, medi
     return DepthScaleReport("ok", declared, None, f"{seen}; no motion to measure it by")
 
 
-def factor_from_motion(groups: Ordered[Ordered[Frame]]) -> Estimate | None:
+def factor_from_motion(sample: Sample) -> Estimate | None:
     """The factor at which the translations measured by images and depth are those of the poses, over pairs of
-    frames within each group; None where motion or agreement is too small to tell."""
-    rows = [row for group in groups for row in _shares(group)]
+    frames within each stretch; None where motion or agreement is too small to tell."""
+    if not sample.has_poses:
+        return None
+    rows = [row for group in sample.groups for row in _shares(sample, group)]
     clear = np.array([row for row in rows if row[3] >= _MIN_MOTION_SIGMA])
     if len(clear) < _MIN_PAIRS:
         return None
@@ -128,14 +130,12 @@ def factor_from_steps(frames: Ordered[Frame]) -> Estimate | None:
     return Estimate(float(middle), float(low), float(high))
 
 
-def _shares(frames: Ordered[Frame]) -> list[tuple[float, float, float, float]]:
+def _shares(sample: Sample, group: Ordered[Frame]) -> list[tuple[float, float, float, float]]:
     """For the pairs of frames that moved most: the share s of the declared translation t that fits the
     measured m, its weight, and in standard deviations what is left, |m - s t|, of |m|."""
-    pairs = _moving_pairs(frames)
-    landmarks = {i: find_landmarks(frames[i]) for i in {i for a, b, _ in pairs for i in (a, b)}}
     rows = []
-    for a, b, declared in pairs:
-        measured = measure_motion(landmarks[a], landmarks[b], frames[a].intrinsics)
+    for a, b, declared in _moving_pairs(group):
+        measured = sample.motion(a, b)
         if measured is None:
             continue
         weight = measured.length(declared)
@@ -145,33 +145,15 @@ def _shares(frames: Ordered[Frame]) -> list[tuple[float, float, float, float]]:
     return rows
 
 
-def _moving_pairs(frames: Ordered[Frame]) -> list[tuple[int, int, Array]]:
-    """Indices (a, b) and the declared translation of b_from_a, longest first, without wide turns."""
+def _moving_pairs(group: Ordered[Frame]) -> list[tuple[Frame, Frame, Array]]:
+    """Frames (a, b) and the declared translation of b_from_a, longest first, without wide turns."""
     pairs = []
-    for b in range(len(frames)):
-        for a in range(b):
-            motion = inverse(frames[b].pose) @ frames[a].pose
-            turn_deg = np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
-            if turn_deg <= _MAX_TURN_DEG and motion[:3, 3].any():
-                pairs.append((a, b, motion[:3, 3]))
+    for a, b in combinations(group, 2):
+        motion = inverse(b.pose) @ a.pose
+        turn_deg = np.degrees(np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1)))
+        if turn_deg <= _MAX_TURN_DEG and motion[:3, 3].any():
+            pairs.append((a, b, motion[:3, 3]))
     return sorted(pairs, key=lambda pair: -float(np.linalg.norm(pair[2])))[:_PAIRS_PER_START]
-
-
-def _sample(sequence: Sequence) -> list[list[Frame]]:
-    """A few groups of frames, each within a short stretch, spread over the sequence; broken ones left out."""
-    offsets = [offset for offset in _OFFSETS if offset <= len(sequence) // 2]
-    starts = np.linspace(0, max(len(sequence) - 1 - offsets[-1], 0), _STARTS).astype(int)
-    wanted = [[int(start) + offset for offset in offsets] for start in dict.fromkeys(starts.tolist())]
-    groups = [[frame for i in group if (frame := _frame_or_none(sequence, i))] for group in wanted]
-    return groups if sequence.has_poses else [[frame] for group in groups for frame in group]
-
-
-def _frame_or_none(sequence: Sequence, index: int) -> Frame | None:
-    try:
-        frame = sequence[index]
-    except UnusableFrame:
-        return None
-    return frame if frame.depth.any() else None
 
 
 def _likely_scale(declared: float, estimate: Estimate) -> float:

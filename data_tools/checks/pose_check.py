@@ -1,0 +1,121 @@
+"""Whether a recording's poses are meant as they are read: camera to world, x right, y down, z forward.
+
+Two witnesses, over pairs of nearby frames: where features are seen again, and how much of the one frame's depth
+lies on the depth of the other. Another convention is named only if it does clearly better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Ordered
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_tools.checks.camera_motion import Motion
+from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
+from data_tools.checks.sample import Sample
+from razer.frame import Frame
+from razer.geometry import Array, back_project, inverse, project, transform_points
+
+_MIN_PAIRS = 4
+_POINTS = 40
+# Depth may be wrong too: each convention is judged at the scale that suits it best.
+_FACTORS = np.array([1.0, 5.0, 0.2, 10.0, 0.1, 1000.0, 0.001])
+_SUSPICIOUS = 0.012  # median miss of features, share of the image's width
+_CLEARLY_BETTER = 0.4
+_TIE = 1.3
+_DEPTH_FITS, _DEPTH_CLEARLY_WORSE = 0.5, 0.6
+_STEP = 6
+_DEPTH_TOLERANCE = 0.04
+
+
+@dataclass(frozen=True, slots=True)
+class PoseReport:
+    """What the poses seem to be: the convention, AS_WRITTEN if nothing is clearly better or nothing can be told;
+    pairs of frames judged; for the poses as written and as meant, the median miss of features (pixels) and the
+    share of depth that agrees."""
+
+    convention: Convention
+    n_pairs: int
+    miss_px: tuple[float, float] = (float("nan"), float("nan"))
+    agreement: tuple[float, float] = (float("nan"), float("nan"))
+
+    @property
+    def wrong(self) -> bool:
+        """Whether another convention fits clearly better."""
+        return self.convention is not AS_WRITTEN
+
+
+def check_poses(sample: Sample) -> PoseReport:
+    """Judge the convention of the poses; takes about a second."""
+    if not sample.has_poses:
+        return PoseReport(AS_WRITTEN, 0)
+    measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
+    if len(measured) < _MIN_PAIRS:
+        return _judge_by_depth([(group[0], group[1]) for group in sample.groups if len(group) > 1])
+    every = conventions()
+    miss, factor = _misses(measured, every)
+    best = _first_of_best(miss)
+    agreement = tuple(_agreement([pair[:2] for pair in measured], every[i], factor[i]) for i in (0, best))
+    suspicious = miss[0] > _SUSPICIOUS * measured[0][0].intrinsics.width and miss[best] < _CLEARLY_BETTER * miss[0]
+    meant = every[best] if suspicious and agreement[1] > agreement[0] else AS_WRITTEN
+    return PoseReport(meant, len(measured), (float(miss[0]), float(miss[best])), (agreement[0], agreement[1]))
+
+
+def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
+    """The verdict where images show no motion: only the commonest mistakes, and only if depth then fits."""
+    if len(pairs) < _MIN_PAIRS:
+        return PoseReport(AS_WRITTEN, 0)
+    common = conventions()[:N_COMMON]
+    agreement = [_agreement(pairs, convention, 1.0) for convention in common]
+    best = int(np.argmax(agreement))
+    clear = agreement[best] > _DEPTH_FITS and agreement[0] < _DEPTH_CLEARLY_WORSE * agreement[best]
+    return PoseReport(common[best] if clear else AS_WRITTEN, len(pairs), agreement=(agreement[0], agreement[best]))
+
+
+def _misses(
+    pairs: list[tuple[Frame, Frame, Motion]], every: tuple[Convention, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """For each convention the median over pairs of the median distance, pixels, between where b should see a's
+    features and where it does, at the depth factor that suits best; and that factor."""
+    misses = np.array([[_miss(_moved(convention, a, b), a, motion) for convention in every] for a, b, motion in pairs])
+    typical = np.median(misses, axis=0)
+    return typical.min(axis=1), _FACTORS[typical.argmin(axis=1)]
+
+
+def _moved(convention: Convention, a: Frame, b: Frame) -> Array:
+    """b_from_a by the convention."""
+    return inverse(convention.world_from_camera(b.pose)) @ convention.world_from_camera(a.pose)
+
+
+def _miss(b_from_a: Array, a: Frame, motion: Motion) -> NDArray[np.float64]:
+    """The median distance in pixels, cut off at the image's width, at each of _FACTORS."""
+    points, seen = motion.points[:_POINTS], motion.seen[:_POINTS]
+    scaled = points * _FACTORS[:, None, None]
+    u, v, _ = project(transform_points(b_from_a, scaled), a.intrinsics.matrix)
+    distance = np.hypot(u - seen[:, 0], v - seen[:, 1])
+    width = a.intrinsics.width
+    return np.median(np.nan_to_num(distance, nan=width).clip(0, width), axis=1)
+
+
+def _first_of_best(miss: NDArray[np.float64]) -> int:
+    """The first, so commonest, of those that cannot be told from the best."""
+    return int(np.flatnonzero(miss <= _TIE * miss.min())[0])
+
+
+def _agreement(pairs: Ordered[tuple[Frame, Frame]], convention: Convention, factor: float) -> float:
+    """Mean share of a's depth that is moved onto b's depth."""
+    return float(np.mean([_depth_agreement(a, b, _moved(convention, a, b), factor) for a, b in pairs]))
+
+
+def _depth_agreement(a: Frame, b: Frame, b_from_a: Array, factor: float) -> float:
+    """Share of a's readings, times factor, that lie within 4 % of what b reads at the same place."""
+    v, u = np.nonzero(a.depth[::_STEP, ::_STEP])
+    u, v = _STEP * u, _STEP * v
+    points = back_project(u, v, a.depth[v, u] * factor, a.intrinsics.matrix)
+    x, y, z = project(transform_points(b_from_a, points), b.intrinsics.matrix)
+    inside = (x > -0.5) & (x < b.intrinsics.width - 0.5) & (y > -0.5) & (y < b.intrinsics.height - 0.5)
+    column, row = np.rint(x[inside]).astype(int), np.rint(y[inside]).astype(int)
+    there = b.depth[row, column] * factor
+    return float(np.sum(np.abs(there - z[inside]) < _DEPTH_TOLERANCE * z[inside]) / max(len(u), 1))
