@@ -88,7 +88,8 @@ def _class_numbers(n: int, t: int, p: int) -> ClassNumbers:
 
 def _means(per_class: Mapping[str, ClassNumbers], right: int) -> SemanticNumbers:
     if not per_class:
-        return SemanticNumbers(*[float("nan")] * 4, per_class)
+        nan = float("nan")
+        return SemanticNumbers(nan, nan, nan, nan, per_class)
     classes, total = per_class.values(), sum(c.n_truth for c in per_class.values())
     return SemanticNumbers(
         sum(c.iou for c in classes) / len(classes),

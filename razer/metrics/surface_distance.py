@@ -1,0 +1,83 @@
+"""How far points are from a surface, whatever the spacing of its vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from razer.metrics.point_triangle import squared_distances
+
+_CHUNK = 1 << 14
+_CANDIDATES = 2
+
+Floats = NDArray[np.floating]
+
+
+class Surface:
+    """V vertices (V, 3), metres, and T triangles (T, 3) of their numbers; without triangles a cloud of points.
+
+    Triangles with edges longer than spacing_m also get points inside, spacing_m apart at most, by which they are found.
+    """
+
+    def __init__(
+        self, vertices: NDArray[np.floating], triangles: NDArray[np.integer] | None = None, spacing_m: float = 0.05
+    ) -> None:
+        vertices = np.asarray(vertices, np.float64)
+        given = np.zeros((0, 3), np.int64) if triangles is None else np.asarray(triangles, np.int64).reshape(-1, 3)
+        inner, owner = _points_inside(vertices[given], spacing_m)
+        self._corners = np.ascontiguousarray(vertices[given].transpose(1, 2, 0))
+        self._points = np.concatenate([vertices, inner])
+        self._tree = cKDTree(self._points) if len(self._points) else None
+        # Triangles by point, as in a sparse matrix of rows.
+        point = np.concatenate([given.ravel(), len(vertices) + np.arange(len(inner))])
+        triangle = np.concatenate([np.repeat(np.arange(len(given)), 3), owner])
+        order = np.argsort(point, kind="stable")
+        self._triangles = triangle[order]
+        self._first = np.searchsorted(point[order], np.arange(len(self._points) + 1))
+
+    def distances(self, points: NDArray[np.floating]) -> Floats:
+        """The distance (N,) of each point (N, 3), metres; infinite from an empty surface.
+
+        It is the exact distance from the triangles at the two nearest vertices (or points inside a triangle) and from
+        these themselves, so never too small, and 0 for the surface's own vertices."""
+        points = np.asarray(points, np.float64)
+        if self._tree is None or len(points) == 0:
+            return np.full(len(points), np.inf)
+        wanted = list(range(1, min(_CANDIDATES, len(self._points)) + 1))
+        _, near = self._tree.query(points, k=wanted)
+        found = [self._near(points[part], near[part]) for part in _parts(len(points))]
+        return np.sqrt(np.concatenate(found))
+
+    def _near(self, points: Floats, near: NDArray[np.int64]) -> Floats:
+        best = ((self._points[near[:, 0]] - points) ** 2).sum(axis=1)
+        points = np.ascontiguousarray(points.T)
+        for column in range(near.shape[1]):
+            first, after = self._first[near[:, column]], self._first[near[:, column] + 1]
+            for place in range(int((after - first).max(initial=0))):
+                rows = np.flatnonzero(first + place < after)
+                chosen = self._triangles[first[rows] + place]
+                found = squared_distances(points[:, rows], self._corners[:, :, chosen])
+                best[rows] = np.minimum(best[rows], found)
+        return best
+
+
+def _parts(count: int) -> Iterator[slice]:
+    """Slices small enough for what is computed of them to stay in the cache."""
+    return (slice(start, start + _CHUNK) for start in range(0, count, _CHUNK))
+
+
+def _points_inside(corners: Floats, spacing_m: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Points (M, 3) in the triangles (T, 3, 3) with edges longer than the spacing, and their triangles (M,)."""
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
+    steps = np.ceil(edges / spacing_m).astype(np.int64)
+    points, owners = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    for n in np.unique(steps[steps > 1]).tolist():
+        chosen = np.flatnonzero(steps == n)
+        i, j = (index.ravel() for index in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+        grid = np.stack([i, j, n - i - j], axis=1)[(i + j <= n) & (np.maximum(np.maximum(i, j), n - i - j) < n)] / n
+        points.append(np.einsum("gc,tcx->tgx", grid, corners[chosen]).reshape(-1, 3))
+        owners.append(np.repeat(chosen, len(grid)))
+    return np.concatenate(points), np.concatenate(owners)
