@@ -33,11 +33,16 @@ def decode_rgb(data: bytes, name: str) -> NDArray[np.uint8]:
 def read_depth(path: Path, units_per_metre: float) -> NDArray[np.float32]:
     """A 16-bit depth image in metres, (H, W) float32, 0 = no reading (0 and 65535 in the file); raises
     UnusableFrame, also for an image without any reading."""
-    raw = _single_channel(path, "depth")
-    depth = np.divide(raw, np.float32(units_per_metre), dtype=np.float32)
-    depth[raw == SATURATED] = 0
+    depth = metres(_single_channel(path, "depth"), units_per_metre)
     if not depth.any():
         raise UnusableFrame(f"{short_name(path)} holds no valid depth: every pixel is 0 or {SATURATED}")
+    return depth
+
+
+def metres(raw: NDArray[np.uint16], units_per_metre: float) -> NDArray[np.float32]:
+    """Depth in metres, 0 = no reading, of depth in units, where 0 and 65535 mean no reading."""
+    depth = np.divide(raw, np.float32(units_per_metre), dtype=np.float32)
+    depth[raw == SATURATED] = 0
     return depth
 
 

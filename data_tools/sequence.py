@@ -10,8 +10,11 @@ from data_tools.formats.folder import is_folder
 from data_tools.formats.icl_nuim import is_icl_nuim
 from data_tools.formats.record3d import is_record3d
 from data_tools.formats.redwood import is_redwood
+from data_tools.formats.replica import is_replica
 from data_tools.formats.ros_bag import is_ros_bag
+from data_tools.formats.scannet import is_scannet
 from data_tools.formats.scenenn import is_scenenn
+from data_tools.formats.sens import is_sens
 from data_tools.formats.seven_scenes import is_seven_scenes
 from data_tools.formats.tum import is_tum
 from razer.frame import BadInput, Frame, Intrinsics
@@ -19,6 +22,9 @@ from razer.plugins import load
 
 READERS = {
     "7scenes": "data_tools.formats.seven_scenes:read_seven_scenes",
+    "scannet": "data_tools.formats.scannet:read_scannet",
+    "sens": "data_tools.formats.sens:read_sens",
+    "replica": "data_tools.formats.replica:read_replica",
     "scenenn": "data_tools.formats.scenenn:read_scenenn",
     "icl-nuim": "data_tools.formats.icl_nuim:read_icl_nuim",
     "record3d": "data_tools.formats.record3d:read_record3d",
@@ -29,6 +35,9 @@ READERS = {
 }
 _RECOGNISERS = {
     "7scenes": is_seven_scenes,
+    "scannet": is_scannet,
+    "sens": is_sens,
+    "replica": is_replica,
     "scenenn": is_scenenn,
     "icl-nuim": is_icl_nuim,
     "record3d": is_record3d,
@@ -83,7 +92,7 @@ def open_sequence(
     if not folder.exists():
         raise BadInput(f"{folder} does not exist: give a folder with a recording")
     if not folder.is_dir() and reader is None and not _layout(folder):
-        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .r3d or a .bag")
+        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .sens, a .r3d or a .bag")
     if reader in _RECOGNISERS and not _RECOGNISERS[reader](folder):
         raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
     declared = declare(camera, depth_scale, depth_to_color)

@@ -34,14 +34,23 @@ def usable_frames(sequence: Sequence, skipped: list[tuple[int, str]]) -> Iterato
 
 def write_color(path: Path, rgb: NDArray[np.uint8]) -> None:
     """(H, W, 3) in RGB order as JPEG of quality 95 or as PNG, by the suffix."""
-    _write(path, cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+    _write(path, encoded_color(rgb, path.suffix))
+
+
+def encoded_color(rgb: NDArray[np.uint8], suffix: str) -> bytes:
+    """What write_color writes into a file with this suffix."""
+    return _encoded(cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), suffix)
 
 
 def write_depth(path: Path, depth: NDArray[np.float32], units_per_metre: float, none: int = 0) -> None:
-    """(H, W) in metres as 16-bit PNG in the given units, rounded; `none` is written where there is no reading and
-    where it is beyond 65534 units."""
+    """The units of depth_units as 16-bit PNG."""
+    _write(path, _encoded(depth_units(depth, units_per_metre, none), path.suffix))
+
+
+def depth_units(depth: NDArray[np.float32], units_per_metre: float, none: int = 0) -> NDArray[np.uint16]:
+    """(H, W) in metres in the given units, rounded; `none` where there is no reading or one beyond 65534 units."""
     units = np.rint(depth.astype(np.float64) * units_per_metre)
-    _write(path, np.where((units > 0) & (units <= _LARGEST), units, none).astype(np.uint16))
+    return np.where((units > 0) & (units <= _LARGEST), units, none).astype(np.uint16)
 
 
 def write_ids(path: Path, frame: Frame) -> None:
@@ -49,7 +58,7 @@ def write_ids(path: Path, frame: Frame) -> None:
     assert frame.instance_ids is not None
     if frame.instance_ids.max(initial=0) > np.iinfo(np.uint16).max:
         raise BadInput(f"frame {frame.index} has instance ids above 65535, which {path.parent.name}/ cannot hold")
-    _write(path, frame.instance_ids.clip(0).astype(np.uint16))
+    _write(path, _encoded(frame.instance_ids.clip(0).astype(np.uint16), path.suffix))
 
 
 def tum_line(stamp: float, pose: NDArray[np.float64]) -> str:
@@ -63,7 +72,11 @@ def matrix_lines(matrix: NDArray[np.float64]) -> str:
     return "".join(" ".join(f"{x:.9g}" for x in row) + "\n" for row in matrix)
 
 
-def _write(path: Path, image: NDArray) -> None:
+def _write(path: Path, data: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if path.suffix == ".jpg" else []
-    path.write_bytes(cv2.imencode(path.suffix, image, options)[1].tobytes())
+    path.write_bytes(data)
+
+
+def _encoded(image: NDArray, suffix: str) -> bytes:
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if suffix == ".jpg" else []
+    return cv2.imencode(suffix, image, options)[1].tobytes()
