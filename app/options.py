@@ -30,15 +30,11 @@ class SettingOptions:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class RecordingOptions:
-    """What is read from a recording, and what it does not say itself."""
+class SourceOptions:
+    """What a recording does not say itself."""
 
     reader: str | None = None
     """Layout of the folder; recognised if not given."""
-    stride: int | None = None
-    """Use every n-th frame."""
-    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
-    """Use at most this many frames."""
     intrinsics: str | None = None
     """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
     depth_scale: float | None = None
@@ -51,7 +47,19 @@ class RecordingOptions:
         return read_config(None, (), self._recording_flags()).input
 
     def _recording_flags(self) -> dict[str, Any]:
-        return {f"input.{field.name}": getattr(self, field.name) for field in fields(RecordingOptions)}
+        known = {field.name for field in fields(self)} & set(InputSettings.model_fields)
+        return {f"input.{name}": getattr(self, name) for name in known}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RecordingOptions(SourceOptions):
+    """What is read from a recording, and what it does not say itself."""
+
+    stride: int | None = None
+    """Use every n-th frame."""
+    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
+    """Use at most this many frames."""
 
 
 @Parameter(name="*")
@@ -77,6 +85,5 @@ class RunOptions(RecordingOptions, SettingOptions):
         return read_config(self.config, self.set, self._flags())
 
     def _flags(self) -> dict[str, Any]:
-        flags = {"input.poses": self.poses, "input.max_bad": self.max_bad} | self._recording_flags()
-        flags |= {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
+        flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         return flags | {"run.device": self.device, "run.timeline": self.timeline}

@@ -1,8 +1,9 @@
 """Whether a recording's declared depth scale can be right, and which one is likely if not.
 
-Three witnesses, strongest first: how far the camera moved according to images and depth against how far
-according to the poses (reprojection); the steps between depth readings, which a structured-light sensor's
-geometry fixes; and whether the median depth is one that an indoor camera sees.
+Witnesses, strongest first: how far the camera moved according to images and depth against how far according to
+the poses (reprojection), or where images show no motion, whether depths of two frames agree once moved; the steps
+between depth readings, which a structured-light sensor's geometry fixes; and whether the median depth is one that
+an indoor camera sees.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from data_tools.checks.depth_overlap import better_factor
 from data_tools.checks.sample import Sample
 from data_tools.sequence import Sequence
 from razer.frame import Frame
@@ -48,6 +50,11 @@ class DepthScaleReport:
     likely: float | None
     reason: str
 
+    @property
+    def advice(self) -> str:
+        """What to do about a suspicious scale."""
+        return f"try --depth-scale {self.likely:g}" if self.likely else "give the right one with --depth-scale"
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -73,6 +80,11 @@ def check_depth_scale(sequence: Sequence, sample: Sample | None = None) -> Depth
         return DepthScaleReport("ok", sequence.depth_scale, None, "no usable frame to judge by")
     moved, steps = factor_from_motion(sample), factor_from_steps(frames)
     median_m = float(np.median([np.median(frame.depth[frame.depth > 0]) for frame in frames]))
+    if moved is None and sample.has_poses:
+        others = [sequence.depth_scale / known for known in KNOWN_SCALES if known != sequence.depth_scale]
+        if factor := better_factor(sample.starts(), others):
+            reason = f"moved by the poses, depths of two frames agree only when multiplied by {factor:.3g}"
+            return DepthScaleReport("suspicious", sequence.depth_scale, sequence.depth_scale / factor, reason)
     return _judge(sequence.depth_scale, moved, steps, median_m)
 
 

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.checks.camera_motion import Motion
+from data_tools.checks.depth_overlap import CLEARLY_WORSE, FITS, depth_agreement
 from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
 from data_tools.checks.sample import Sample
 from razer.frame import Frame
-from razer.geometry import Array, back_project, inverse, project, transform_points
+from razer.geometry import Array, inverse, project, transform_points
 
 _MIN_PAIRS = 4
 _POINTS = 40
@@ -25,9 +26,6 @@ _FACTORS = np.array([1.0, 5.0, 0.2, 10.0, 0.1, 1000.0, 0.001])
 _SUSPICIOUS = 0.012  # median miss of features, share of the image's width
 _CLEARLY_BETTER = 0.4
 _TIE = 1.3
-_DEPTH_FITS, _DEPTH_CLEARLY_WORSE = 0.5, 0.6
-_STEP = 6
-_DEPTH_TOLERANCE = 0.04
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +51,7 @@ def check_poses(sample: Sample) -> PoseReport:
         return PoseReport(AS_WRITTEN, 0)
     measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
     if len(measured) < _MIN_PAIRS:
-        return _judge_by_depth([(group[0], group[1]) for group in sample.groups if len(group) > 1])
+        return _judge_by_depth(sample.starts())
     every = conventions()
     miss, factor = _misses(measured, every)
     best = _first_of_best(miss)
@@ -70,7 +68,7 @@ def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
     common = conventions()[:N_COMMON]
     agreement = [_agreement(pairs, convention, 1.0) for convention in common]
     best = int(np.argmax(agreement))
-    clear = agreement[best] > _DEPTH_FITS and agreement[0] < _DEPTH_CLEARLY_WORSE * agreement[best]
+    clear = agreement[best] > FITS and agreement[0] < CLEARLY_WORSE * agreement[best]
     return PoseReport(common[best] if clear else AS_WRITTEN, len(pairs), agreement=(agreement[0], agreement[best]))
 
 
@@ -106,16 +104,4 @@ def _first_of_best(miss: NDArray[np.float64]) -> int:
 
 def _agreement(pairs: Ordered[tuple[Frame, Frame]], convention: Convention, factor: float) -> float:
     """Mean share of a's depth that is moved onto b's depth."""
-    return float(np.mean([_depth_agreement(a, b, _moved(convention, a, b), factor) for a, b in pairs]))
-
-
-def _depth_agreement(a: Frame, b: Frame, b_from_a: Array, factor: float) -> float:
-    """Share of a's readings, times factor, that lie within 4 % of what b reads at the same place."""
-    v, u = np.nonzero(a.depth[::_STEP, ::_STEP])
-    u, v = _STEP * u, _STEP * v
-    points = back_project(u, v, a.depth[v, u] * factor, a.intrinsics.matrix)
-    x, y, z = project(transform_points(b_from_a, points), b.intrinsics.matrix)
-    inside = (x > -0.5) & (x < b.intrinsics.width - 0.5) & (y > -0.5) & (y < b.intrinsics.height - 0.5)
-    column, row = np.rint(x[inside]).astype(int), np.rint(y[inside]).astype(int)
-    there = b.depth[row, column] * factor
-    return float(np.sum(np.abs(there - z[inside]) < _DEPTH_TOLERANCE * z[inside]) / max(len(u), 1))
+    return float(np.mean([depth_agreement(a, b, _moved(convention, a, b), factor) for a, b in pairs]))

@@ -56,6 +56,18 @@ class RegistrationReport:
         """Whether colour is off, little or much."""
         return self.clear and (self.mirrored or self.mean_px > _NOTED * self.width)
 
+    def __str__(self) -> str:
+        if not self.clear:
+            return "too few edges to tell"
+        if not self.noticeable:
+            return "colour and depth fit"
+        flipped = "mirrored and " if self.mirrored else ""
+        x, y = self.shift_px
+        return (
+            f"colour is {flipped}zoomed by {self.zoom:.2f} and shifted by {x:+.0f} {y:+.0f} pixels "
+            f"against depth, {self.mean_px:.0f} on average"
+        )
+
     def color_camera(self, depth: Intrinsics) -> Camera:
         """The camera that colour seems to have been taken with, if it stands where the depth camera does."""
         middle = np.array([depth.width - 1, depth.height - 1]) / 2

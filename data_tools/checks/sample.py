@@ -47,6 +47,10 @@ class Sample:
             if len(group) > 2:
                 yield group[0], group[-1]
 
+    def starts(self) -> list[tuple[Frame, Frame]]:
+        """The first two frames of each stretch, which overlap most."""
+        return [(group[0], group[1]) for group in self.groups if len(group) > 1]
+
     def motion(self, a: Frame, b: Frame) -> Motion | None:
         """The camera's motion between two frames as the images show it; None where too little agrees."""
         key = a.index, b.index

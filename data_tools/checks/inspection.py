@@ -1,0 +1,171 @@
+"""What a look at a few frames tells about a recording, and what is likely wrong with it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence as Ordered
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
+from data_tools.checks.pose_check import PoseReport, check_poses
+from data_tools.checks.registration_check import RegistrationReport, check_registration
+from data_tools.checks.sample import Sample
+from data_tools.sequence import Sequence
+from razer.frame import Frame, Intrinsics, UnusableFrame
+
+_LOOKS = 40
+_MANY_BAD = 0.3
+_MIRRORED = "left-handed"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One likely mistake: what it is about ("poses", "depth scale", "registration" or "frames"), what is seen, and
+    the likely fix, a plain line each."""
+
+    about: str
+    problem: str
+    fix: str
+
+
+@dataclass(frozen=True, slots=True)
+class DepthStatistics:
+    """The 5th, 50th and 95th percentile of the readings, metres, and the share of the pixels with a reading."""
+
+    low_m: float
+    median_m: float
+    high_m: float
+    valid: float
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """What was found; `looked` frames were read for it: `bad` (index, reason) could not be used, `posed` have a
+    pose. rate_hz and duration_s by the stamps, path_m along the poses looked at; None = not known."""
+
+    name: str
+    n_frames: int
+    intrinsics: Intrinsics
+    looked: int
+    posed: int
+    bad: tuple[tuple[int, str], ...]
+    rate_hz: float | None
+    duration_s: float | None
+    path_m: float | None
+    depth: DepthStatistics | None
+    depth_scale: DepthScaleReport
+    poses: PoseReport
+    registration: RegistrationReport
+    findings: tuple[Finding, ...]
+
+
+def inspect_sequence(sequence: Sequence) -> Inspection:
+    """Look at about sixty frames of a recording; takes a few seconds."""
+    usable, bad = _look(sequence)
+    sample = Sample.of(sequence)
+    poses = check_poses(sample)
+    depth_scale = check_depth_scale(sequence, sample.reposed(poses.convention) if poses.wrong else sample)
+    registration = check_registration(sample.frames)
+    posed = [frame for frame in usable if frame.world_from_camera is not None]
+    findings = [
+        *_frame_findings(bad, len(usable) + len(bad)),
+        *_pose_findings(poses),
+        *_scale_findings(depth_scale),
+        *_registration_findings(registration, sequence.intrinsics),
+    ]
+    return Inspection(
+        name=sequence.name,
+        n_frames=len(sequence),
+        intrinsics=sequence.intrinsics,
+        looked=len(usable) + len(bad),
+        posed=len(posed),
+        bad=tuple(bad),
+        rate_hz=_rate_hz(sample),
+        duration_s=usable[-1].stamp - usable[0].stamp if usable else None,
+        path_m=_path_m(posed),
+        depth=_depth_statistics(usable),
+        depth_scale=depth_scale,
+        poses=poses,
+        registration=registration,
+        findings=tuple(findings),
+    )
+
+
+def _look(sequence: Sequence) -> tuple[list[Frame], list[tuple[int, str]]]:
+    """Frames spread over all of the recording, and which of them cannot be used."""
+    usable: list[Frame] = []
+    bad: list[tuple[int, str]] = []
+    for index in dict.fromkeys(np.linspace(0, len(sequence) - 1, _LOOKS).round().astype(int).tolist()):
+        try:
+            usable.append(sequence[index])
+        except UnusableFrame as error:
+            bad.append((index, str(error)))
+    return usable, bad
+
+
+def _frame_findings(bad: Ordered[tuple[int, str]], looked: int) -> list[Finding]:
+    # File names and numbers differ from frame to frame; what is wrong with them is said after.
+    reasons = Counter(reason.rpartition(": ")[2] for _, reason in bad)
+    if len(bad) < _MANY_BAD * looked:
+        return []
+    reason, count = reasons.most_common(1)[0]
+    problem = f"{len(bad)} of {looked} frames cannot be used; the commonest reason ({count} times): {reason}"
+    if _MIRRORED in reason:
+        return [Finding("poses", problem, "an axis of the camera is flipped: negate one column of each rotation")]
+    return [Finding("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
+
+
+def _pose_findings(report: PoseReport) -> list[Finding]:
+    if not report.wrong:
+        return []
+    (depth_now, depth_then), (px_now, px_then) = report.agreement, report.miss_px
+    problem = f"moved by the poses, {depth_now:.0%} of the depth agrees between frames, {depth_then:.0%} after the fix"
+    if np.isfinite(px_now):
+        problem += f"; features are missed by {px_now:.0f} pixels, then {px_then:.0f}"
+    return [Finding("poses", problem, report.convention.fix)]
+
+
+def _scale_findings(report: DepthScaleReport) -> list[Finding]:
+    if report.verdict == "ok":
+        return []
+    problem = f"the depth scale of {report.declared:g} units per metre looks wrong: {report.reason}"
+    return [Finding("depth scale", problem, report.advice)]
+
+
+def _registration_findings(report: RegistrationReport, camera: Intrinsics) -> list[Finding]:
+    if not report.wrong:
+        return []
+    if report.mirrored:
+        fix = "flip the colour or the depth images left to right"
+        return [Finding("registration", "colour and depth are mirror images of each other", fix)]
+    colour = report.color_camera(camera)
+    problem = f"colour and depth are not registered: {report}"
+    fix = (
+        f'give --intrinsics FILE.json whose "color" camera has fx {colour.fx:.0f}, fy {colour.fy:.0f}, '
+        f"cx {colour.cx:.0f}, cy {colour.cy:.0f} or its true calibration, and --depth-to-color FILE with the 4x4 "
+        "matrix between the two (the identity if unknown)"
+    )
+    return [Finding("registration", problem, fix)]
+
+
+def _rate_hz(sample: Sample) -> float | None:
+    steps = [b.stamp - a.stamp for a, b in sample.starts() if b.index == a.index + 1]
+    return 1 / float(np.median(steps)) if steps and np.median(steps) > 0 else None
+
+
+def _path_m(posed: Ordered[Frame]) -> float | None:
+    if not posed:
+        return None
+    positions = np.array([frame.pose[:3, 3] for frame in posed])
+    return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+
+
+def _depth_statistics(frames: Ordered[Frame]) -> DepthStatistics | None:
+    readings = [frame.depth[::4, ::4] for frame in frames]
+    valid = np.concatenate([depth[depth > 0] for depth in readings]) if readings else np.zeros(0, np.float32)
+    if not len(valid):
+        return None
+    low, median, high = np.quantile(valid, (0.05, 0.5, 0.95)).tolist()
+    return DepthStatistics(low, median, high, len(valid) / sum(depth.size for depth in readings))
