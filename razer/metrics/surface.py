@@ -41,7 +41,7 @@ def surface_numbers(truth: TruthScene, predicted: PredictedScene) -> SurfaceNumb
     )
 
 
-def compare(to_truth_m: NDArray[np.float64], to_predicted_m: NDArray[np.float64]) -> SurfaceNumbers:
+def compare(to_truth_m: NDArray[np.floating], to_predicted_m: NDArray[np.floating]) -> SurfaceNumbers:
     """The numbers of the distances (P,) of predicted and (V,) of true vertices, metres, at least one of each."""
     accuracy, completeness = float(to_truth_m.mean()), float(to_predicted_m.mean())
     precision = {limit: float((to_truth_m <= limit).mean()) for limit in F_SCORE_LIMITS_M}

@@ -28,7 +28,10 @@ class Surface:
         vertices = np.asarray(vertices, np.float64)
         given = np.zeros((0, 3), np.int64) if triangles is None else np.asarray(triangles, np.int64).reshape(-1, 3)
         inner, owner = _points_inside(vertices[given], spacing_m)
-        self._corners = np.ascontiguousarray(vertices[given].transpose(1, 2, 0))
+        corners = vertices[given]
+        self._corners = corners.reshape(-1, 9)
+        self._centres = corners.mean(axis=1)
+        self._reach = np.sqrt(_squared_lengths(corners - self._centres[:, None])).max(axis=1, initial=0.0)
         self._points = np.concatenate([vertices, inner])
         self._tree = cKDTree(self._points) if len(self._points) else None
         # Triangles by point, as in a sparse matrix of rows.
@@ -52,16 +55,24 @@ class Surface:
         return np.sqrt(np.concatenate(found))
 
     def _near(self, points: Floats, near: NDArray[np.int64]) -> Floats:
-        best = ((self._points[near[:, 0]] - points) ** 2).sum(axis=1)
-        points = np.ascontiguousarray(points.T)
+        """Squared distances (N,) of points (N, 3) from what lies at the points (N, k) of the surface near them."""
+        best = _squared_lengths(self._points[near[:, 0]] - points)
         for column in range(near.shape[1]):
             first, after = self._first[near[:, column]], self._first[near[:, column] + 1]
             for place in range(int((after - first).max(initial=0))):
                 rows = np.flatnonzero(first + place < after)
                 chosen = self._triangles[first[rows] + place]
-                found = squared_distances(points[:, rows], self._corners[:, :, chosen])
-                best[rows] = np.minimum(best[rows], found)
+                # Whoever is farther from the sphere around a triangle than from what was found is no nearer to it.
+                away = _squared_lengths(self._centres[chosen] - points[rows])
+                hopeful = away <= (np.sqrt(best[rows]) + self._reach[chosen]) ** 2
+                rows, chosen = rows[hopeful], chosen[hopeful]
+                corners = np.ascontiguousarray(self._corners[chosen].T).reshape(3, 3, -1)
+                best[rows] = np.minimum(best[rows], squared_distances(points[rows].T, corners))
         return best
+
+
+def _squared_lengths(vectors: Floats) -> Floats:
+    return np.einsum("...x,...x->...", vectors, vectors)
 
 
 def _parts(count: int) -> Iterator[slice]:
@@ -71,7 +82,7 @@ def _parts(count: int) -> Iterator[slice]:
 
 def _points_inside(corners: Floats, spacing_m: float) -> tuple[Floats, NDArray[np.int64]]:
     """Points (M, 3) in the triangles (T, 3, 3) with edges longer than the spacing, and their triangles (M,)."""
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
+    edges = np.sqrt(_squared_lengths(corners - corners[:, [1, 2, 0]])).max(axis=1, initial=0.0)
     steps = np.ceil(edges / spacing_m).astype(np.int64)
     points, owners = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
     for n in np.unique(steps[steps > 1]).tolist():
