@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-_TREMBLE_M = 0.012
-_TREMBLE_DEG = 0.6
+TREMBLE_M = 0.012
+TREMBLE_DEG = 0.6
 
 
 def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_out: bool = True) -> NDArray[np.float64]:
@@ -30,10 +30,10 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     # since scraps of it seen now and then could not be known to be one thing.
     pitch_deg = (1 - inward) * (-24 + 9 * np.sin(8 * np.pi * s)) + inward * (5 + 3 * np.sin(14 * np.pi * s))
     pitch = np.radians(pitch_deg)
-    shake = _tremble(n_frames, seed)
+    shake = tremble(n_frames, seed)
     return np.stack(
         [
-            _look(p + _TREMBLE_M * w[:3], h + np.pi + np.radians(_TREMBLE_DEG) * w[3], a, w[4:])
+            looking(p + TREMBLE_M * w[:3], h + np.pi + np.radians(TREMBLE_DEG) * w[3], a, w[4:])
             for p, h, a, w in zip(position, heading, pitch, shake, strict=True)
         ]
     )
@@ -44,7 +44,7 @@ def _smooth_step(s: NDArray[np.float64], start: float, end: float) -> NDArray[np
     return x * x * (3 - 2 * x)
 
 
-def _tremble(n_frames: int, seed: int) -> NDArray[np.float64]:
+def tremble(n_frames: int, seed: int) -> NDArray[np.float64]:
     """Six smooth random signals of unit amplitude, (n_frames, 6), from sines of 7 to 25 frames."""
     rng = np.random.default_rng([seed, 2])
     periods, phases = rng.uniform(7, 25, (4, 6)), rng.uniform(0, 2 * np.pi, (4, 6))
@@ -52,13 +52,13 @@ def _tremble(n_frames: int, seed: int) -> NDArray[np.float64]:
     return waves.mean(axis=1) * np.sqrt(2)
 
 
-def _look(
+def looking(
     position: NDArray[np.float64], heading: float, pitch: float, tremble: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The pose at a position that looks along heading (about z) and pitch (up positive), in radians, with a
     little extra pitch and roll; camera axes x right, y down, z forward."""
-    pitch = pitch + np.radians(_TREMBLE_DEG) * tremble[0]
-    roll = np.radians(_TREMBLE_DEG) * tremble[1]
+    pitch = pitch + np.radians(TREMBLE_DEG) * tremble[0]
+    roll = np.radians(TREMBLE_DEG) * tremble[1]
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(heading) * np.cos(pitch), np.sin(pitch)])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     down = np.cross(forward, right)

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from data_tools.worlds import furniture as f
+from data_tools.worlds.building import flat
 from data_tools.worlds.furniture import Thing, tinted
-from data_tools.worlds.solids import Material, Solid
+from data_tools.worlds.solids import Material
 
 LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 _X, _Y = LENGTH_M / 2, WIDTH_M / 2
@@ -44,15 +45,6 @@ def _colour(rng: np.random.Generator, base: tuple[float, float, float]) -> tuple
     return float(red), float(green), float(blue)
 
 
-def _flat(origin: tuple, across: tuple, up: tuple, material: Material) -> Solid:
-    """One rectangle seen from the side of across x up; its texture continues from the world's origin."""
-    o, a, b = (np.array(v, float) for v in (origin, across, up))
-    u, v = np.linalg.norm(a), np.linalg.norm(b)
-    shift = np.array([o.sum() % 3, (2 * o[0] + o[1]) % 3])
-    uv = np.array([(0, 0), (u, 0), (u, v), (0, v)]) + shift
-    return Solid(np.stack([o, o + a, o + a + b, o + b])[None], uv[None], material)
-
-
 def _shell(rng: np.random.Generator) -> list[Thing]:
     """Floor, ceiling and four walls, each an instance of its own."""
     wall = tinted("plaster", _colour(rng, (222, 208, 180)), 0.45, 2.6)
@@ -61,12 +53,12 @@ def _shell(rng: np.random.Generator) -> list[Thing]:
     ceiling = tinted("plaster", _colour(rng, (238, 238, 236)), 0.3, 3.3)
     x, y, z = LENGTH_M, WIDTH_M, HEIGHT_M
     return [
-        Thing("floor", (_flat((-_X, -_Y, 0), (x, 0, 0), (0, y, 0), floor),)),
-        Thing("ceiling", (_flat((-_X, -_Y, z), (0, y, 0), (x, 0, 0), ceiling),)),
-        Thing("wall", (_flat((_X, -_Y, 0), (-x, 0, 0), (0, 0, z), wall),)),
-        Thing("wall", (_flat((_X, _Y, 0), (0, -y, 0), (0, 0, z), wall),)),
-        Thing("wall", (_flat((-_X, _Y, 0), (x, 0, 0), (0, 0, z), wall),)),
-        Thing("wall", (_flat((-_X, -_Y, 0), (0, y, 0), (0, 0, z), feature),)),
+        Thing("floor", (flat((-_X, -_Y, 0), (x, 0, 0), (0, y, 0), floor),)),
+        Thing("ceiling", (flat((-_X, -_Y, z), (0, y, 0), (x, 0, 0), ceiling),)),
+        Thing("wall", (flat((_X, -_Y, 0), (-x, 0, 0), (0, 0, z), wall),)),
+        Thing("wall", (flat((_X, _Y, 0), (0, -y, 0), (0, 0, z), wall),)),
+        Thing("wall", (flat((-_X, _Y, 0), (x, 0, 0), (0, 0, z), wall),)),
+        Thing("wall", (flat((-_X, -_Y, 0), (0, y, 0), (0, 0, z), feature),)),
     ]
 
 

@@ -1,0 +1,146 @@
+"""An apartment of five rooms along a hall, and a walk through all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_tools.worlds import apartment_rooms as rooms
+from data_tools.worlds.building import DOOR_HEIGHT_M, Doorway, Finish, Room, door_frame, shell
+from data_tools.worlds.furniture import Thing, tinted
+from data_tools.worlds.materials import around, lacquer
+from data_tools.worlds.placing import Placer
+from data_tools.worlds.solids import Material
+from data_tools.worlds.walk import Station
+from data_tools.worlds.world import World
+
+_WALL_M = 0.1  # between two rooms
+_EYE_M = 1.5
+_PALE = ((232, 222, 200), (205, 218, 222), (222, 206, 206), (212, 222, 200), (226, 226, 230))
+_FLOORS = (("planks", (200, 155, 110)), ("planks", (165, 120, 85)), ("carpet", (150, 150, 165)))
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The rooms by name and where their doors to the hall are, along x."""
+
+    rooms: dict[str, Room]
+    doors: dict[str, Doorway]
+
+
+def apartment(seed: int) -> World:
+    """About 100 things of more than 40 classes; the seed varies plan, furniture, places and colours."""
+    rng = np.random.default_rng([seed, 11])
+    plan = _plan(rng)
+    placer = Placer(rng)
+    _build(plan, placer)
+    for furnish, name in (
+        (rooms.living_room, "living"),
+        (rooms.kitchen, "kitchen"),
+        (rooms.bedroom, "bedroom"),
+        (rooms.bathroom, "bathroom"),
+        (rooms.study, "study"),
+        (rooms.hall, "hall"),
+    ):
+        furnish(plan.rooms[name], placer)
+    return World(dict(enumerate(placer.things, start=1)), tuple(_stations(plan)))
+
+
+def _plan(rng: np.random.Generator) -> Plan:
+    """South of the hall living room and kitchen, north of it bedroom, bathroom and study."""
+    living_x, kitchen_x = rng.uniform(4.7, 5.1), rng.uniform(3.0, 3.4)
+    width = living_x + _WALL_M + kitchen_x
+    bedroom_x, bath_x = rng.uniform(3.5, 3.8), rng.uniform(1.8, 2.0)
+    south, hall = rng.uniform(3.9, 4.2), rng.uniform(1.3, 1.45)
+    north = south + hall + 2 * _WALL_M
+    study_x = bedroom_x + bath_x + 2 * _WALL_M
+    spaces = {
+        "living": Room((0, 0), (living_x, south)),
+        "kitchen": Room((living_x + _WALL_M, 0), (width, south)),
+        "hall": Room((0, south + _WALL_M), (width, south + _WALL_M + hall)),
+        "bedroom": Room((0, north), (bedroom_x, north + rng.uniform(3.4, 3.7))),
+        "bathroom": Room((bedroom_x + _WALL_M, north), (bedroom_x + _WALL_M + bath_x, north + rng.uniform(2.4, 2.7))),
+        "study": Room((study_x, north), (width, north + rng.uniform(3.1, 3.4))),
+    }
+    starts = {"living": 1.9, "kitchen": 1.2, "bedroom": 2.2, "bathroom": 0.5, "study": 0.7}
+    doors = {
+        name: Doorway(
+            "north" if name in ("living", "kitchen") else "south",
+            spaces[name].low[0] + start,
+            spaces[name].low[0] + start + (0.9 if name == "bathroom" else 1.0),
+        )
+        for name, start in starts.items()
+    }
+    return Plan(spaces, doors)
+
+
+def _build(plan: Plan, placer: Placer) -> None:
+    rng = placer.rng
+    floors = {name: _floor(name, rng) for name in plan.rooms}
+    into_hall = tuple(_seen_from_hall(door) for door in plan.doors.values())
+    frame = lacquer(rng)
+    shells: list[Thing] = []
+    for name, room in plan.rooms.items():
+        shells += shell(room, into_hall if name == "hall" else (plan.doors[name],), _finish(floors[name], rng))
+    hall_floor = 6 * list(plan.rooms).index("hall")
+    for name, door in plan.doors.items():
+        room, hall = plan.rooms[name], plan.rooms["hall"]
+        near, far = sorted((room.high[1], hall.low[1]) if door.side == "north" else (hall.high[1], room.low[1]))
+        thing, threshold = door_frame(door, near, far, frame, floors["hall"])
+        shells.append(thing)
+        shells[hall_floor] = Thing("floor", (*shells[hall_floor].solids, threshold))
+        placer.keep_free((door.start, near - 0.7, 0), (door.end, far + 0.7, DOOR_HEIGHT_M))
+    for thing in shells:
+        placer.add(thing)
+
+
+def _seen_from_hall(door: Doorway) -> Doorway:
+    return Doorway("south" if door.side == "north" else "north", door.start, door.end)
+
+
+def _floor(name: str, rng: np.random.Generator) -> Material:
+    if name in ("kitchen", "bathroom"):
+        return tinted("tiles", around(rng, ((215, 212, 205), (175, 185, 190), (120, 125, 130))), 0.4, 1.6)
+    texture, colour = _FLOORS[int(rng.integers(len(_FLOORS)))]
+    return tinted(texture, around(rng, (colour,)), 0.5, 2.2)
+
+
+def _finish(floor: Material, rng: np.random.Generator) -> Finish:
+    """Three walls of one paint, mostly plain, and one of another."""
+    paint = tinted("plaster" if rng.uniform() < 0.5 else "smooth", around(rng, _PALE), 0.3, 2.6)
+    feature = tinted("bricks" if rng.uniform() < 0.3 else "plaster", around(rng, _PALE, 30), 0.4, 2.2)
+    ceiling = tinted("plaster", around(rng, ((240, 240, 238),)), 0.2, 3.3)
+    walls = [paint] * 4
+    walls[int(rng.integers(4))] = feature
+    return Finish(floor, ceiling, (walls[0], walls[1], walls[2], walls[3]))
+
+
+def _stations(plan: Plan) -> list[Station]:
+    """Along the hall into each room, round it, and back, ending where it began."""
+    hall = plan.rooms["hall"]
+    y = hall.center[1]
+    stations = [Station((0.9, y, _EYE_M), (3.5, y, 1.2))]
+    for name in ("living", "kitchen", "study", "bathroom", "bedroom"):
+        door, room = plan.doors[name], plan.rooms[name]
+        x = (door.start + door.end) / 2
+        inside = room.high[1] - 0.35 if door.side == "north" else room.low[1] + 0.35
+        middle = (*room.center, 0.9)
+        ahead = (x + (1.5 if name in ("living", "kitchen") else -1.5), y, 1.2)
+        stations += [Station((x, y, _EYE_M), middle), Station((x, inside, _EYE_M), middle)]
+        stations += _round(room, inside > room.center[1])
+        stations += [Station((x, inside, _EYE_M), (x, y, 1.1)), Station((x, y, _EYE_M), ahead)]
+    return [*stations, Station((1.4, y, _EYE_M), (0.0, y, 1.2)), Station((0.9, y, _EYE_M), (3.5, y, 1.2))]
+
+
+def _round(room: Room, from_north: bool) -> list[Station]:
+    """Once round the middle of the room, looking across it, now at what stands there and now at what hangs there."""
+    (x, y), half = room.center, (np.array(room.high) - room.low) / 2
+    reach = np.maximum(0.55 * half, 0.12)
+    start = np.pi / 2 if from_north else -np.pi / 2
+    stations = []
+    for number, turn in enumerate(np.linspace(0, 2 * np.pi, 11)[1:-1]):
+        c, s = np.cos(start + turn), np.sin(start + turn)
+        eye = (x + reach[0] * c, y + reach[1] * s, _EYE_M + 0.08 * np.sin(3 * turn))
+        stations.append(Station(eye, (x - half[0] * c, y - half[1] * s, (0.45, 0.85, 1.25)[number % 3])))
+    return stations
