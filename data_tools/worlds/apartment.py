@@ -136,7 +136,7 @@ def _stations(plan: Plan) -> list[Station]:
 def _round(room: Room, from_north: bool) -> list[Station]:
     """Once round the middle of the room, looking across it, now at what stands there and now at what hangs there."""
     (x, y), half = room.center, (np.array(room.high) - room.low) / 2
-    reach = np.maximum(0.45 * half, 0.12)
+    reach = np.clip(half - 0.85, 0.35 * half, 0.5 * half)
     start = np.pi / 2 if from_north else -np.pi / 2
     stations = []
     for number, turn in enumerate(np.linspace(0, 2 * np.pi, 11)[1:-1]):
