@@ -160,11 +160,12 @@ def surface(results: Sequence[SurfaceNumbers]) -> Numbers | None:
     """Mean over the scenes."""
     if not results:
         return None
-    numbers = {key: nanmean(getattr(r, key) for r in results) for key in ("accuracy_m", "completeness_m", "chamfer_m")}
+    lengths = ("accuracy_m", "completeness_m", "chamfer_m")
+    numbers: Numbers = {key: nanmean(getattr(r, key) for r in results) for key in lengths}
     for limit in results[0].fscore:
         for kind in ("fscore", "precision", "recall"):
             numbers[f"{kind}_{round(100 * limit)}cm"] = nanmean(getattr(r, kind)[limit] for r in results)
-    return numbers
+    return numbers | {"on_truth": all(r.on_truth for r in results)}
 
 
 def retrieval(given: Sequence[RetrievalCounts], partners: Sequence[RetrievalCounts]) -> Numbers | None:

@@ -136,9 +136,8 @@ def _classes(
     _check_length(labels, len(source))
     if predicted.vertices is None and preset.semantic_k == 1:
         return labels
-    votes = np.ones(len(labels), np.bool_) if preset.unlabelled_vote else labels > 0
-    near = nearest_vertices(source[votes], truth.vertices, preset.semantic_k, preset.semantic_max_m)
-    return near.labels(labels[votes])
+    voters = None if preset.unlabelled_vote else labels > 0
+    return nearest_vertices(source, truth.vertices, preset.semantic_k, preset.semantic_max_m, voters).labels(labels)
 
 
 def _only(instances: Masks | None, counts: NDArray[np.bool_]) -> Masks | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ F_SCORE_LIMITS_M = (0.02, 0.05)
 class SurfaceNumbers:
     """accuracy_m: mean distance of the predicted vertices from the true surface; completeness_m: of the true ones that
     count from the predicted surface; chamfer_m: the mean of both. By limit in metres: precision and recall, the shares
-    within it of predicted and true vertices, and fscore, their harmonic mean."""
+    within it of predicted and true vertices, and fscore, their harmonic mean. on_truth: whether the prediction lies on
+    the truth's own vertices, so that the distances are 0 and say nothing of the system."""
 
     accuracy_m: float
     completeness_m: float
@@ -26,13 +27,21 @@ class SurfaceNumbers:
     precision: Mapping[float, float]
     recall: Mapping[float, float]
     fscore: Mapping[float, float]
+    on_truth: bool = False
 
 
 def surface_numbers(truth: TruthScene, predicted: PredictedScene) -> SurfaceNumbers | None:
-    """Compare the surfaces; None where the prediction has no surface of its own or the truth no vertex that counts.
+    """Compare the surfaces; None where the prediction is masks only, or where either side has no vertex.
 
-    Vertices that nobody could see do not have to be complete, but a prediction may lie on them."""
-    if predicted.vertices is None or not truth.counts.any() or len(predicted.vertices) == 0:
+    Vertices that nobody could see do not have to be complete, but a prediction may lie on them. Labels on the truth's
+    vertices have the truth's surface, which is 0 from itself."""
+    if not truth.counts.any():
+        return None
+    if predicted.vertices is None:
+        itself = np.zeros(len(truth.vertices))
+        labelled = predicted.instances is not None or predicted.classes is not None
+        return replace(compare(itself, itself), on_truth=True) if labelled else None
+    if len(predicted.vertices) == 0:
         return None
     true_surface = Surface(truth.vertices, truth.triangles)
     predicted_surface = Surface(predicted.vertices, predicted.triangles)

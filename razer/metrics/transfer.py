@@ -27,20 +27,27 @@ class Neighbours:
 
 
 def nearest_vertices(
-    source: NDArray[np.floating], points: NDArray[np.floating], k: int = 1, max_distance_m: float | None = None
+    source: NDArray[np.floating],
+    points: NDArray[np.floating],
+    k: int = 1,
+    max_distance_m: float | None = None,
+    among: NDArray[np.bool_] | None = None,
 ) -> Neighbours:
-    """The k source points (P, 3) nearest to each of V points (V, 3), at most max_distance_m metres away.
+    """The k source points (P, 3), of those chosen by `among` (P,), nearest to each of V points (V, 3), at most
+    max_distance_m metres away.
 
     Distances are compared as squares, dx^2 + dy^2 + dz^2 in float64. Of equally near points the lower number comes
     first; with k = 1 a source point at the very place and with the very number of the point comes before it, so that a
     surface carried to itself stays as it is even where vertices coincide."""
     source, points = np.asarray(source, np.float64), np.asarray(points, np.float64)
-    if len(source) == 0 or len(points) == 0:
+    chosen = np.arange(len(source)) if among is None else np.flatnonzero(among)
+    if len(chosen) == 0 or len(points) == 0:
         return Neighbours(np.full((len(points), k), len(source), np.int64), len(source))
-    index = _ordered(cKDTree(source), source, points, k, k + _SPARE)
+    found = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + _SPARE)
+    index = np.append(chosen, len(source))[found]
     if k == 1:
-        own = np.arange(min(len(source), len(points)))
-        same = own[(source[: len(own)] == points[: len(own)]).all(axis=1)]
+        own = chosen[chosen < len(points)]
+        same = own[(source[own] == points[own]).all(axis=1)]
         index[same, 0] = same
     if max_distance_m is not None:
         # A distance of exactly the limit is within it, whatever its square rounds to.
