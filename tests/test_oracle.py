@@ -254,3 +254,10 @@ def test_embedder_needs_class_names_and_sane_options() -> None:
     for options in ({"cosine": 1.2}, {"wrong_class": -0.1}, {"dimension": 1}, {"noise": "loud"}):
         with pytest.raises(BadInput):
             make_embedder("oracle", options)
+
+
+def test_a_frame_without_masks_has_no_embeddings():
+    frame = Frame(
+        0, 0.0, np.zeros((6, 8, 3), np.uint8), np.ones((6, 8), np.float32), Intrinsics(8, 6, 9.0, 9.0, 3.5, 2.5)
+    )
+    assert OracleEmbedder(dimension=16).embed(frame, Masks.none(6, 8)).shape == (0, 16)

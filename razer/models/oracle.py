@@ -113,6 +113,8 @@ class OracleEmbedder:
 
     def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
         """A unit vector for each mask, (N, dimension) float32; raises BadInput for masks without class names."""
+        if not len(masks):
+            return np.zeros((0, self.dimension), np.float32)
         if masks.class_names is None:
             raise BadInput("the oracle embedder needs masks with class names: use it with --segmenter oracle")
         others = sorted({*frame.instance_classes.values(), *masks.class_names})
