@@ -44,14 +44,14 @@ def conceptgraphs(truth: list[int], predicted: list[int], ignored: list[int]) ->
     return hovsg([t for t, _ in both], [p for _, p in both], [])[:2]
 
 
-def majority(source: np.ndarray, labels: np.ndarray, points: np.ndarray, k: int) -> list[int]:
-    """The most frequent label of the k nearest labelled ones, one point after the other: nearer first, then (for one
-    neighbour) that of the very place and number of the point, then the lower number."""
+def majority(source: np.ndarray, labels: np.ndarray, points: np.ndarray, k: int, unlabelled: bool) -> list[int]:
+    """The most frequent label of the k nearest, with or without the unlabelled ones, one point after the other: nearer
+    first, then (for one neighbour) that of the very place and number of the point, then the lower number."""
     found = []
     for own, point in enumerate(points):
         square = [float((x - point[0]) ** 2 + (y - point[1]) ** 2 + (z - point[2]) ** 2) for x, y, z in source]
-        labelled = [i for i in range(len(source)) if labels[i] > 0]
-        nearest = sorted(labelled, key=lambda i: (square[i], k == 1 and square[i] == 0 and i != own, i))[:k]
+        voters = [i for i in range(len(source)) if unlabelled or labels[i] > 0]
+        nearest = sorted(voters, key=lambda i: (square[i], k == 1 and square[i] == 0 and i != own, i))[:k]
         counted = Counter(int(labels[i]) for i in nearest)
         found.append(min(counted, key=lambda label: (-counted[label], label)))
     return found
@@ -70,13 +70,13 @@ def test_numbers_are_those_of_the_formulas(seed: int, on_grid: bool) -> None:
         TruthScene(points, np.zeros(80, int), truth, NAMES),
         PredictedScene(surface, classes=predicted, vertex_class_names=NAMES),
     )
-    five = majority(surface, predicted, points, 5)
+    five = majority(surface, predicted, points, 5, unlabelled=True)
     found = evaluate([pair], PRESETS["hovsg"]).semantic
     expected = hovsg(truth.tolist(), five, [0, 1, 4])
     assert found is not None
     keys = ("miou", "fmiou", "macc", "pixel_accuracy")
     assert [found[key] for key in keys] == pytest.approx(expected, abs=1e-12, nan_ok=True)
-    nearest = majority(surface, predicted, points, 1)
+    nearest = majority(surface, predicted, points, 1, unlabelled=False)
     found = evaluate([pair], PRESETS["conceptgraphs"]).semantic
     assert found is not None
     expected_pair = conceptgraphs(truth.tolist(), nearest, [0, 1, 5])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from razer.metrics import over_scenes
+from razer.metrics import instances_over_scenes, over_scenes
 from razer.metrics.precision_recall import Curve
 from razer.metrics.preset import Preset
 from razer.metrics.scene_pair import PredictedScene, TruthScene
@@ -88,14 +88,14 @@ def _short(numbers: Numbers | None) -> Numbers | None:
 def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str, Numbers]) -> Evaluation:
     instances = [r.instances for r in results if r.instances is not None]
     confusions = [r.confusion for r in results if r.confusion is not None]
-    aware = over_scenes.class_aware(instances, preset)
+    aware = instances_over_scenes.class_aware(instances, preset)
     found = [r.found for r in instances]
     return Evaluation(
         preset=preset,
-        class_agnostic=over_scenes.class_agnostic(instances, preset),
+        class_agnostic=instances_over_scenes.class_agnostic(instances, preset),
         class_aware=aware,
         semantic=over_scenes.semantic(confusions, preset),
-        panoptic=over_scenes.panoptic(instances, aware is not None, preset),
+        panoptic=instances_over_scenes.panoptic(instances, aware is not None, preset),
         surface=over_scenes.surface([r.surface for r in results if r.surface is not None]),
         duplicates=sum(len(f.duplicates) for f in found) if found else None,
         missed=sum(len(f.missed) for f in found) if found else None,
@@ -110,7 +110,7 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
         worst=worst_of((w for r in instances for w in r.worst), preset.worst),
         unknown_names=tuple(sorted({name for r in results for name in r.unknown_names})),
         scenes=scenes,
-        curves=over_scenes.curves(instances, aware is not None),
+        curves=instances_over_scenes.curves(instances, aware is not None),
     )
 
 

@@ -36,7 +36,9 @@ class Preset(Settings):
         0.05, gt=0, description="Predicted vertices farther than this carry no class, metres; none: no limit."
     )
     unlabelled_vote: bool = Field(
-        True, description="Whether predicted vertices without a class take part, or are left out of the surface."
+        True,
+        description="Whether predicted vertices without a class take part, so that truth near them stays without one, "
+        "or are left out of the surface, so that it takes the class of what lies next.",
     )
 
     # Instances.

@@ -55,7 +55,6 @@ _HOVSG = Preset(
     source="HOV-SG on Replica and ScanNet (protocol C)",
     semantic_k=5,
     semantic_max_m=None,
-    unlabelled_vote=False,
     semantic_ignored_parts=("wall", "floor", "ceiling", "door", "window", "background"),
     semantics_over_scenes="mean",
     voxel_size_m=0.02,
@@ -102,7 +101,6 @@ _OVI_MAP = _HOVSG.model_copy(
         "source": "OVI-MAP (protocol C)",
         "semantic_k": 1,
         "semantic_max_m": 0.05,
-        "unlabelled_vote": True,
         "semantics_over_scenes": "pooled",
     }
 )
