@@ -33,7 +33,7 @@ def convert(
     out:
         The folder to write; it appears when it is complete.
     layout:
-        own, scannet, replica, tum, scenenn or 7scenes.
+        own, scannet, sens (ScanNet's single file), replica, tum, scenenn or 7scenes.
     lossless:
         Write colour as PNG where the layout would have JPEG.
     json:

@@ -60,7 +60,8 @@ def vocabulary(name: str) -> Vocabulary:
     """One of VOCABULARIES, or a file: a .csv with columns id, name and optionally nyu40, group, stuff, or a text
     with one name a line, numbered from 1. Raises BadInput.
 
-    Sources: scannet200, scannet20, nyu40: the label map and the ScanNet200 splits that ScanNet publishes."""
+    Sources: scannet200, scannet20, nyu40: the label map and the ScanNet200 splits that ScanNet publishes;
+    replica: the classes in each info_semantic.json of Replica, with NYU40 numbers by ScanNet's label map."""
     path = FOLDER / f"{name}.csv" if name in VOCABULARIES else Path(name)
     try:
         text = path.read_text(encoding="utf-8")

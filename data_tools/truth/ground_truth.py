@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
-    enough to count."""
+    enough to count; notes say in words what a reader could not make out."""
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.int32]
@@ -21,6 +21,7 @@ class GroundTruth:
     classes: NDArray[np.int32]
     class_names: Mapping[int, str]
     visible: NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

@@ -23,11 +23,13 @@ _CORNERS = ("vertex_indices", "vertex_index")
 @dataclass(frozen=True, slots=True)
 class Ply:
     """vertices: a column (V,) for each property; triangles (T, 3) int32; of_face: a column (T,) for each property of
-    faces that is no list. A face with more corners has become several triangles."""
+    faces that is no list. A face with more corners has become several triangles round its first corner; faces (T,)
+    int32 counts which face a triangle is of."""
 
     vertices: Mapping[str, NDArray]
     triangles: NDArray[np.int32]
     of_face: Mapping[str, NDArray]
+    faces: NDArray[np.int32]
 
     def points(self, path: Path) -> NDArray[np.float32]:
         """x, y, z of the vertices, (V, 3); raises BadInput naming `path` where they are missing."""
@@ -60,11 +62,11 @@ def read_ply(path: Path) -> Ply:
         tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
     except (ValueError, KeyError, IndexError) as error:
         raise BadInput(f"{path} is no PLY file, or is cut short (problem: {error})") from None
-    corners, of_face = _triangles(tables.get("face", {}))
+    corners, faces, of_face = _triangles(tables.get("face", {}))
     vertices = tables.get("vertex", {})
     if len(corners) and (corners.min() < 0 or corners.max() >= len(next(iter(vertices.values()), ()))):
         raise BadInput(f"{path} has faces with corners that are no vertices of it")
-    return Ply(vertices, corners, of_face)
+    return Ply(vertices, corners, of_face, faces)
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
@@ -189,16 +191,17 @@ def _column(values: list) -> NDArray:
     return np.array(values)
 
 
-def _triangles(face: Mapping[str, NDArray]) -> tuple[NDArray[np.int32], dict[str, NDArray]]:
-    """Triangles as fans over the corners of each face, and each face's properties for all its triangles."""
+def _triangles(face: Mapping[str, NDArray]) -> tuple[NDArray[np.int32], NDArray[np.int32], dict[str, NDArray]]:
+    """Triangles as fans over the corners of each face, which face each is of, and that face's properties."""
     corners = next((face[name] for name in _CORNERS if name in face), np.zeros((0, 3), np.int32))
-    rest = {name: column for name, column in face.items() if name not in _CORNERS and column.ndim == 1}
     if corners.dtype != object:
         fans = max(corners.shape[1] - 2, 0) if corners.ndim == 2 else 0
         parts = [corners[:, [0, i + 1, i + 2]] for i in range(fans)]
         found = np.stack(parts, axis=1).reshape(-1, 3) if parts else np.zeros((0, 3))
-        return found.astype(np.int32), {name: np.repeat(column, fans) for name, column in rest.items()}
-    fans_of = np.array([max(len(each) - 2, 0) for each in corners])
-    rows = [[each[0], each[i + 1], each[i + 2]] for each in corners for i in range(len(each) - 2)]
-    found = np.array(rows, dtype=np.int32).reshape(-1, 3)
-    return found, {name: np.repeat(column, fans_of) for name, column in rest.items()}
+        of_triangle = np.repeat(np.arange(len(corners), dtype=np.int32), fans)
+    else:
+        fans_of = [max(len(each) - 2, 0) for each in corners]
+        found = np.array([[c[0], c[i + 1], c[i + 2]] for c in corners for i in range(len(c) - 2)]).reshape(-1, 3)
+        of_triangle = np.repeat(np.arange(len(corners), dtype=np.int32), fans_of)
+    rest = {name: column for name, column in face.items() if name not in _CORNERS and column.ndim == 1}
+    return found.astype(np.int32), of_triangle, {name: column[of_triangle] for name, column in rest.items()}

@@ -9,18 +9,16 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.sequence import Sequence
+from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
+from data_tools.truth.ply_writer import label_colors, write_ply
 from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 from razer.vocabulary import vocabulary
 
 UNITS_PER_M = 1000.0
-_VERTEX = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3), ("label", "<u4")])
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_PROPERTIES = ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue", "uint label")
 
 
 def write_scenenn(
@@ -52,14 +50,8 @@ def write_scenenn(
 
 
 def _write_mesh(truth: GroundTruth, path: Path) -> None:
-    vertices, faces = np.empty(len(truth.vertices), _VERTEX), np.empty(len(truth.triangles), _FACE)
-    vertices["xyz"], vertices["label"] = truth.vertices, truth.instances
-    vertices["rgb"] = _colors(truth.instances)
-    faces["count"], faces["corners"] = 3, truth.triangles
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property {each}" for each in _PROPERTIES]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
-    path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
+    properties = {**label_colors(truth.instances), "label": truth.instances.astype("<u4")}
+    write_ply(path, truth.vertices, properties, truth.triangles)
 
 
 def _write_labels(truth: GroundTruth, path: Path) -> None:
@@ -67,7 +59,7 @@ def _write_labels(truth: GroundTruth, path: Path) -> None:
     for number, name in sorted(truth.instance_classes.items()):
         points = truth.vertices[truth.instances == number]
         box = " ".join(f"{x:.6g}" for x in (*points.min(axis=0), *points.max(axis=0)))
-        color = " ".join(map(str, _colors(np.array([number]))[0].tolist()))
+        color = " ".join(str(column[0]) for column in label_colors(np.array([number])).values())
         attributes = {"id": str(number), "color": color, "text": name, "nyu_class": _nyu40_name(name), "aabbox": box}
         ElementTree.SubElement(root, "label", attributes)
     ElementTree.indent(root)
@@ -75,15 +67,6 @@ def _write_labels(truth: GroundTruth, path: Path) -> None:
 
 
 def _nyu40_name(name: str) -> str:
-    """The NYU40 class that a name of NYU40 or of ScanNet200 belongs to, else empty."""
-    nyu40 = vocabulary("nyu40")
-    if name in nyu40.by_name:
-        return name
-    category = vocabulary("scannet200").by_name.get(name)
-    return nyu40.by_id[category.nyu40].name if category and category.nyu40 in nyu40.by_id else ""
-
-
-def _colors(labels: NDArray[np.integer]) -> NDArray[np.uint8]:
-    """A colour for each label, black for 0."""
-    mixed = labels.astype(np.uint32)[:, None] * np.array([2654435761, 2246822519, 3266489917], np.uint32)
-    return (mixed >> 24).astype(np.uint8)
+    """The NYU40 class that a name belongs to, else empty."""
+    category = vocabulary("nyu40").by_id.get(nyu40_number(name))
+    return category.name if category else ""

@@ -11,6 +11,9 @@ from razer.frame import BadInput
 
 WRITERS = {
     "own": "data_tools.writers.own_folder:write_folder",
+    "scannet": "data_tools.writers.scannet:write_scannet",
+    "sens": "data_tools.writers.scannet:write_scannet_sens",
+    "replica": "data_tools.writers.replica:write_replica",
     "tum": "data_tools.writers.tum:write_tum",
     "scenenn": "data_tools.writers.scenenn:write_scenenn",
     "7scenes": "data_tools.writers.seven_scenes:write_seven_scenes",

@@ -1,0 +1,47 @@
+"""Writing a mesh with labels as binary PLY."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+_TYPES = {"<f4": "float", "<f8": "double", "<i4": "int", "<u4": "uint", "<u2": "ushort", "|u1": "uchar"}
+
+
+def write_ply(
+    path: Path,
+    points: NDArray[np.float32],
+    properties: Mapping[str, NDArray],
+    triangles: NDArray[np.int32],
+    of_face: Mapping[str, NDArray] | None = None,
+) -> None:
+    """Write points (V, 3) with a column (V,) for each further property, and triangles (T, 3) with columns (T,)."""
+    columns = {name: points[:, i].astype("<f4") for i, name in enumerate("xyz")} | dict(properties)
+    corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    corners["count"], corners["corners"] = 3, triangles
+    faces = {"corners": corners} | dict(of_face or {})
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *_lines(columns)]
+    header += [f"element face {len(triangles)}", "property list uchar int vertex_indices", *_lines(of_face or {})]
+    data = "\n".join([*header, "end_header", ""]).encode() + _table(columns, len(points))
+    path.write_bytes(data + _table(faces, len(triangles)))
+
+
+def label_colors(labels: NDArray[np.integer]) -> dict[str, NDArray[np.uint8]]:
+    """A colour for each label as the columns red, green and blue, black for 0."""
+    factors = {"red": 2654435761, "green": 2246822519, "blue": 3266489917}
+    bits = labels.astype(np.uint32)
+    return {name: (bits * np.uint32(factor) >> np.uint32(24)).astype(np.uint8) for name, factor in factors.items()}
+
+
+def _lines(columns: Mapping[str, NDArray]) -> list[str]:
+    return [f"property {_TYPES[column.dtype.str]} {name}" for name, column in columns.items()]
+
+
+def _table(columns: Mapping[str, NDArray], count: int) -> bytes:
+    table = np.empty(count, [(name, column.dtype) for name, column in columns.items()])
+    for name, column in columns.items():
+        table[name] = column
+    return table.tobytes()

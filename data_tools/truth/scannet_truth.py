@@ -1,0 +1,172 @@
+"""Ground truth of ScanNet: a mesh, the segment each of its vertices is in, and the segments of each object.
+
+scene0000_00_vh_clean_2.ply, scene0000_00_vh_clean_2.0.010000.segs.json and scene0000_00.aggregation.json; or the same
+of the mesh in full resolution, scene0000_00_vh_clean.*. As in the benchmark, the instance of object n is n + 1, and of
+two objects that share a segment the later one has it. Source:
+https://github.com/ScanNet/ScanNet/tree/master/BenchmarkScripts
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_tools.truth.class_names import category_of
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.truth.label_map import FILE_NAME, LabelMap, find_label_map, read_label_map
+from data_tools.truth.ply import read_ply
+from razer.frame import BadInput
+from razer.vocabulary import Category, Vocabulary, vocabulary
+
+MESH, SEGMENTS, OBJECTS = "_vh_clean_2.ply", "_vh_clean_2.0.010000.segs.json", ".aggregation.json"
+_FULL_MESH, _FULL_SEGMENTS, _FULL_OBJECTS = "_vh_clean.ply", "_vh_clean.segs.json", "_vh_clean.aggregation.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Annotated:
+    """One object of an aggregation: its number from 0, the annotator's name for it, and its segments."""
+
+    number: int
+    label: str
+    segments: tuple[int, ...]
+
+
+def is_scannet_truth(folder: Path, scene: str | None = None) -> bool:
+    """Whether there is an aggregation of objects."""
+    return any(folder.glob(f"{scene or '*'}{OBJECTS}")) or any(folder.glob(f"{scene or '*'}{_FULL_OBJECTS}"))
+
+
+def read_scannet_truth(
+    folder: Path, vocabulary_name: str = "scannet200", *, scene: str | None = None, labels: Path | None = None
+) -> GroundTruth:
+    """The annotated mesh of a scene; raises BadInput naming the file that is missing or does not fit.
+
+    Raw names get classes by the label map `labels`, else by the one in the folder or above it, else by their names
+    alone, which the notes say. A name that is in no list leaves its objects without class, and is in the notes."""
+    mesh_file, segments_file, objects_file = _files(folder, scene or _scene(folder))
+    mesh = read_ply(mesh_file)
+    points, segment_of = mesh.points(mesh_file), read_segments(segments_file)
+    if len(segment_of) != len(points):
+        raise BadInput(
+            f"{segments_file} is for {len(segment_of)} vertices but {mesh_file.name} has {len(points)}: "
+            f"they are of different scenes or versions, download both again"
+        )
+    objects = read_objects(objects_file)
+    label_map = find_label_map(folder) if labels is None else read_label_map(labels)
+    classes = vocabulary(vocabulary_name)
+    category_by_label, notes = _categories(objects, classes, label_map)
+    segments, where = np.unique(segment_of, return_inverse=True)
+    object_of, missing = _objects_of(segments, objects)
+    if missing and not object_of.any():
+        raise BadInput(
+            f"{objects_file} names none of the segments in {segments_file.name}: they are of different meshes"
+        )
+    notes += (f"{missing} segments of {objects_file.name} are not in {segments_file.name}",) if missing else ()
+    found = [(each.number + 1, category) for each in objects if (category := category_by_label.get(each.label))]
+    class_of = np.zeros(max((each.number for each in objects), default=0) + 2, np.int32)
+    for instance, category in found:
+        class_of[instance] = category.id
+    instances = object_of[where]
+    names = {category.id: category.name for _, category in found}
+    visible = np.ones(len(points), np.bool_)
+    return GroundTruth(points, mesh.triangles, instances, class_of[instances], names, visible, notes)
+
+
+def read_segments(path: Path) -> NDArray[np.int64]:
+    """The segment of each vertex, (V,); raises BadInput naming the file."""
+    try:
+        segments = np.array(_json(path)["segIndices"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadInput(f'{path} must be JSON with "segIndices", a number for each vertex (problem: {error})') from None
+    if segments.ndim != 1 or not (np.issubdtype(segments.dtype, np.integer) or not segments.size):
+        raise BadInput(f'{path} must be JSON with "segIndices", a number for each vertex')
+    return segments.astype(np.int64)
+
+
+def read_objects(path: Path) -> tuple[Annotated, ...]:
+    """The objects of an aggregation in their order; raises BadInput naming the file."""
+    try:
+        objects = tuple(
+            Annotated(int(group["objectId"]), str(group["label"]), tuple(int(s) for s in group["segments"]))
+            for group in _json(path)["segGroups"]
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadInput(
+            f'{path} must be JSON with "segGroups" of objectId, label and segments (problem: {error!r})'
+        ) from None
+    if any(each.number < 0 for each in objects):
+        raise BadInput(f"{path} has an objectId below 0")
+    return objects
+
+
+def read_benchmark_ids(path: Path) -> NDArray[np.int64]:
+    """A ground truth as the benchmark's scripts take it, (V,): a line for each vertex with class * 1000 + instance,
+    instances from 1, 0 = unannotated; raises BadInput naming the file."""
+    try:
+        return np.array(path.read_text().split(), dtype=np.int64)
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
+    except (ValueError, OverflowError):
+        raise BadInput(f"{path} must hold one whole number a line: class * 1000 + instance") from None
+
+
+def _scene(folder: Path) -> str:
+    """The scene that a folder is called by, or else the first that it holds."""
+    found = [path.name.removesuffix(end) for end in (_FULL_OBJECTS, OBJECTS) for path in sorted(folder.glob(f"*{end}"))]
+    return folder.name if folder.name in found or not found else found[0]
+
+
+def _files(folder: Path, scene: str) -> tuple[Path, Path, Path]:
+    """Mesh, segments and objects; those of the smaller mesh, which the benchmark uses, where they are there."""
+    first = tuple(folder / f"{scene}{end}" for end in (MESH, SEGMENTS, OBJECTS))
+    full = tuple(folder / f"{scene}{end}" for end in (_FULL_MESH, _FULL_SEGMENTS, _FULL_OBJECTS))
+    mesh, segments, objects = full if not first[0].is_file() and full[0].is_file() else first
+    # Older downloads have the objects of the smaller mesh under the other name.
+    objects = full[2] if not objects.is_file() and full[2].is_file() else objects
+    for path in (mesh, segments, objects):
+        if not path.is_file():
+            raise BadInput(f"{path} is missing: ScanNet's ground truth needs *{MESH}, *{SEGMENTS} and *{OBJECTS}")
+    return mesh, segments, objects
+
+
+def _categories(
+    objects: tuple[Annotated, ...], classes: Vocabulary, label_map: LabelMap | None
+) -> tuple[dict[str, Category | None], tuple[str, ...]]:
+    """The class of each label, and notes on labels that are unknown."""
+    counts = Counter(each.label for each in objects)
+    notes = []
+    if label_map is None:
+        found = {label: category_of(label, classes) for label in counts}
+        unknown, source = [label for label in counts if not found[label]], classes.name
+        notes.append(f"no {FILE_NAME} in the folder or above it: classes by their names alone")
+    else:
+        found = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
+        unknown, source = [label for label in counts if label not in found], label_map.path.name
+    if unknown:
+        number, named = sum(counts[label] for label in unknown), ", ".join(sorted(unknown)[:5])
+        notes.append(f"{number} objects have no class, as their names are not in {source}: {named}")
+    return found, tuple(notes)
+
+
+def _objects_of(segments: NDArray[np.int64], objects: tuple[Annotated, ...]) -> tuple[NDArray[np.int32], int]:
+    """The instance of each segment (0 = nobody's), and how many segments of objects are not there."""
+    object_of, missing = np.zeros(len(segments), np.int32), 0
+    for each in objects:
+        wanted = np.array(each.segments, np.int64)
+        known = np.isin(segments, wanted)
+        object_of[known] = each.number + 1
+        missing += len(set(each.segments)) - int(known.sum())
+    return object_of, missing
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text())
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
