@@ -62,20 +62,18 @@ def read_scannet_truth(
     classes = vocabulary(vocabulary_name)
     category_by_label, notes = _categories(objects, classes, label_map)
     segments, where = np.unique(segment_of, return_inverse=True)
-    object_of, missing = _objects_of(segments, objects)
-    if missing and not object_of.any():
+    owner_of, missing = _owners(segments, objects)
+    if missing and not owner_of.any():
         raise BadInput(
             f"{objects_file} names none of the segments in {segments_file.name}: they are of different meshes"
         )
     notes += (f"{missing} segments of {objects_file.name} are not in {segments_file.name}",) if missing else ()
-    found = [(each.number + 1, category) for each in objects if (category := category_by_label.get(each.label))]
-    class_of = np.zeros(max((each.number for each in objects), default=0) + 2, np.int32)
-    for instance, category in found:
-        class_of[instance] = category.id
-    instances = object_of[where]
-    names = {category.id: category.name for _, category in found}
-    visible = np.ones(len(points), np.bool_)
-    return GroundTruth(points, mesh.triangles, instances, class_of[instances], names, visible, notes)
+    categories = [category_by_label.get(each.label) for each in objects]
+    instance_of = np.array([0, *(each.number + 1 for each in objects)], np.int32)
+    class_of = np.array([0, *(category.id if category else 0 for category in categories)], np.int32)
+    names = {category.id: category.name for category in categories if category}
+    owners, visible = owner_of[where], np.ones(len(points), np.bool_)
+    return GroundTruth(points, mesh.triangles, instance_of[owners], class_of[owners], names, visible, notes)
 
 
 def read_segments(path: Path) -> NDArray[np.int64]:
@@ -154,15 +152,15 @@ def _categories(
     return found, tuple(notes)
 
 
-def _objects_of(segments: NDArray[np.int64], objects: tuple[Annotated, ...]) -> tuple[NDArray[np.int32], int]:
-    """The instance of each segment (0 = nobody's), and how many segments of objects are not there."""
-    object_of, missing = np.zeros(len(segments), np.int32), 0
-    for each in objects:
-        wanted = np.array(each.segments, np.int64)
-        known = np.isin(segments, wanted)
-        object_of[known] = each.number + 1
+def _owners(segments: NDArray[np.int64], objects: tuple[Annotated, ...]) -> tuple[NDArray[np.intp], int]:
+    """Which object each segment belongs to, counted from 1 (0 = none), and how many segments of objects are not
+    among them."""
+    owner_of, missing = np.zeros(len(segments), np.intp), 0
+    for place, each in enumerate(objects, start=1):
+        known = np.isin(segments, np.array(each.segments, np.int64))
+        owner_of[known] = place
         missing += len(set(each.segments)) - int(known.sum())
-    return object_of, missing
+    return owner_of, missing
 
 
 def _json(path: Path) -> Any:
