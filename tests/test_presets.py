@@ -95,6 +95,26 @@ def test_every_option_is_described_and_wrong_ones_are_refused() -> None:
         Preset(unheard_of=1)  # type: ignore[call-arg]
 
 
+def test_class_of_an_instance_is_its_own_or_its_vertices() -> None:
+    truth = room()
+    chair, bed = (next(i for i, n in NAMES.items() if n == name) for name in ("chair", "bed"))
+    classes = np.where(np.arange(len(truth.classes)) % 3 > 0, truth.classes, bed)  # two thirds of each are right
+    predicted = PredictedScene(
+        instances=truth.instances, class_names={3: "bed"}, classes=classes, vertex_class_names=NAMES
+    )
+    assert truth.classes[truth.instances == 3][0] == chair
+
+    def recalls(rule: str) -> list[float]:
+        preset = PRESETS["default"].model_copy(update={"instance_class": rule, "score": "one"})
+        found = evaluate([("a", truth, predicted)], preset).class_aware
+        assert found is not None
+        return [found["per_class"][name]["ap50"] for name in ("chair", "couch")]
+
+    # The third instance is called a bed, though its vertices are those of a chair; the others bear no name.
+    assert recalls("own") == [0.5, 1.0]
+    assert recalls("vertices") == [1.0, 1.0]
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_class_names_of_presets_are_in_their_lists(name: str) -> None:
     preset = PRESETS[name]

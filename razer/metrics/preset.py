@@ -67,7 +67,9 @@ class Preset(Settings):
         False, description="Matched predictions get confidence 1: flatters, since no system knows what will match."
     )
     instance_class: Literal["own", "vertices"] = Field(
-        "own", description="Class of a predicted instance: its own, or the most frequent one of its vertices."
+        "own",
+        description="Class of a predicted instance: its own (where it has none, as with 'vertices'), or the most "
+        "frequent one of its vertices, where the prediction gives these classes of their own.",
     )
     instances_over_scenes: OverScenes = Field(
         "pooled", description="AP of the predictions of all scenes in one ranking, or mean of the scenes' APs."

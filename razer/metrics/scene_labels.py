@@ -54,8 +54,10 @@ def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Sc
     truth_classes = renumbered(truth.classes, table.numbers(truth.class_names))[counts]
     instances = _only(instances, counts)
     classes = None if classes is None else classes[counts]
-    if preset.instance_class == "vertices" and classes is not None and instances is not None:
-        own_classes = _class_by_vertices(instances, classes)
+    if predicted.classes is not None and classes is not None and instances is not None:
+        by_vertices = _class_by_vertices(instances, classes)
+        unnamed = {number: c for number, c in by_vertices.items() if number not in predicted.class_names}
+        own_classes = by_vertices if preset.instance_class == "vertices" else own_classes | unnamed
     return SceneLabels(
         table,
         truth_instances,

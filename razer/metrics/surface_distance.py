@@ -12,6 +12,7 @@ from razer.metrics.point_triangle import squared_distances
 
 _CHUNK = 1 << 14
 _CANDIDATES = 2
+_MOST_POINTS_INSIDE = 2_000_000
 
 Floats = NDArray[np.floating]
 
@@ -19,7 +20,8 @@ Floats = NDArray[np.floating]
 class Surface:
     """V vertices (V, 3), metres, and T triangles (T, 3) of their numbers; without triangles a cloud of points.
 
-    Triangles with edges longer than spacing_m also get points inside, spacing_m apart at most, by which they are found.
+    Triangles with edges longer than spacing_m also get points inside, by which they are found, spacing_m apart at most
+    (more where that would take more than two million points).
     """
 
     def __init__(
@@ -83,6 +85,8 @@ def _parts(count: int) -> Iterator[slice]:
 def _points_inside(corners: Floats, spacing_m: float) -> tuple[Floats, NDArray[np.int64]]:
     """Points (M, 3) in the triangles (T, 3, 3) with edges longer than the spacing, and their triangles (M,)."""
     edges = np.sqrt(_squared_lengths(corners - corners[:, [1, 2, 0]])).max(axis=1, initial=0.0)
+    needed = ((edges / spacing_m)[edges > spacing_m] ** 2).sum() / 2
+    spacing_m *= max(np.sqrt(needed / _MOST_POINTS_INSIDE), 1.0)
     steps = np.ceil(edges / spacing_m).astype(np.int64)
     points, owners = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
     for n in np.unique(steps[steps > 1]).tolist():
