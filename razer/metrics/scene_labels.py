@@ -8,14 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.metrics.carrier import Carrier, Labels, Masks, painted, renumbered
 from razer.metrics.class_table import ClassTable
 from razer.metrics.preset import Preset
 from razer.metrics.scene_pair import PredictedScene, TruthScene
-from razer.metrics.transfer import nearest_vertices
-
-Labels = NDArray[np.int64]
-Masks = Labels | Mapping[int, Labels]
-"""Instance ids (V,), or id -> vertex numbers (M,) where instances may overlap."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +43,10 @@ def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Sc
     labels or masks that do not fit the truth."""
     table = ClassTable.of(preset.vocabulary, truth.class_names)
     counts = truth.counts
-    instances = _instances(truth, predicted, preset)
+    carrier = Carrier(truth, predicted, preset)
+    instances = carrier.instances()
     own_classes = table.numbers(predicted.class_names)
-    classes = _classes(truth, predicted, preset, table, own_classes, instances)
+    classes = carrier.classes(table.numbers(predicted.vertex_class_names), own_classes, instances)
     truth_instances = np.asarray(truth.instances, np.int64)[counts]
     truth_classes = renumbered(truth.classes, table.numbers(truth.class_names))[counts]
     instances = _only(instances, counts)
@@ -68,78 +65,6 @@ def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Sc
         own_classes,
         _scores(instances, own_classes, predicted.scores, preset),
     )
-
-
-def renumbered(labels: NDArray[np.integer], numbers: Mapping[int, int]) -> Labels:
-    """Each label (V,) replaced by its number, 0 where it has none."""
-    known, place = np.unique(labels, return_inverse=True)
-    return np.array([numbers.get(int(label), 0) for label in known], np.int64)[place].reshape(len(labels))
-
-
-def painted(masks: Mapping[int, Labels], scores: Mapping[int, float], n_vertices: int) -> Labels:
-    """One id for each of V vertices: of the masks over it the one with the highest score, then the lowest id."""
-    image = np.zeros(n_vertices, np.int64)
-    for number in sorted(masks, key=lambda i: (scores.get(i, 1.0), -i)):
-        image[masks[number]] = number
-    return image
-
-
-def _instances(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Masks | None:
-    """The predicted instances on all of the truth's vertices."""
-    n_vertices = len(truth.vertices)
-    if predicted.masks is not None:
-        return {number: _numbers(mask, n_vertices, number) for number, mask in sorted(predicted.masks.items())}
-    if predicted.instances is None:
-        return None
-    if predicted.vertices is not None:
-        near = nearest_vertices(predicted.vertices, truth.vertices, preset.instance_k, preset.instance_max_m)
-        return near.labels(predicted.instances)
-    _check_length(predicted.instances, n_vertices)
-    if preset.instance_k == 1:
-        return np.asarray(predicted.instances, np.int64)
-    near = nearest_vertices(truth.vertices, truth.vertices, preset.instance_k, preset.instance_max_m)
-    return near.labels(predicted.instances)
-
-
-def _numbers(mask: NDArray, n_vertices: int, number: int) -> Labels:
-    """The vertices of a mask given as their numbers or as one truth value each, each once."""
-    image = np.zeros(n_vertices, np.bool_)
-    if mask.dtype == np.bool_:
-        _check_length(mask, n_vertices)
-    elif len(mask) and not 0 <= mask.min() <= mask.max() < n_vertices:
-        raise ValueError(f"mask {number} names vertices that the truth's {n_vertices} do not have")
-    image[mask] = True
-    return np.flatnonzero(image)
-
-
-def _check_length(labels: NDArray, n_vertices: int) -> None:
-    if len(labels) != n_vertices:
-        raise ValueError(f"{len(labels)} predicted labels for {n_vertices} true vertices: one of each, please")
-
-
-def _classes(
-    truth: TruthScene,
-    predicted: PredictedScene,
-    preset: Preset,
-    table: ClassTable,
-    own_classes: Mapping[int, int],
-    instances: Masks | None,
-) -> Labels | None:
-    """The predicted classes of all of the truth's vertices."""
-    if predicted.classes is not None:
-        labels = renumbered(predicted.classes, table.numbers(predicted.vertex_class_names))
-    elif predicted.instances is not None and predicted.class_names:
-        labels = renumbered(predicted.instances, own_classes)
-    elif isinstance(instances, Mapping) and predicted.class_names:
-        labels = renumbered(painted(instances, predicted.scores, len(truth.vertices)), own_classes)
-    else:
-        return None
-    source = truth.vertices if predicted.vertices is None else predicted.vertices
-    _check_length(labels, len(source))
-    if predicted.vertices is None and preset.semantic_k == 1:
-        return labels
-    voters = None if preset.unlabelled_vote else labels > 0
-    return nearest_vertices(source, truth.vertices, preset.semantic_k, preset.semantic_max_m, voters).labels(labels)
 
 
 def _only(instances: Masks | None, counts: NDArray[np.bool_]) -> Masks | None:

@@ -43,7 +43,7 @@ def nearest_vertices(
     chosen = np.arange(len(source)) if among is None else np.flatnonzero(among)
     if len(chosen) == 0 or len(points) == 0:
         return Neighbours(np.full((len(points), k), len(source), np.int64), len(source))
-    found = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + _SPARE)
+    found = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + (_SPARE if k > 1 else 1))
     index = np.append(chosen, len(source))[found]
     if k == 1:
         own = chosen[chosen < len(points)]
