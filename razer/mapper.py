@@ -17,7 +17,7 @@ from razer.perception import Observation, Perception
 from razer.stages import stage
 from razer.step import Decision, Step
 from razer.support import support_ratios
-from razer.surface import extract_mesh, extract_points
+from razer.surface import extract_mesh, points_at
 from razer.track import Track
 from razer.tracker import Tracker
 from razer.voxels import VoxelMap
@@ -107,10 +107,11 @@ class Mapper:
         return fused, pruned
 
     def _refresh_tracks(self) -> None:
-        points = extract_points(self.voxels)
+        surface = self.voxels.surface_addresses()
+        points = points_at(self.voxels, surface)
         order = np.argsort(points.instances, kind="stable")
         bounds = np.searchsorted(points.instances[order], [[t.id, t.id + 1] for t in self.tracks] or [[0, 0]])
-        support = support_ratios(self.voxels)
+        support = support_ratios(self.voxels, surface)
         for track, (start, end) in zip(self.tracks, bounds, strict=False):
             track.refresh(points.positions[order[start:end]].astype(np.float64))
             track.support = support.get(track.id, 0.0)

@@ -8,21 +8,21 @@ counted because one mask that joined a cup with its wall claims the wall's whole
 from __future__ import annotations
 
 import torch
+from torch import Tensor
 
 from razer.voxels import VoxelMap
 
 
-def support_ratios(voxels: VoxelMap) -> dict[int, float]:
-    """r_i in [0, 1] for each instance with any votes."""
-    surface = voxels.surface_addresses()
-    n_ids = voxels.newest_id + 1
+def support_ratios(voxels: VoxelMap, surface: Tensor | None = None) -> dict[int, float]:
+    """r_i in [0, 1] for each instance with any votes; `surface` (N,) are the addresses of the surface, if known."""
+    surface = voxels.surface_addresses() if surface is None else surface
     ids = voxels.alive(voxels.attribute("ids")[surface])
-    votes = voxels.attribute("counts")[surface].double()
-    label = voxels.alive(voxels.attribute("label")[surface])
-
-    def votes_of(which: torch.Tensor) -> torch.Tensor:
-        return torch.bincount(ids[which].long(), weights=votes[which], minlength=n_ids)
-
-    given, kept = votes_of(votes > 0), votes_of((votes > 0) & (ids == label))
-    ratio = kept / given.clamp(min=1)
-    return {i: r for i, r in enumerate(ratio.tolist()) if i and given[i] > 0}
+    votes = voxels.attribute("counts")[surface]
+    given = votes > 0
+    won = (ids == voxels.alive(voxels.attribute("label")[surface]))[given]
+    voter, weight = ids[given].long(), votes[given].double()
+    n_ids = voxels.newest_id + 1
+    total = torch.bincount(voter, weights=weight, minlength=n_ids)
+    kept = torch.bincount(voter[won], weights=weight[won], minlength=n_ids)
+    ratio = kept / total.clamp(min=1)
+    return {i: r for i, r in enumerate(ratio.tolist()) if i and total[i] > 0}

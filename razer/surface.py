@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from razer.cells import Cells, cells_of
 from razer.voxels import VoxelMap
@@ -42,7 +43,11 @@ class LabelledMesh:
 
 def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
     """The voxels that hold the zero crossing, of the given blocks or of all, in a fixed order."""
-    addresses = voxels.surface_addresses(block_keys)
+    return points_at(voxels, voxels.surface_addresses(block_keys))
+
+
+def points_at(voxels: VoxelMap, addresses: Tensor) -> SurfacePoints:
+    """The voxels at addresses (N,)."""
     columns = (
         voxels.positions(addresses),
         voxels.attribute("color")[addresses],
