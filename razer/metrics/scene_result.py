@@ -97,9 +97,9 @@ def _scene(labels: SceneLabels, evaluated: set[int], aware: bool = False) -> Sce
     truth = labels.truth_instances
     if labels.truth_instance_classes:
         truth = np.where(np.isin(truth, list(classes)), truth, 0)
-    assert labels.predicted_instances is not None
+    predicted = {} if labels.predicted_instances is None else labels.predicted_instances
     own = {i: names[c] for i, c in labels.predicted_instance_classes.items() if c in evaluated}
-    return Scene(truth, labels.predicted_instances, labels.scores, classes if aware else None, own if aware else None)
+    return Scene(truth, predicted, labels.scores, classes if aware else None, own if aware else None)
 
 
 def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> InstanceResult:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from razer.metrics.point_triangle import squared_distances
 
 _CHUNK = 1 << 14
-_CANDIDATES = 2
+_CANDIDATES = 3
 _MOST_POINTS_INSIDE = 2_000_000
 
 Floats = NDArray[np.floating]
@@ -29,11 +29,14 @@ class Surface:
     ) -> None:
         vertices = np.asarray(vertices, np.float64)
         given = np.zeros((0, 3), np.int64) if triangles is None else np.asarray(triangles, np.int64).reshape(-1, 3)
-        inner, owner = _points_inside(vertices[given], spacing_m)
         corners = vertices[given]
         self._corners = corners.reshape(-1, 9)
-        self._centres = corners.mean(axis=1)
-        self._reach = np.sqrt(_squared_lengths(corners - self._centres[:, None])).max(axis=1, initial=0.0)
+        self._centres = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3
+        self._reach = np.sqrt(_squared_lengths(corners - self._centres[:, None]).max(axis=1, initial=0.0))
+        # No edge is longer than twice the way from the centre to the farthest corner.
+        large = np.flatnonzero(2 * self._reach > spacing_m)
+        inner, owner = _points_inside(corners[large], spacing_m)
+        owner = large[owner]
         self._points = np.concatenate([vertices, inner])
         self._tree = cKDTree(self._points) if len(self._points) else None
         # Triangles by point, as in a sparse matrix of rows.
@@ -46,7 +49,7 @@ class Surface:
     def distances(self, points: NDArray[np.floating]) -> Floats:
         """The distance (N,) of each point (N, 3), metres; infinite from an empty surface.
 
-        It is the exact distance from the triangles at the two nearest vertices (or points inside a triangle) and from
+        It is the exact distance from the triangles at the three nearest vertices (or points inside a triangle) and from
         these themselves, so never too small, and 0 for the surface's own vertices."""
         points = np.asarray(points, np.float64)
         if self._tree is None or len(points) == 0:
