@@ -377,7 +377,7 @@ def test_truth_round_trip(truth: GroundTruth, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="cut short"):
         read_truth(tmp_path / "truth")
     mesh.write_bytes(b"ply\nformat ascii 1.0\nend_header\n")
-    with pytest.raises(BadInput, match="no truth mesh"):
+    with pytest.raises(BadInput, match="no vertex property x"):
         read_truth(tmp_path / "truth")
     mesh.unlink()
     with pytest.raises(BadInput, match="missing"):

@@ -9,11 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.truth.ground_truth import GroundTruth
+from data_tools.truth.ply import read_ply
+from data_tools.truth.ply_writer import write_ply
 from razer.frame import BadInput
-
-_VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("instance", "<i4"), ("class", "<i4"), ("visible", "u1")])
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_PLY_TYPES = {"<f4": "float", "<i4": "int", "|u1": "uchar"}
 
 
 def write_json(path: Path, content: object) -> None:
@@ -31,45 +29,28 @@ def write_truth(truth: GroundTruth, folder: Path) -> None:
     """Write a ground truth; vertices also say whether they are visible (0 or 1)."""
     write_objects(folder, truth.instance_classes)
     write_json(folder / "classes.json", {str(number): name for number, name in sorted(truth.class_names.items())})
-    vertices = np.empty(len(truth.vertices), _VERTEX)
-    for axis, name in enumerate("xyz"):
-        vertices[name] = truth.vertices[:, axis]
-    vertices["instance"], vertices["class"], vertices["visible"] = truth.instances, truth.classes, truth.visible
-    faces = np.empty(len(truth.triangles), _FACE)
-    faces["count"], faces["corners"] = 3, truth.triangles
-    header = _header(len(vertices), len(faces))
-    (folder / "mesh.ply").write_bytes(header + vertices.tobytes() + faces.tobytes())
+    properties = {"instance": truth.instances.astype("<i4"), "class": truth.classes.astype("<i4")}
+    properties |= {"visible": truth.visible.astype(np.uint8)}
+    write_ply(folder / "mesh.ply", truth.vertices, properties, truth.triangles)
 
 
 def read_truth(folder: Path) -> GroundTruth:
-    """Read what write_truth wrote; raises BadInput naming the file that is missing or of another kind."""
+    """Read what write_truth wrote, or a mesh that others labelled alike (without `visible`, all of it is); raises
+    BadInput naming the file that is missing or of another kind."""
+    path = folder / "mesh.ply"
     try:
-        data = (folder / "mesh.ply").read_bytes()
         names = {int(k): str(v) for k, v in json.loads((folder / "classes.json").read_text()).items()}
     except FileNotFoundError as error:
         raise BadInput(f"{error.filename} is missing: the truth needs mesh.ply and classes.json") from None
-    except ValueError as error:
+    except (ValueError, AttributeError) as error:
         raise BadInput(f"{folder / 'classes.json'} must map class numbers to names (problem: {error})") from error
-    end = data.find(b"end_header\n") + len(b"end_header\n")
-    counts = [int(line.split()[2]) for line in data[:end].splitlines() if line.startswith(b"element ")]
-    if len(counts) != 2 or data[:end] != _header(*counts):
-        wanted = ", ".join(_VERTEX.names or ())
-        raise BadInput(f"{folder / 'mesh.ply'} is no truth mesh: it needs vertices with {wanted}")
-    if len(data) != end + counts[0] * _VERTEX.itemsize + counts[1] * _FACE.itemsize:
-        raise BadInput(f"{folder / 'mesh.ply'} is cut short: write it anew")
-    vertices = np.frombuffer(data, _VERTEX, counts[0], end)
-    return GroundTruth(
-        np.stack([vertices[axis] for axis in "xyz"], axis=1),
-        np.frombuffer(data, _FACE, counts[1], end + vertices.nbytes)["corners"].copy(),
-        vertices["instance"].copy(),
-        vertices["class"].copy(),
-        names,
-        vertices["visible"].astype(np.bool_),
-    )
-
-
-def _header(vertices: int, faces: int) -> bytes:
-    properties = [f"property {_PLY_TYPES[_VERTEX[name].str]} {name}" for name in _VERTEX.names or ()]
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {vertices}", *properties]
-    lines += [f"element face {faces}", "property list uchar int vertex_indices", "end_header", ""]
-    return "\n".join(lines).encode()
+    if not path.is_file():
+        raise BadInput(f"{path} is missing: the truth needs mesh.ply and classes.json")
+    mesh = read_ply(path)
+    points = mesh.points(path)
+    instances, classes = (mesh.column(name, path).astype(np.int32) for name in ("instance", "class"))
+    unnamed = sorted(set(np.unique(classes[classes > 0]).tolist()) - names.keys())
+    names |= {number: f"class {number}" for number in unnamed}
+    notes = (f"classes.json has no name for {', '.join(names[n] for n in unnamed[:5])}",) if unnamed else ()
+    visible = mesh.vertices.get("visible", np.ones(len(points))).astype(np.bool_)
+    return GroundTruth(points, mesh.triangles, instances, classes, names, visible, notes)
