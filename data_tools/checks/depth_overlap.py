@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Ordered
-
 import numpy as np
 
 from razer.frame import Frame
-from razer.geometry import Array, back_project, inverse, project, transform_points
-
-FITS = 0.5
-"""Least agreement of frames that overlap well and are moved rightly."""
-CLEARLY_WORSE = 0.6
-"""How much of the best agreement another may reach at most for the best to be believed."""
+from razer.geometry import Array, back_project, project, transform_points
 
 _MIN_PAIRS = 4
+_FITS = 0.5  # of frames that overlap well and are moved rightly
+_CLEARLY_WORSE = 0.6
 _STEP = 6
 _TOLERANCE = 0.04
 
 
-def better_factor(pairs: Ordered[tuple[Frame, Frame]], factors: Ordered[float]) -> float | None:
-    """Which of the factors on depth makes it agree clearly better over pairs of posed frames than it does as it is;
-    None where none does, or pairs are few."""
-    if len(pairs) < _MIN_PAIRS or not factors:
-        return None
-    agreements = [
-        float(np.mean([depth_agreement(a, b, inverse(b.pose) @ a.pose, factor) for a, b in pairs]))
-        for factor in (1.0, *factors)
-    ]
-    best = int(np.argmax(agreements))
-    clear = agreements[best] > FITS and agreements[0] < CLEARLY_WORSE * agreements[best]
-    return factors[best - 1] if clear else None
+def of_overlapping(agreements: Array) -> Array:
+    """Of agreements (P, H) of P pairs under H hypotheses, those of the pairs that overlap well under any of them."""
+    return agreements[agreements.max(axis=1, initial=0) > _FITS]
+
+
+def clearly_better(agreements: Array) -> int:
+    """Which hypothesis makes depth agree clearly better than the first over overlapping pairs (P, H); 0 = none, or
+    the pairs are few."""
+    if len(agreements) < _MIN_PAIRS:
+        return 0
+    means = agreements.mean(axis=0)
+    best = int(means.argmax())
+    return best if means[best] > _FITS and means[0] < _CLEARLY_WORSE * means[best] else 0
 
 
 def depth_agreement(a: Frame, b: Frame, b_from_a: Array, depth_factor: float = 1.0) -> float:

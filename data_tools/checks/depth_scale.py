@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.checks.depth_overlap import better_factor
+from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
 from data_tools.checks.sample import Sample
 from data_tools.sequence import Sequence
 from razer.frame import Frame
@@ -80,11 +80,9 @@ def check_depth_scale(sequence: Sequence, sample: Sample | None = None) -> Depth
         return DepthScaleReport("ok", sequence.depth_scale, None, "no usable frame to judge by")
     moved, steps = factor_from_motion(sample), factor_from_steps(frames)
     median_m = float(np.median([np.median(frame.depth[frame.depth > 0]) for frame in frames]))
-    if moved is None and sample.has_poses:
-        others = [sequence.depth_scale / known for known in KNOWN_SCALES if known != sequence.depth_scale]
-        if factor := better_factor(sample.starts(), others):
-            reason = f"moved by the poses, depths of two frames agree only when multiplied by {factor:.3g}"
-            return DepthScaleReport("suspicious", sequence.depth_scale, sequence.depth_scale / factor, reason)
+    if moved is None and (likely := _scale_by_overlap(sample, sequence.depth_scale)):
+        reason = "moved by the poses, depths of two frames agree only at another scale"
+        return DepthScaleReport("suspicious", sequence.depth_scale, likely, reason)
     return _judge(sequence.depth_scale, moved, steps, median_m)
 
 
@@ -123,6 +121,19 @@ def factor_from_motion(sample: Sample) -> Estimate | None:
     if low * _MAX_MOTION_SPREAD < high:
         return None
     return Estimate(1 / middle, 1 / high, 1 / low)
+
+
+def _scale_by_overlap(sample: Sample, declared: float) -> float | None:
+    """The known scale at which depths agree clearly better between posed frames than at the declared one."""
+    pairs = list(sample.neighbours()) if sample.has_poses else []
+    if not pairs:
+        return None
+    scales = (declared, *KNOWN_SCALES)
+    agreements = [
+        [depth_agreement(a, b, inverse(b.pose) @ a.pose, declared / scale) for scale in scales] for a, b in pairs
+    ]
+    best = clearly_better(of_overlapping(np.array(agreements)))
+    return scales[best] if best else None
 
 
 def factor_from_steps(frames: Ordered[Frame]) -> Estimate | None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.checks.camera_motion import Motion
-from data_tools.checks.depth_overlap import CLEARLY_WORSE, FITS, depth_agreement
+from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
 from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
 from data_tools.checks.sample import Sample
 from razer.frame import Frame
@@ -51,7 +51,7 @@ def check_poses(sample: Sample) -> PoseReport:
         return PoseReport(AS_WRITTEN, 0)
     measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
     if len(measured) < _MIN_PAIRS:
-        return _judge_by_depth(sample.starts())
+        return _judge_by_depth(list(sample.neighbours()))
     every = conventions()
     miss, factor = _misses(measured, every)
     best = _first_of_best(miss)
@@ -63,13 +63,17 @@ def check_poses(sample: Sample) -> PoseReport:
 
 def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
     """The verdict where images show no motion: only the commonest mistakes, and only if depth then fits."""
-    if len(pairs) < _MIN_PAIRS:
+    if not pairs:
         return PoseReport(AS_WRITTEN, 0)
     common = conventions()[:N_COMMON]
-    agreement = [_agreement(pairs, convention, 1.0) for convention in common]
-    best = int(np.argmax(agreement))
-    clear = agreement[best] > FITS and agreement[0] < CLEARLY_WORSE * agreement[best]
-    return PoseReport(common[best] if clear else AS_WRITTEN, len(pairs), agreement=(agreement[0], agreement[best]))
+    agreements = of_overlapping(
+        np.array([[depth_agreement(a, b, _moved(each, a, b)) for each in common] for a, b in pairs])
+    )
+    if not len(agreements):
+        return PoseReport(AS_WRITTEN, 0)
+    best = clearly_better(agreements)
+    means = agreements.mean(axis=0)
+    return PoseReport(common[best], len(agreements), agreement=(float(means[0]), float(means[best])))
 
 
 def _misses(

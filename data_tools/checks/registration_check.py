@@ -23,6 +23,7 @@ _MAX_FRAMES = 12
 _MIN_EDGES = 300
 _JUMP = 1.1  # ratio of depths across an edge
 _SHADOW_PX = 31  # of images 320 wide: gaps beside near things, where projector and camera see differently
+_LEAST_FIT = 0.25  # deviations of colour change
 _CLEAR = 1.7  # how many times better than chance a fit must be
 _BETTER = 0.6  # how much of the best fit the images as they are may reach at most
 # Where colour is moved by less, it is only noted: raw Kinect recordings (7-Scenes: zoom 0.90, 8 of 640 pixels)
@@ -85,7 +86,7 @@ def check_registration(frames: Ordered[Frame]) -> RegistrationReport:
     straight, mirrored = (np.stack([_fits(pairs, zoom, mirror) for zoom in _ZOOMS]) for mirror in (False, True))
     middle = len(_ZOOMS) // 2, straight.shape[1] // 2, straight.shape[2] // 2
     best, other = (mirrored, straight) if mirrored.max() > straight.max() else (straight, mirrored)
-    if best.max() < _CLEAR * max(float(other.max()), 0.0):
+    if best.max() < max(_LEAST_FIT, _CLEAR * float(other.max())):
         return RegistrationReport(clear=False)
     if best is straight and straight[middle] > _BETTER * straight.max():
         return RegistrationReport(clear=True, width=chosen[0].intrinsics.width)
@@ -107,16 +108,18 @@ def _report(fits: NDArray, middle: tuple[int, ...], mirrored: bool, camera: Intr
 
 def _fits(pairs: list[tuple[Image, Image]], zoom: float, mirror: bool) -> NDArray[np.float64]:
     """Mean colour change (in deviations from its mean) under the depth edges, for every shift (down, across)."""
+    edges = [_zoomed(np.ascontiguousarray(depth[:, ::-1]) if mirror else depth, zoom) for _, depth in pairs]
+    total = np.sum([_shifted_products(colour, moved) for (colour, _), moved in zip(pairs, edges, strict=True)], axis=0)
+    # Edges shifted beyond the border meet no colour at all, and do not count.
+    weight = _shifted_products(np.ones_like(edges[0]), np.sum(edges, axis=0))
+    return np.where(weight > 0.3 * weight.max(), total / np.maximum(weight, 1e-9), 0.0)
+
+
+def _shifted_products(image: Image, moved: Image) -> Image:
+    """Sum of the products of two images for every shift of the second within reach."""
     reach = int(_REACH * _WIDTH)
-    total = np.zeros((2 * reach + 1, 2 * reach + 1))
-    weight = np.full_like(total, 1e-9)
-    for colour, depth in pairs:
-        moved = _zoomed(np.ascontiguousarray(depth[:, ::-1]) if mirror else depth, zoom)
-        # Shifts beyond the border meet no colour at all, and count for nothing.
-        for image, into in ((colour, total), (np.ones_like(colour), weight)):
-            padded = cv2.copyMakeBorder(image, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=0)
-            into += cv2.matchTemplate(padded, moved, cv2.TM_CCORR)
-    return np.where(weight > 0.3 * weight.max(), total / weight, 0.0)
+    padded = cv2.copyMakeBorder(image, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=0)
+    return cv2.matchTemplate(padded, moved, cv2.TM_CCORR).astype(np.float32)
 
 
 def _zoomed(image: Image, zoom: float) -> Image:
