@@ -76,6 +76,15 @@ def test_vertex_spacing_does_not_matter() -> None:
     assert found == pytest.approx(0.02, abs=1e-12)
 
 
+def test_a_fine_mesh_does_not_hide_the_large_triangles_beside_it() -> None:
+    sheet, sheet_triangles = wavy_sheet(20, 0.02)
+    wall = np.array([[-5.0, -5, -0.3], [5, -5, -0.3], [5, 5, -0.3], [-5, 5, -0.3]])
+    triangles = np.concatenate([sheet_triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(sheet)])
+    points = np.random.default_rng(0).random((200, 3)) * [0.3, 0.3, 0] + [0.04, 0.04, -0.27]
+    # The wall is 3 cm away; its corners are metres away, the vertices of the sheet 17 to 37 cm.
+    assert Surface(np.concatenate([sheet, wall]), triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
+
+
 def test_truth_against_itself_is_exactly_perfect() -> None:
     vertices, triangles = wavy_sheet(15, 0.04)
     numbers = surface_numbers(truth_of(vertices, triangles), PredictedScene(vertices, triangles=triangles))
