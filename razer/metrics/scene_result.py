@@ -63,8 +63,6 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         motion = pose.truth_from_estimate
         predicted = replace(predicted, vertices=predicted.vertices @ motion[:3, :3].T + motion[:3, 3])
     labels = lay_over(truth, predicted, preset)
-    given = (truth.class_names, predicted.class_names, predicted.vertex_class_names, predicted.names_of_truth or {})
-    used = {n for names in given for n in names.values()}
     overlaps = None if labels.predicted_instances is None else _scene(labels, _evaluated(labels, preset)).overlaps()
     return SceneResult(
         name,
@@ -74,8 +72,17 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         None if overlaps is None else _retrieval_partners(labels, preset),
         surface_numbers(truth, predicted),
         pose,
-        frozenset(n for n in used if not labels.table.number(n)),
+        frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
     )
+
+
+def _names(truth: TruthScene, predicted: PredictedScene) -> set[str]:
+    """The class names that truth and prediction make use of."""
+    names = {*predicted.class_names.values(), *(predicted.names_of_truth or {}).values()}
+    for classes, named in ((truth.classes, truth.class_names), (predicted.classes, predicted.vertex_class_names)):
+        used = [] if classes is None else np.unique(classes).tolist()
+        names |= {named[number] for number in used if number > 0 and number in named}
+    return names
 
 
 def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryNumbers | None:
