@@ -119,6 +119,16 @@ def test_the_truth_goes_round(tmp_path: Path) -> None:
     assert by_list["scannet200"].instance_classes == truth.instance_classes
 
 
+def test_a_face_between_objects_is_of_the_one_with_most_corners(tmp_path: Path) -> None:
+    instances = np.array([1, 2, 2, 3], np.int32)
+    triangles = np.array([[0, 1, 2], [1, 0, 2], [1, 2, 0], [0, 1, 3], [3, 3, 0]], np.int32)
+    points, seen = np.zeros((4, 3), np.float32), np.ones(4, np.bool_)
+    truth = GroundTruth(points, triangles, instances, instances, {1: "bed", 2: "desk", 3: "wall"}, seen)
+    write_replica(SyntheticRoom(0, 1, 64, 48), tmp_path / "a", truth=truth)
+    mesh = read_ply(tmp_path / "a" / "habitat" / "mesh_semantic.ply")
+    assert mesh.of_face["object_id"].tolist() == [2, 2, 2, 1, 3]
+
+
 def faces_truth(folder: Path, objects: list[dict], faces: list[tuple[list[int], int]]) -> GroundTruth:
     lines = ["ply", "format ascii 1.0", "element vertex 7", *(f"property float {axis}" for axis in "xyz")]
     lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "property int object_id"]

@@ -91,6 +91,13 @@ def test_the_extrinsic_of_depth_leads_to_the_colour_camera(tmp_path: Path) -> No
     moved[:3, :3] = Rotation.from_euler("xyz", [1.5, -2, 1], degrees=True).as_matrix()
     moved[:3, 3] = 0.05, 0.02, -0.03
     assert_colors_lie_on_depth(open_sequence(write_wall(tmp_path / "a", moved))[0])
+    # Both may lead to a base that is neither camera: only what lies between them counts.
+    base = np.eye(4)
+    base[:3, :3], base[:3, 3] = Rotation.from_euler("y", 30, degrees=True).as_matrix(), (1, 2, 3)
+    np.savetxt(tmp_path / "a" / "intrinsic" / "extrinsic_color.txt", base)
+    np.savetxt(tmp_path / "a" / "intrinsic" / "extrinsic_depth.txt", base @ moved)
+    assert_colors_lie_on_depth(open_sequence(tmp_path / "a")[0])
+    np.savetxt(tmp_path / "a" / "intrinsic" / "extrinsic_color.txt", np.eye(4))
     # The test can fail: the inverse, or no extrinsic at all, puts colours elsewhere.
     for wrong in (np.linalg.inv(moved), np.eye(4)):
         np.savetxt(tmp_path / "a" / "intrinsic" / "extrinsic_depth.txt", wrong)
@@ -201,15 +208,16 @@ def test_what_is_written_is_named_and_scaled_as_sensreader_does(tmp_path: Path) 
 FRAME_FILES = {"color": "jpg", "depth": "png", "pose": "txt"}
 
 
-def test_a_frame_without_pose_is_written_as_lost(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sens", [False, True])
+def test_a_frame_without_pose_is_written_as_lost(tmp_path: Path, sens: bool) -> None:
     class PartlyLost(SyntheticRoom):
         def __getitem__(self, index: int) -> Frame:
             frame = super().__getitem__(index)
             kept = frame.world_from_camera if index else None
             return Frame(index, frame.stamp, frame.rgb, frame.depth, frame.intrinsics, kept)
 
-    write_scannet(PartlyLost(0, 2, 64, 48), tmp_path / "a")
-    assert np.isneginf(np.loadtxt(tmp_path / "a" / "pose" / "0.txt")).all()
+    write_scannet(PartlyLost(0, 2, 64, 48), tmp_path / "a", sens=sens)
+    assert sens or np.isneginf(np.loadtxt(tmp_path / "a" / "pose" / "0.txt")).all()
     sequence = open_sequence(tmp_path / "a")
     with pytest.raises(UnusableFrame, match="not finite"):
         sequence[0]

@@ -36,15 +36,9 @@ def depth_of(i: int) -> np.ndarray:
 
 
 def header(color_kind: int = PNG, depth_kind: int = ZLIB_USHORT, frames: int = 4, **changed: Any) -> bytes:
-    told: dict[str, Any] = {
-        "version": 4,
-        "shift": 1000.0,
-        "name": b"StructureSensor",
-        "extrinsic": IDENTITY,
-        "color": INTRINSIC,
-    }
-    told |= changed
-    name, matrices = told["name"], (told["color"], IDENTITY, INTRINSIC, told["extrinsic"])
+    told: dict[str, Any] = {"version": 4, "shift": 1000.0, "name": b"StructureSensor", "color": INTRINSIC}
+    told |= {"extrinsic": IDENTITY, "color_extrinsic": IDENTITY} | changed
+    name, matrices = told["name"], (told["color"], told["color_extrinsic"], INTRINSIC, told["extrinsic"])
     data = struct.pack("<I", told["version"]) + struct.pack("<Q", len(name)) + name
     data += b"".join(np.asarray(matrix, "<f4").tobytes() for matrix in matrices)
     data += struct.pack("<ii", color_kind, depth_kind) + struct.pack("<IIII", WIDTH, HEIGHT, WIDTH, HEIGHT)
@@ -183,6 +177,19 @@ def test_lost_poses_and_damaged_images_cost_their_frames_alone(tmp_path: Path) -
         with pytest.raises(UnusableFrame, match=reason):
             sequence[i]
     assert [sequence[i].index for i in (0, 3)] == [0, 3]
+
+
+def test_colour_is_looked_up_through_the_extrinsics(tmp_path: Path) -> None:
+    # At 1 m and with a focal length of 10 pixels, 0.2 m between the cameras are 2 pixels.
+    color, depth = IDENTITY.copy(), IDENTITY.copy()
+    color[0, 3], depth[0, 3] = 5, 5.2
+    metre = zlib.compress(np.full((HEIGHT, WIDTH), 1000, "<u2").tobytes())
+    rgb = cv2.imencode(".png", colour(9)[..., ::-1])[1].tobytes()
+    frame = IDENTITY.tobytes() + struct.pack("<QQQQ", 1, 1, len(rgb), len(metre)) + rgb + metre
+    data = header(frames=1, extrinsic=depth, color_extrinsic=color) + frame
+    seen = open_sequence(write(tmp_path / "a.sens", data))[0].rgb
+    np.testing.assert_array_equal(seen[:, :-2], colour(9)[:, 2:])
+    assert not seen[:, -2:].any()
 
 
 def test_a_file_without_any_pose_has_none(tmp_path: Path) -> None:
