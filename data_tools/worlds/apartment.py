@@ -15,7 +15,7 @@ from data_tools.worlds.solids import Material
 from data_tools.worlds.walk import Station
 from data_tools.worlds.world import World
 
-_WALL_M = 0.1  # between two rooms
+_WALL_M = 0.2  # between two rooms; thinner ones let a Kinect's noise reach through
 _EYE_M = 1.5
 _PALE = ((232, 222, 200), (205, 218, 222), (222, 206, 206), (212, 222, 200), (226, 226, 230))
 _FLOORS = (("planks", (200, 155, 110)), ("planks", (165, 120, 85)), ("carpet", (150, 150, 165)))
@@ -134,13 +134,17 @@ def _stations(plan: Plan) -> list[Station]:
 
 
 def _round(room: Room, from_north: bool) -> list[Station]:
-    """Once round the middle of the room, looking across it, now at what stands there and now at what hangs there."""
+    """Once round the middle of the room, looking across at what stands there, and once about in its middle, looking
+    at the upper walls and steadily at a strip of the ceiling: scraps of it now and then would not make one thing."""
     (x, y), half = room.center, (np.array(room.high) - room.low) / 2
     reach = np.clip(half - 0.85, 0.35 * half, 0.5 * half)
     start = np.pi / 2 if from_north else -np.pi / 2
     stations = []
-    for number, turn in enumerate(np.linspace(0, 2 * np.pi, 11)[1:-1]):
+    for number, turn in enumerate(np.linspace(0, 2 * np.pi, 10)[1:-1]):
         c, s = np.cos(start + turn), np.sin(start + turn)
         eye = (x + reach[0] * c, y + reach[1] * s, _EYE_M + 0.08 * np.sin(3 * turn))
-        stations.append(Station(eye, (x - half[0] * c, y - half[1] * s, (0.45, 0.85, 1.25)[number % 3])))
+        stations.append(Station(eye, (x - half[0] * c, y - half[1] * s, (0.45, 0.95)[number % 2])))
+    for turn in np.linspace(0, 2 * np.pi, 7):
+        c, s = np.cos(start + np.pi + turn), np.sin(start + np.pi + turn)
+        stations.append(Station((x, y, _EYE_M), (x + 2 * c, y + 2 * s, _EYE_M + 0.35)))
     return stations
