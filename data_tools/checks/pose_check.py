@@ -52,13 +52,22 @@ def check_poses(sample: Sample) -> PoseReport:
     measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
     if len(measured) < _MIN_PAIRS:
         return _judge_by_depth(list(sample.neighbours()))
-    every = conventions()
-    miss, factor = _misses(measured, every)
-    best = _first_of_best(miss)
-    agreement = tuple(_agreement([pair[:2] for pair in measured], every[i], factor[i]) for i in (0, best))
-    suspicious = miss[0] > _SUSPICIOUS * measured[0][0].intrinsics.width and miss[best] < _CLEARLY_BETTER * miss[0]
-    meant = every[best] if suspicious and agreement[1] > agreement[0] else AS_WRITTEN
-    return PoseReport(meant, len(measured), (float(miss[0]), float(miss[best])), (agreement[0], agreement[1]))
+    (miss,), (factor,) = _misses(measured, (AS_WRITTEN,))
+    agreement = _agreement(measured, AS_WRITTEN, factor)
+    if miss <= _SUSPICIOUS * measured[0][0].intrinsics.width:
+        return PoseReport(AS_WRITTEN, len(measured), (miss, miss), (agreement, agreement))
+    meant, better_px, better = _best(measured)
+    if better_px > _CLEARLY_BETTER * miss or better <= agreement:
+        meant, better_px, better = AS_WRITTEN, miss, agreement
+    return PoseReport(meant, len(measured), (miss, better_px), (agreement, better))
+
+
+def _best(pairs: Ordered[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:
+    """The convention that fits best, the first, so commonest, of those that cannot be told apart; its median miss in
+    pixels, and its agreement of depth."""
+    misses, factors = _misses(pairs, conventions())
+    i = next(i for i, miss in enumerate(misses) if miss <= _TIE * min(misses))
+    return conventions()[i], misses[i], _agreement(pairs, conventions()[i], factors[i])
 
 
 def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
@@ -76,14 +85,12 @@ def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
     return PoseReport(common[best], len(agreements), agreement=(float(means[0]), float(means[best])))
 
 
-def _misses(
-    pairs: list[tuple[Frame, Frame, Motion]], every: tuple[Convention, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _misses(pairs: Ordered[tuple[Frame, Frame, Motion]], every: Ordered[Convention]) -> tuple[list[float], list[float]]:
     """For each convention the median over pairs of the median distance, pixels, between where b should see a's
     features and where it does, at the depth factor that suits best; and that factor."""
     misses = np.array([[_miss(_moved(convention, a, b), a, motion) for convention in every] for a, b, motion in pairs])
     typical = np.median(misses, axis=0)
-    return typical.min(axis=1), _FACTORS[typical.argmin(axis=1)]
+    return typical.min(axis=1).tolist(), _FACTORS[typical.argmin(axis=1)].tolist()
 
 
 def _moved(convention: Convention, a: Frame, b: Frame) -> Array:
@@ -101,11 +108,6 @@ def _miss(b_from_a: Array, a: Frame, motion: Motion) -> NDArray[np.float64]:
     return np.median(np.nan_to_num(distance, nan=width).clip(0, width), axis=1)
 
 
-def _first_of_best(miss: NDArray[np.float64]) -> int:
-    """The first, so commonest, of those that cannot be told from the best."""
-    return int(np.flatnonzero(miss <= _TIE * miss.min())[0])
-
-
-def _agreement(pairs: Ordered[tuple[Frame, Frame]], convention: Convention, factor: float) -> float:
+def _agreement(pairs: Ordered[tuple[Frame, Frame, Motion]], convention: Convention, factor: float) -> float:
     """Mean share of a's depth that is moved onto b's depth."""
-    return float(np.mean([depth_agreement(a, b, _moved(convention, a, b), factor) for a, b in pairs]))
+    return float(np.mean([depth_agreement(a, b, _moved(convention, a, b), factor) for a, b, _ in pairs]))

@@ -25,7 +25,9 @@ _JUMP = 1.1  # ratio of depths across an edge
 _SHADOW_PX = 31  # of images 320 wide: gaps beside near things, where projector and camera see differently
 _LEAST_FIT = 0.25  # deviations of colour change
 _CLEAR = 1.7  # how many times better than chance a fit must be
-_BETTER = 0.6  # how much of the best fit the images as they are may reach at most
+# How much of the best fit the images as they are, or moved by little, must reach to be believed: near things, blur
+# and gaps in depth draw the best fit away from the truth.
+_AS_GOOD_AS_IS, _AS_GOOD_SMALL = 0.6, 0.95
 # Where colour is moved by less, it is only noted: raw Kinect recordings (7-Scenes: zoom 0.90, 8 of 640 pixels)
 # are mapped well enough.
 _MAX_SHIFT, _MAX_ZOOM = 0.02, 1.13
@@ -78,7 +80,7 @@ class RegistrationReport:
 
 def check_registration(frames: Ordered[Frame]) -> RegistrationReport:
     """Judge the registration of colour and depth from a dozen frames; about a second."""
-    chosen = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, _MAX_FRAMES).round().astype(int))]
+    chosen = frames[:: max(len(frames) // _MAX_FRAMES, 1)]
     pairs = [(_colour_edges(frame.rgb), _depth_edges(frame.depth)) for frame in chosen]
     pairs = [(colour, depth) for colour, depth in pairs if depth.sum() > 0]
     if sum(float(depth.sum()) for _, depth in pairs) < _MIN_EDGES:
@@ -88,9 +90,23 @@ def check_registration(frames: Ordered[Frame]) -> RegistrationReport:
     best, other = (mirrored, straight) if mirrored.max() > straight.max() else (straight, mirrored)
     if best.max() < max(_LEAST_FIT, _CLEAR * float(other.max())):
         return RegistrationReport(clear=False)
-    if best is straight and straight[middle] > _BETTER * straight.max():
-        return RegistrationReport(clear=True, width=chosen[0].intrinsics.width)
+    if best is straight:
+        best = _least_likely_wrong(straight, middle)
     return _report(best, middle, best is mirrored, chosen[0].intrinsics)
+
+
+def _least_likely_wrong(fits: NDArray, middle: tuple[int, ...]) -> NDArray:
+    """The fits among which to look for the best: only that of the images as they are, only those too small to
+    matter, or all, the first that hold one about as good as the best of all."""
+    zoom, down, across = np.ogrid[tuple(slice(size) for size in fits.shape)]
+    small = np.abs(np.log(_ZOOMS))[zoom] <= np.log(_MAX_ZOOM)
+    small = small & (np.hypot(down - middle[1], across - middle[2]) <= _MAX_SHIFT * _WIDTH)
+    as_is = np.zeros_like(small)
+    as_is[middle] = True
+    for enough, chosen in ((_AS_GOOD_AS_IS, as_is), (_AS_GOOD_SMALL, small)):
+        if fits[chosen].max() > enough * fits.max():
+            return np.where(chosen, fits, -np.inf)
+    return fits
 
 
 def _report(fits: NDArray, middle: tuple[int, ...], mirrored: bool, camera: Intrinsics) -> RegistrationReport:
