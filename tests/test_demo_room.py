@@ -66,8 +66,8 @@ def test_perfect_masks_give_every_instance_once_and_nearly_every_vertex(room):
 
 def test_masks_that_drop_split_merge_and_wobble_cost_little(room):
     frames, truth = room
-    # Two seeds keep the suite short; RAZER_SEEDS=5 with -s shows the five that the README speaks of.
-    seeds = range(int(os.environ.get("RAZER_SEEDS", "2")))
+    # One seed keeps the suite short; RAZER_SEEDS=5 with -s shows the five that the README speaks of.
+    seeds = range(int(os.environ.get("RAZER_SEEDS", "1")))
     scores = [judged(mapped(frames, "full", seed), truth)[0].ap50 for seed in seeds]
     print("AP50 by seed:", [round(float(score), 3) for score in scores])
     assert np.mean(scores) >= 0.85
