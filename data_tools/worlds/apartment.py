@@ -8,15 +8,16 @@ import numpy as np
 
 from data_tools.worlds import apartment_rooms as rooms
 from data_tools.worlds.building import DOOR_HEIGHT_M, Doorway, Finish, Room, door_frame, shell
+from data_tools.worlds.free_space import FreeSpace
 from data_tools.worlds.furniture import Thing, tinted
 from data_tools.worlds.materials import around, lacquer
 from data_tools.worlds.placing import Placer
 from data_tools.worlds.solids import Material
+from data_tools.worlds.tour import Tour
 from data_tools.worlds.walk import Station
 from data_tools.worlds.world import World
 
 _WALL_M = 0.2  # between two rooms; thinner ones let a Kinect's noise reach through
-_EYE_M = 1.5
 _PALE = ((232, 222, 200), (205, 218, 222), (222, 206, 206), (212, 222, 200), (226, 226, 230))
 _FLOORS = (("planks", (200, 155, 110)), ("planks", (165, 120, 85)), ("carpet", (150, 150, 165)))
 
@@ -44,7 +45,7 @@ def apartment(seed: int) -> World:
         (rooms.hall, "hall"),
     ):
         furnish(plan.rooms[name], placer)
-    return World(dict(enumerate(placer.things, start=1)), tuple(_stations(plan)))
+    return World(dict(enumerate(placer.things, start=1)), tuple(_tour(plan, placer.things)))
 
 
 def _plan(rng: np.random.Generator) -> Plan:
@@ -116,35 +117,19 @@ def _finish(floor: Material, rng: np.random.Generator) -> Finish:
     return Finish(floor, ceiling, (walls[0], walls[1], walls[2], walls[3]))
 
 
-def _stations(plan: Plan) -> list[Station]:
+def _tour(plan: Plan, things: list[Thing]) -> list[Station]:
     """Along the hall into each room, round it, and back, ending where it began."""
     hall = plan.rooms["hall"]
     y = hall.center[1]
-    stations = [Station((0.9, y, _EYE_M), (3.5, y, 1.2))]
+    start = (1.2, y)
+    tour = Tour(FreeSpace(things, (hall.center[0], y)), start)
+    tour.look((3.5, y))
     for name in ("living", "kitchen", "study", "bathroom", "bedroom"):
         door, room = plan.doors[name], plan.rooms[name]
         x = (door.start + door.end) / 2
-        inside = room.high[1] - 0.35 if door.side == "north" else room.low[1] + 0.35
-        middle = (*room.center, 0.9)
-        ahead = (x + (1.5 if name in ("living", "kitchen") else -1.5), y, 1.2)
-        stations += [Station((x, y, _EYE_M), middle), Station((x, inside, _EYE_M), middle)]
-        stations += _round(room, inside > room.center[1])
-        stations += [Station((x, inside, _EYE_M), (x, y, 1.1)), Station((x, y, _EYE_M), ahead)]
-    return [*stations, Station((1.4, y, _EYE_M), (0.0, y, 1.2)), Station((0.9, y, _EYE_M), (3.5, y, 1.2))]
-
-
-def _round(room: Room, from_north: bool) -> list[Station]:
-    """Once round the middle of the room, looking across at what stands there, and once about in its middle, looking
-    at the upper walls and steadily at a strip of the ceiling: scraps of it now and then would not make one thing."""
-    (x, y), half = room.center, (np.array(room.high) - room.low) / 2
-    reach = np.clip(half - 0.85, 0.35 * half, 0.5 * half)
-    start = np.pi / 2 if from_north else -np.pi / 2
-    stations = []
-    for number, turn in enumerate(np.linspace(0, 2 * np.pi, 10)[1:-1]):
-        c, s = np.cos(start + turn), np.sin(start + turn)
-        eye = (x + reach[0] * c, y + reach[1] * s, _EYE_M + 0.08 * np.sin(3 * turn))
-        stations.append(Station(eye, (x - half[0] * c, y - half[1] * s, (0.45, 0.95)[number % 2])))
-    for turn in np.linspace(0, 2 * np.pi, 7):
-        c, s = np.cos(start + np.pi + turn), np.sin(start + np.pi + turn)
-        stations.append(Station((x, y, _EYE_M), (x + 2 * c, y + 2 * s, _EYE_M + 0.35)))
-    return stations
+        inside = room.high[1] - 0.5 if door.side == "north" else room.low[1] + 0.5
+        tour.go((x, inside))
+        tour.round(room.low, room.high, reach=0.35)
+    tour.go(start)
+    tour.look((3.5, y))
+    return tour.stations

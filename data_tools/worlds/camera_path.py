@@ -30,7 +30,7 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     # since scraps of it seen now and then could not be known to be one thing.
     pitch_deg = (1 - inward) * (-24 + 9 * np.sin(8 * np.pi * s)) + inward * (5 + 3 * np.sin(14 * np.pi * s))
     pitch = np.radians(pitch_deg)
-    shake = tremble(n_frames, seed)
+    shake = tremble(np.arange(n_frames), seed)
     return np.stack(
         [
             looking(p + TREMBLE_M * w[:3], h + np.pi + np.radians(TREMBLE_DEG) * w[3], a, w[4:])
@@ -44,11 +44,11 @@ def _smooth_step(s: NDArray[np.float64], start: float, end: float) -> NDArray[np
     return x * x * (3 - 2 * x)
 
 
-def tremble(n_frames: int, seed: int) -> NDArray[np.float64]:
-    """Six smooth random signals of unit amplitude, (n_frames, 6), from sines of 7 to 25 frames."""
+def tremble(frames: NDArray[np.number], seed: int) -> NDArray[np.float64]:
+    """Six smooth random signals of unit amplitude at frame numbers (N,), (N, 6), from sines of 7 to 25 frames."""
     rng = np.random.default_rng([seed, 2])
     periods, phases = rng.uniform(7, 25, (4, 6)), rng.uniform(0, 2 * np.pi, (4, 6))
-    waves = np.sin(2 * np.pi * np.arange(n_frames)[:, None, None] / periods + phases)
+    waves = np.sin(2 * np.pi * frames[:, None, None] / periods + phases)
     return waves.mean(axis=1) * np.sqrt(2)
 
 

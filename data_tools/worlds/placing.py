@@ -16,9 +16,12 @@ YAW_DEG: dict[Side, float] = {"south": 0.0, "east": 90.0, "north": 180.0, "west"
 _TOUCH_M = 0.004
 _WALL_GAP_M = 0.005
 _LEVEL_M = 0.004
+_FOOT_M = 0.003
+_ROUNDING_M = 1e-6
 _TRIES = 40
 
 Boxes = NDArray[np.float64]
+Area = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Placer:
@@ -45,11 +48,11 @@ class Placer:
 
     def collides(self, thing: Thing) -> bool:
         """Whether the box of any solid of the thing cuts into that of another thing's, by more than a touch."""
-        for low, high in solid_boxes(thing):
-            overlap = np.minimum(high, self._boxes[:, 1]) - np.maximum(low, self._boxes[:, 0])
-            if (overlap > _TOUCH_M).all(axis=1).any():
-                return True
-        return False
+        low, high = thing.bounds
+        near = ((self._boxes[:, 0] < high) & (self._boxes[:, 1] > low)).all(axis=1)
+        boxes, own = self._boxes[near], solid_boxes(thing)
+        overlap = np.minimum(own[:, None, 1], boxes[:, 1]) - np.maximum(own[:, None, 0], boxes[:, 0])
+        return bool((overlap > _TOUCH_M).all(axis=2).any())
 
     def against(
         self, room: Room, side: Side, thing: Thing, along: float, z: float = 0.0, gap: float = _WALL_GAP_M
@@ -72,22 +75,30 @@ class Placer:
         return self.try_add(put) if _inside(room, put) else None
 
     def on_top(
-        self, support: Thing, thing: Thing, *, level: int = 0, yaw_deg: float | None = None, margin: float = 0.02
+        self,
+        support: Thing,
+        thing: Thing,
+        *,
+        level: int = 0,
+        yaw_deg: float | None = None,
+        area: Area | None = None,
+        margin: float = 0.01,
     ) -> Thing | None:
-        """Stand a thing somewhere on a support: on its highest surface, or `level` surfaces below that.
+        """Stand a thing somewhere on a support: on its highest surface, or `level` surfaces below that, with its foot
+        `margin` away from the rim, and within an area between two corners (x, y) if one is given.
 
         Places are tried at random; None where no place is level, wide enough and free."""
-        tops = Tops(support)
-        low, high = support.bounds
+        tops = _Tops(support)
+        low, high = area or (support.bounds[0][:2], support.bounds[1][:2])
         for _ in range(_TRIES):
             yaw = float(self.rng.uniform(-30, 30)) if yaw_deg is None else yaw_deg
             turned = thing.placed(0, 0, 0, yaw)
-            foot_low, foot_high = turned.bounds
-            least, most = low[:2] - foot_low[:2] + margin, high[:2] - foot_high[:2] - margin
+            foot_low, foot_high = _foot(turned)
+            least, most = low - foot_low, high - foot_high
             if (least > most).any():
                 continue
             at = self.rng.uniform(least, most)
-            height = tops.level_under(foot_low[:2] + at, foot_high[:2] + at, level)
+            height = tops.level_under(foot_low + at - margin, foot_high + at + margin, level)
             if height is None:
                 continue
             put = turned.placed(float(at[0]), float(at[1]), height)
@@ -96,7 +107,7 @@ class Placer:
         return None
 
 
-class Tops:
+class _Tops:
     """The upper surfaces of one thing, found by rays from above."""
 
     def __init__(self, thing: Thing) -> None:
@@ -124,9 +135,29 @@ class Tops:
                 return (rays[:, 2] + 1e-3).astype(np.float64)
 
 
+def strip(thing: Thing, side: Side, near: float, far: float) -> Area:
+    """The part of a thing's ground plan between two shares of its depth, as two corners (x, y): 0 is its edge at the
+    wall on that side, 1 the opposite one."""
+    low, high = thing.bounds[0][:2].copy(), thing.bounds[1][:2].copy()
+    axis = 1 if side in ("south", "north") else 0
+    if side in ("east", "north"):
+        near, far = 1 - far, 1 - near
+    start, deep = float(low[axis]), float(high[axis] - low[axis])
+    low[axis], high[axis] = start + near * deep, start + far * deep
+    return low, high
+
+
+def _foot(thing: Thing) -> Area:
+    """The rectangle round what a thing stands on: lowest and highest corner (2,)."""
+    points = np.concatenate([solid.quads for solid in thing.solids]).reshape(-1, 3)
+    feet = points[points[:, 2] < points[:, 2].min() + _FOOT_M, :2]
+    return feet.min(axis=0), feet.max(axis=0)
+
+
 def _inside(room: Room, thing: Thing) -> bool:
     low, high = thing.bounds
-    return bool((low[:2] >= room.low).all() and (high[:2] <= room.high).all() and high[2] <= room.height)
+    least, most = np.array(room.low) - _ROUNDING_M, np.array(room.high) + _ROUNDING_M
+    return bool((low[:2] >= least).all() and (high[:2] <= most).all() and high[2] <= room.height + _ROUNDING_M)
 
 
 def solid_boxes(thing: Thing) -> Boxes:

@@ -7,14 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.ndimage import gaussian_filter1d
 
 from data_tools.worlds.camera_path import TREMBLE_DEG, TREMBLE_M, looking, tremble
 from data_tools.worlds.solids import Point
 
 FRAMES_PER_S = 15.0
-SPEED_M_PER_S = 0.6
-TURN_DEG_PER_S = 50.0
+# Of the walk itself; the hand adds a little, and the sum stays below 0.5 m/s and 60 degrees/s.
+SPEED_M_PER_S = 0.46
+TURN_DEG_PER_S = 54.0
+_TREMBLE = 0.4
+_SMOOTH_S = 0.35
+_STEP_S = 1 / 30
+_EASE_STATIONS = 3.0
+_PITCH_DEG = (-40.0, 10.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,21 +32,24 @@ class Station:
 
 
 def usual_frames(stations: Sequence[Station]) -> int:
-    """Frames of a walk that never exceeds SPEED_M_PER_S and TURN_DEG_PER_S by more than its smoothness asks for."""
+    """Frames at FRAMES_PER_S of a walk at SPEED_M_PER_S and TURN_DEG_PER_S, or slower."""
     return int(np.ceil(_times(stations)[-1] * FRAMES_PER_S)) + 1
 
 
 def walk(stations: Sequence[Station], n_frames: int, seed: int) -> NDArray[np.float64]:
-    """Poses world_from_camera (n_frames, 4, 4) through all stations in order; fewer frames mean a faster walk."""
+    """Poses world_from_camera (n_frames, 4, 4) from the first station to the last, past those between with rounded
+    corners; fewer frames lie further apart. Pitch stays within -40 and 10 degrees."""
     knots = _times(stations)
     when = np.linspace(0, knots[-1], n_frames)
-    heading, pitch = _directions(stations)
-    along = PchipInterpolator(knots, np.column_stack([_eyes(stations), heading, pitch]))(when)
-    shake = tremble(n_frames, seed)
+    dense = np.linspace(0, knots[-1], int(np.ceil(knots[-1] / _STEP_S)) + 1)
+    signals = [np.interp(dense, knots, column) for column in (*_eyes(stations).T, *_directions(stations))]
+    smooth = [gaussian_filter1d(signal, _SMOOTH_S / _STEP_S, mode="nearest") for signal in signals]
+    rows = np.column_stack([np.interp(when, dense, signal) for signal in smooth])
+    shake = _TREMBLE * tremble(when * FRAMES_PER_S, seed)
     return np.stack(
         [
             looking(row[:3] + TREMBLE_M * w[:3], row[3] + np.radians(TREMBLE_DEG) * w[3], row[4], w[4:])
-            for row, w in zip(along, shake, strict=True)
+            for row, w in zip(rows, shake, strict=True)
         ]
     )
 
@@ -50,9 +59,12 @@ def _eyes(stations: Sequence[Station]) -> NDArray[np.float64]:
 
 
 def _directions(stations: Sequence[Station]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Heading about z, without jumps, and pitch, both (S,) in radians."""
+    """Heading about z, without jumps, and pitch, both (S,) in radians, eased over the neighbouring stations, so that
+    one turns while one walks."""
     x, y, z = (np.array([station.target for station in stations]) - _eyes(stations)).T
-    return np.unwrap(np.arctan2(y, x)), np.arctan2(z, np.hypot(x, y))
+    pitch = np.arctan2(z, np.hypot(x, y)).clip(*np.radians(_PITCH_DEG))
+    heading, pitch = gaussian_filter1d([np.unwrap(np.arctan2(y, x)), pitch], _EASE_STATIONS, mode="nearest")
+    return heading, pitch
 
 
 def _times(stations: Sequence[Station]) -> NDArray[np.float64]:
@@ -60,4 +72,4 @@ def _times(stations: Sequence[Station]) -> NDArray[np.float64]:
     heading, pitch = _directions(stations)
     way_s = np.linalg.norm(np.diff(_eyes(stations), axis=0), axis=1) / SPEED_M_PER_S
     turn_s = np.degrees(np.hypot(np.diff(heading), np.diff(pitch))) / TURN_DEG_PER_S
-    return np.concatenate([[0.0], np.cumsum(np.maximum(way_s, turn_s).clip(0.2))])
+    return np.concatenate([[0.0], np.cumsum(np.maximum(way_s, turn_s).clip(1e-3))])
