@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +91,7 @@ def _rays(camera: Intrinsics) -> tuple[Depth, Depth]:
     return x, y[:, None]
 
 
+@lru_cache(maxsize=2)
 def _grid(shape: tuple[int, ...]) -> NDArray[np.int16]:
     height, width = shape
     return np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.int16)
