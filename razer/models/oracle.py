@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -110,6 +110,10 @@ class OracleEmbedder:
         """The unit vector (dimension,) of a class."""
         vector = np.random.default_rng([self.seed, *_digest(name)]).standard_normal(self.dimension)
         return vector / np.linalg.norm(vector)
+
+    def embed_text(self, names: Sequence[str]) -> NDArray[np.float32]:
+        """The vectors (N, dimension) of class names."""
+        return np.stack([self.class_vector(name) for name in names]).astype(np.float32)
 
     def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
         """A unit vector for each mask, (N, dimension) float32; raises BadInput for masks without class names."""

@@ -1,0 +1,118 @@
+"""Tables of an evaluation for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from razer.metrics.evaluation import Evaluation
+
+_CLASSES = 30
+_WORST = 8
+# Part of an evaluation -> its numbers and what a table calls them.
+_SUMMARY = {
+    "class_agnostic": {"ap": "AP", "ap50": "AP50", "ap25": "AP25"},
+    "class_aware": {"ap": "AP by class", "ap50": "AP50 by class", "ap25": "AP25 by class"},
+    "panoptic": {"pq": "PQ", "sq": "SQ", "rq": "RQ"},
+    "semantic": {"miou": "mIoU", "fmiou": "F-mIoU", "macc": "mAcc", "pixel_accuracy": "pixel accuracy"},
+    "surface": {
+        "accuracy_m": "accuracy, m",
+        "completeness_m": "completeness, m",
+        "fscore_2cm": "F-score 2 cm",
+        "fscore_5cm": "F-score 5 cm",
+    },
+    "pose": {"ate_rmse_m": "ATE RMSE, m", "rotation_rmse_deg": "rotation RMSE, degrees"},
+}
+
+
+def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
+    """Print the rules, the numbers, the classes and what went worst."""
+    _print_rules(result, console)
+    table = Table(title=f"{len(result.scenes)} scene(s)", title_justify="left")
+    table.add_column("number")
+    table.add_column("value", justify="right")
+    for part, labels in _SUMMARY.items():
+        numbers: Mapping[str, Any] | None = getattr(result, part)
+        for key, label in labels.items():
+            if numbers is not None and key in numbers:
+                table.add_row(label, _text(numbers[key]))
+    for split, numbers in ((result.class_aware or {}).get("splits") or {}).items():
+        table.add_row(f"AP {split}", _text(numbers["ap"] if isinstance(numbers, Mapping) else numbers))
+    for row in (result.retrieval or {}).items():
+        _add_flat(table, "retrieval", row)
+    console.print(table)
+    if result.n_truth is not None:
+        counts = f"{result.n_truth} true and {result.n_predicted} predicted instances: {result.missed} missed, "
+        console.print(f"{counts}{result.duplicates} duplicates")
+    _print_ids(result, console)
+    _print_classes(result, console)
+    _print_worst(result, console)
+    if pictures is not None:
+        console.print(f"pictures: {pictures}", soft_wrap=True)
+
+
+def _print_rules(result: Evaluation, console: Console) -> None:
+    rules = result.preset.model_dump(exclude={"name", "source", "scenes"}, exclude_defaults=True)
+    changed = "; ".join(f"{name} {value}" for name, value in rules.items()) or "all rules as by default"
+    console.print(f"preset {result.preset.name}: {result.preset.source}", soft_wrap=True)
+    console.print(f"  {changed}", soft_wrap=True, highlight=False)
+    fixed = result.preset
+    console.print(
+        f"  AP at IoU {fixed.thresholds[0]:.2f} to {fixed.thresholds[-1]:.2f}, least {fixed.min_region} vertices, "
+        f"score '{fixed.score}', instances within {fixed.instance_max_m} m, classes of {fixed.semantic_k} neighbour(s)",
+        soft_wrap=True,
+    )
+
+
+def _add_flat(table: Table, name: str, row: tuple[str, Any]) -> None:
+    key, value = row
+    if isinstance(value, Mapping):
+        for inner in value.items():
+            _add_flat(table, f"{name} {key}", inner)
+    elif isinstance(value, int | float):
+        table.add_row(f"{name} {key.replace('_', ' ')}", _text(value))
+
+
+def _print_ids(result: Evaluation, console: Console) -> None:
+    for name, numbers in result.scenes.items():
+        for what in ("missed", "duplicates"):
+            if ids := numbers.get(what):
+                console.print(f"  {name}: {what} {' '.join(str(i) for i in ids)}", soft_wrap=True, highlight=False)
+
+
+def _print_classes(result: Evaluation, console: Console) -> None:
+    per_class: Mapping[str, Any] = (result.class_aware or {}).get("per_class") or {}
+    if not per_class:
+        return
+    table = Table(title=f"{len(per_class)} classes", title_justify="left")
+    table.add_column("class")
+    for key in ("AP", "AP50", "AP25"):
+        table.add_column(key, justify="right")
+    for name, numbers in list(per_class.items())[:_CLASSES]:
+        values = numbers if isinstance(numbers, Mapping) else vars(numbers)
+        table.add_row(name, *(_text(values[key]) for key in ("ap", "ap50", "ap25")))
+    console.print(table)
+    if len(per_class) > _CLASSES:
+        console.print(f"and {len(per_class) - _CLASSES} more: --json has them all")
+
+
+def _print_worst(result: Evaluation, console: Console) -> None:
+    if not result.worst:
+        return
+    table = Table(title="found worst", title_justify="left")
+    for name in ("scene", "true id", "class", "vertices", "nearest prediction", "its class", "IoU"):
+        table.add_column(name)
+    for one in result.worst[:_WORST]:
+        partner = "-" if one.predicted is None else str(one.predicted)
+        classes = (one.truth_class or "-", one.predicted_class or "-")
+        table.add_row(one.scene, str(one.truth), classes[0], str(one.vertices), partner, classes[1], f"{one.iou:.2f}")
+    console.print(table)
+
+
+def _text(value: Any) -> str:
+    return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"
