@@ -7,19 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.worlds import apartment_rooms as rooms
-from data_tools.worlds.building import DOOR_HEIGHT_M, Doorway, Finish, Room, door_frame, shell
+from data_tools.worlds.building import DOOR_HEIGHT_M, Doorway, Room, door_frame, shell
+from data_tools.worlds.finishes import finish, tiled_floor, warm_floor
 from data_tools.worlds.free_space import FreeSpace
-from data_tools.worlds.furniture import Thing, tinted
-from data_tools.worlds.materials import around, lacquer
+from data_tools.worlds.furniture import Thing
+from data_tools.worlds.materials import lacquer
 from data_tools.worlds.placing import Placer
-from data_tools.worlds.solids import Material
 from data_tools.worlds.tour import Tour
 from data_tools.worlds.walk import Station
 from data_tools.worlds.world import World
 
 _WALL_M = 0.2  # between two rooms; thinner ones let a Kinect's noise reach through
-_PALE = ((232, 222, 200), (205, 218, 222), (222, 206, 206), (212, 222, 200), (226, 226, 230))
-_FLOORS = (("planks", (200, 155, 110)), ("planks", (165, 120, 85)), ("carpet", (150, 150, 165)))
+_TILED = ("kitchen", "bathroom")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +77,12 @@ def _plan(rng: np.random.Generator) -> Plan:
 
 def _build(plan: Plan, placer: Placer) -> None:
     rng = placer.rng
-    floors = {name: _floor(name, rng) for name in plan.rooms}
+    floors = {n: (tiled_floor if n in _TILED else warm_floor)(rng) for n in plan.rooms}
     into_hall = tuple(_seen_from_hall(door) for door in plan.doors.values())
     frame = lacquer(rng)
     shells: list[Thing] = []
     for name, room in plan.rooms.items():
-        shells += shell(room, into_hall if name == "hall" else (plan.doors[name],), _finish(floors[name], rng))
+        shells += shell(room, into_hall if name == "hall" else (plan.doors[name],), finish(floors[name], rng))
     hall_floor = 6 * list(plan.rooms).index("hall")
     for name, door in plan.doors.items():
         room, hall = plan.rooms[name], plan.rooms["hall"]
@@ -98,23 +97,6 @@ def _build(plan: Plan, placer: Placer) -> None:
 
 def _seen_from_hall(door: Doorway) -> Doorway:
     return Doorway("south" if door.side == "north" else "north", door.start, door.end)
-
-
-def _floor(name: str, rng: np.random.Generator) -> Material:
-    if name in ("kitchen", "bathroom"):
-        return tinted("tiles", around(rng, ((215, 212, 205), (175, 185, 190), (120, 125, 130))), 0.4, 1.6)
-    texture, colour = _FLOORS[int(rng.integers(len(_FLOORS)))]
-    return tinted(texture, around(rng, (colour,)), 0.5, 2.2)
-
-
-def _finish(floor: Material, rng: np.random.Generator) -> Finish:
-    """Three walls of one paint, mostly plain, and one of another."""
-    paint = tinted("plaster" if rng.uniform() < 0.5 else "smooth", around(rng, _PALE), 0.3, 2.6)
-    feature = tinted("bricks" if rng.uniform() < 0.3 else "plaster", around(rng, _PALE, 30), 0.4, 2.2)
-    ceiling = tinted("plaster", around(rng, ((240, 240, 238),)), 0.2, 3.3)
-    walls = [paint] * 4
-    walls[int(rng.integers(4))] = feature
-    return Finish(floor, ceiling, (walls[0], walls[1], walls[2], walls[3]))
 
 
 def _tour(plan: Plan, things: list[Thing]) -> list[Station]:

@@ -22,7 +22,7 @@ def living_room(room: Room, placer: Placer) -> None:
     shelf = against(placer, room, "north", 0.15, "shelf")
     load(placer, shelf, "potted plant")
     for level in (1, 2, 3):
-        load(placer, shelf, "book", "box", level=level)
+        load(placer, shelf, "book", "tissue box", level=level, yaw_deg=YAW_DEG["north"] + 90)
     against(placer, room, "west", 0.42, "picture", z=1.35)
     window(placer, room, "south", 0.75, 0.95, curtains=True)
     against(placer, room, "east", 0.4, "poster", z=1.2)
@@ -110,8 +110,8 @@ def study(room: Room, placer: Placer) -> None:
     load(placer, cabinet, "potted plant")
     against(placer, room, "west", 0.5, "whiteboard", z=1.45)
     shelf = against(placer, room, "north", 0.75, "shelf")
-    for level in (0, 1, 2):
-        load(placer, shelf, "box", "book", "storage bin", level=level)
+    for level in (0, 1, 2, 3):
+        load(placer, shelf, "book", "paper", "book", level=level, yaw_deg=YAW_DEG["north"] + 90)
     scatter(placer, room, "computer tower", "box", "trash can", "fan")
 
 

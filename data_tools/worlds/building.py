@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -59,8 +60,25 @@ def shell(room: Room, doorways: tuple[Doorway, ...], finish: Finish) -> list[Thi
     (x0, y0), (x1, y1), z = room.low, room.high, room.height
     floor = flat((x0, y0, 0), (x1 - x0, 0, 0), (0, y1 - y0, 0), finish.floor)
     ceiling = flat((x0, y0, z), (0, y1 - y0, 0), (x1 - x0, 0, 0), finish.ceiling)
-    walls = [_wall(room, side, doorways, paint) for side, paint in zip(SIDES, finish.walls, strict=True)]
-    return [Thing("floor", (floor,)), Thing("ceiling", (ceiling,)), *walls]
+    return [Thing("floor", (floor,)), Thing("ceiling", (ceiling,)), *walls(room, doorways, finish.walls)]
+
+
+def walls(room: Room, doorways: tuple[Doorway, ...], paints: Sequence[Material]) -> list[Thing]:
+    """The four walls of a room, in the order of SIDES."""
+    return [_wall(room, side, doorways, paint) for side, paint in zip(SIDES, paints, strict=True)]
+
+
+def block_walls(room: Room, paints: Sequence[Material]) -> list[Thing]:
+    """The four sides of a block that fills the space of a room, seen from outside, in the order of SIDES."""
+    (x0, y0), (x1, y1), up = room.low, room.high, (0.0, 0.0, room.height)
+    dx, dy = x1 - x0, y1 - y0
+    edges: tuple[tuple[Point, Point], ...] = (
+        ((x0, y0, 0), (dx, 0, 0)),
+        ((x1, y0, 0), (0, dy, 0)),
+        ((x1, y1, 0), (-dx, 0, 0)),
+        ((x0, y1, 0), (0, -dy, 0)),
+    )
+    return [Thing("wall", (flat(o, along, up, p),)) for (o, along), p in zip(edges, paints, strict=True)]
 
 
 def flat(origin: Point, across: Point, up: Point, material: Material) -> Solid:

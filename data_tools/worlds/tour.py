@@ -14,6 +14,7 @@ EYE_M = 1.5
 _AHEAD_M = 1.5
 _AHEAD_HEIGHT_M = 1.05
 _STRIDE_M = 0.15
+_SWAY_M = 4.0
 _STAY = 8
 _HEIGHTS_M = (0.55, 1.0, 0.4, 1.45, 0.75)
 
@@ -24,16 +25,22 @@ class Tour:
     def __init__(self, space: FreeSpace, start: Sequence[float]) -> None:
         self.stations: list[Station] = []
         self._space = space
+        self._walked = 0.0
         self._here = space.nearest(start)
 
-    def go(self, to: Sequence[float]) -> None:
-        """Walk to the free place nearest to a point, looking ahead and a little down."""
+    def go(self, to: Sequence[float], sway_deg: float = 0.0) -> None:
+        """Walk to the free place nearest to a point, looking ahead and a little down, and in turn to the left and to
+        the right by up to sway_deg."""
         way = self._way(self._space.nearest(to))
         for point, along in zip(way, _distances(way), strict=True):
+            self._walked += _STRIDE_M
+            sway = np.radians(sway_deg) * np.sin(2 * np.pi * self._walked / _SWAY_M)
             ahead = _at(way, along + _AHEAD_M)
             towards = ahead - point if np.linalg.norm(ahead - point) > 0.3 else way[-1] - _at(way, along - 0.5)
             if np.linalg.norm(towards) > 1e-6:
-                self._look(point, point + _AHEAD_M * towards / np.linalg.norm(towards), _AHEAD_HEIGHT_M)
+                cos, sin = np.cos(sway), np.sin(sway)
+                turned = np.array([[cos, -sin], [sin, cos]]) @ towards / np.linalg.norm(towards)
+                self._look(point, point + _AHEAD_M * turned, _AHEAD_HEIGHT_M)
 
     def look(self, at: Sequence[float], height_m: float = _AHEAD_HEIGHT_M) -> None:
         """Turn to a point and stay."""

@@ -14,7 +14,7 @@ from data_tools.worlds.solids import Point
 
 FRAMES_PER_S = 15.0
 # Of the walk itself; the hand adds a little, and the sum stays below 0.5 m/s and 60 degrees/s.
-SPEED_M_PER_S = 0.46
+SPEED_M_PER_S = 0.45
 TURN_DEG_PER_S = 54.0
 _TREMBLE = 0.4
 _SMOOTH_S = 0.35
