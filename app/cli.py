@@ -21,6 +21,7 @@ app.command("app.view:view", name="view", help="Open the timeline of a run in Re
 app.command("app.show_config:config", name="config", help="Print every setting with its value, range and meaning.")
 app.command("app.inspect_recording:inspect", name="inspect", help="Say what a recording is and what looks wrong.")
 app.command("app.convert:convert", name="convert", help="Write a recording anew, in our own or another layout.")
+app.command("app.synth:synth", name="synth", help="Write a recording of a simulated place with its truth.")
 app.command("app.evaluate:evaluate", name="eval", help="Measure a map against the truth.")
 app.command("app.ablate:ablate", name="ablate", help="Measure what each part of the method contributes.")
 app.command("app.bench:bench", name="bench", help="Measure time per stage and memory, beside plain TSDF fusion.")

@@ -71,9 +71,11 @@ def _print_rules(result: Evaluation, console: Console) -> None:
 
 def _add_flat(table: Table, name: str, row: tuple[str, Any]) -> None:
     key, value = row
+    if key in ("per_class", "asked"):
+        return
     if isinstance(value, Mapping):
         for inner in value.items():
-            _add_flat(table, f"{name} {key}", inner)
+            _add_flat(table, f"{name} {key.replace('_', ' ')}", inner)
     elif isinstance(value, int | float):
         table.add_row(f"{name} {key.replace('_', ' ')}", _text(value))
 
