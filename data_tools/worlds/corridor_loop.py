@@ -15,6 +15,7 @@ from data_tools.worlds.tour import Tour
 from data_tools.worlds.world import World
 
 _WIDE_M = 1.9
+_WAY_M = (0.9, 1.76)  # from the outer wall
 _SWAY_DEG = 22.0
 _FORWARD: dict[Side, float] = {"south": 1.0, "east": 1.0, "north": -1.0, "west": -1.0}
 _OPPOSITE: dict[Side, Side] = {"south": "north", "east": "west", "north": "south", "west": "east"}
@@ -35,6 +36,8 @@ def corridor_loop(seed: int) -> World:
     placer = Placer(rng)
     _build(size, placer)
     legs = _legs(size)
+    for side, leg in legs.items():
+        placer.keep_free(*_way(leg, side))
     _look_alikes(legs, placer)
     _furnish(legs, placer)
     return World(dict(enumerate(placer.things, start=1)), tuple(_tour(size, placer.things).stations))
@@ -63,6 +66,17 @@ def _legs(size: tuple[float, float]) -> dict[Side, Room]:
         "north": Room((0, y - w), (x, y)),
         "west": Room((0, 0), (w, y)),
     }
+
+
+def _way(leg: Room, side: Side) -> tuple[list[float], list[float]]:
+    """The box that a camera needs to pass between plants at the outer wall and the block."""
+    low, high = [*leg.low, 1.0], [*leg.high, 1.95]
+    axis, (near, far) = (1 if side in ("south", "north") else 0), _WAY_M
+    if side in ("south", "west"):
+        low[axis], high[axis] = low[axis] + near, low[axis] + far
+    else:
+        low[axis], high[axis] = high[axis] - far, high[axis] - near
+    return low, high
 
 
 def _look_alikes(legs: dict[Side, Room], placer: Placer) -> None:

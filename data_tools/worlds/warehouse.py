@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from data_tools.worlds import materials as m
-from data_tools.worlds.building import Room, shell
+from data_tools.worlds.building import SIDES, Room, shell
 from data_tools.worlds.finishes import concrete_floor, finish
 from data_tools.worlds.free_space import FreeSpace
 from data_tools.worlds.furnishing import against, load, piece, scatter, window, workplace
@@ -78,7 +78,7 @@ def _walls(room: Room, placer: Placer) -> None:
 def _floor(room: Room, placer: Placer, first_x: float) -> None:
     """Stacks and tools along the walls, carts and ladders at the ends of the rows."""
     for _ in range(8):
-        side = ("south", "north", "east", "west")[int(placer.rng.integers(4))]
+        side = SIDES[int(placer.rng.integers(4))]
         stack = against(placer, room, side, float(placer.rng.uniform(0.1, 0.9)), "box", "crate")
         load(placer, stack, "box")
     end_x = first_x + (_RACKS - 0.5) * _RACK_M[0]
