@@ -82,8 +82,9 @@ class RunOptions(RecordingOptions, SettingOptions):
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
-        return read_config(self.config, self.set, self._flags())
+        return read_config(self.config, self.set, self.flags())
 
-    def _flags(self) -> dict[str, Any]:
+    def flags(self) -> dict[str, Any]:
+        """Dotted names of settings with what these options say, None = nothing."""
         flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         return flags | {"run.device": self.device, "run.timeline": self.timeline}
