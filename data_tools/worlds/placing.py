@@ -48,9 +48,12 @@ class Placer:
 
     def collides(self, thing: Thing) -> bool:
         """Whether the box of any solid of the thing cuts into that of another thing's, by more than a touch."""
-        low, high = thing.bounds
+        return self._cuts(solid_boxes(thing))
+
+    def _cuts(self, own: Boxes) -> bool:
+        low, high = own[:, 0].min(axis=0), own[:, 1].max(axis=0)
         near = ((self._boxes[:, 0] < high) & (self._boxes[:, 1] > low)).all(axis=1)
-        boxes, own = self._boxes[near], solid_boxes(thing)
+        boxes = self._boxes[near]
         overlap = np.minimum(own[:, None, 1], boxes[:, 1]) - np.maximum(own[:, None, 0], boxes[:, 0])
         return bool((overlap > _TOUCH_M).all(axis=2).any())
 
@@ -90,20 +93,18 @@ class Placer:
         Places are tried at random; None where no place is level, wide enough and free."""
         tops = _Tops(support)
         low, high = area or (support.bounds[0][:2], support.bounds[1][:2])
+        turned = thing.placed(0, 0, 0, yaw_deg or 0.0)
         for _ in range(_TRIES):
-            yaw = float(self.rng.uniform(-30, 30)) if yaw_deg is None else yaw_deg
-            turned = thing.placed(0, 0, 0, yaw)
+            if yaw_deg is None:
+                turned = thing.placed(0, 0, 0, float(self.rng.uniform(-30, 30)))
             foot_low, foot_high = _foot(turned)
             least, most = low - foot_low, high - foot_high
             if (least > most).any():
                 continue
             at = self.rng.uniform(least, most)
             height = tops.level_under(foot_low + at - margin, foot_high + at + margin, level)
-            if height is None:
-                continue
-            put = turned.placed(float(at[0]), float(at[1]), height)
-            if not self.collides(put):
-                return self.add(put)
+            if height is not None and not self._cuts(solid_boxes(turned) + np.array([*at, height])):
+                return self.add(turned.placed(float(at[0]), float(at[1]), height))
         return None
 
 

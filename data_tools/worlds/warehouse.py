@@ -47,7 +47,7 @@ def _racks(room: Room, placer: Placer, first_x: float) -> None:
         for number in range(_RACKS):
             put = placer.on_floor(room, rack, first_x + number * (_RACK_M[0] + 0.12), y)
             for level in range(len(_BOARDS_M)):
-                load(placer, put, *placer.rng.permutation(_STORED)[: int(placer.rng.integers(7, 13))], level=level)
+                load(placer, put, *placer.rng.permutation(_STORED)[: int(placer.rng.integers(6, 10))], level=level)
 
 
 def _rack(rng: np.random.Generator) -> Thing:
