@@ -28,6 +28,7 @@ def evaluate(
     preset: str = "default",
     set: Assignments = (),
     names: Literal["auto", "run", "text"] = "auto",
+    labels: Literal["instance", "class"] = "instance",
     scene: str | None = None,
     scenes: Path | None = None,
     runs: Path | None = None,
@@ -50,6 +51,8 @@ def evaluate(
     names:
         Where a run's instances get their classes: from the run, from the texts of the truth's class names, or
         from the texts where the run has none (auto).
+    labels:
+        What numbers below 1000 in a file of vertex labels are; from 1000 on they are class * 1000 + instance.
     scene:
         Which scene, where a folder holds several.
     scenes:
@@ -71,7 +74,7 @@ def evaluate(
     rules = chosen_rules(preset, set)
     notes: list[str] = []
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
-    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, notes=notes)
+    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
     for note in notes:
         progress_console().print(f"note: {note}", soft_wrap=True)

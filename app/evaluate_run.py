@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.predicted import Naming, read_prediction, timed_poses
+from app.predicted import Meaning, Naming, read_prediction, timed_poses
 from data_tools.file_sequence import FileSequence
 from data_tools.sequence import open_sequence
 from data_tools.truth.ground_truth import GroundTruth
@@ -22,7 +22,13 @@ Job = tuple[str, Path, Path]
 
 
 def evaluate_jobs(
-    jobs: Iterable[Job], preset: Preset, *, naming: Naming = "auto", scene: str | None = None, notes: list[str]
+    jobs: Iterable[Job],
+    preset: Preset,
+    *,
+    naming: Naming = "auto",
+    scene: str | None = None,
+    labels: Meaning = "instance",
+    notes: list[str],
 ) -> Evaluation:
     """Evaluate (name, prediction, folder with the truth) one after the other; what readers had to say is added to
     notes. Raises BadInput naming the prediction that does not fit its truth."""
@@ -32,7 +38,18 @@ def evaluate_jobs(
         nonlocal current
         for name, prediction, truth_folder in jobs:
             current = f"{prediction} does not fit {truth_folder}"
-            yield _pair(name, prediction, truth_folder, preset, naming, scene, notes)
+            truth = _truth(truth_folder, preset, scene)
+            notes.extend(f"{name}: {note}" for note in truth.notes)
+            predicted = read_prediction(
+                prediction,
+                truth.class_names,
+                len(truth.vertices),
+                naming=naming,
+                template=preset.text_template,
+                scene=scene,
+                labels=labels,
+            )
+            yield name, truth_scene(truth, true_poses(truth_folder)), predicted
 
     try:
         return evaluate(pairs(), preset)
@@ -42,15 +59,9 @@ def evaluate_jobs(
         raise BadInput(f"{current}: {error}") from error
 
 
-def _pair(
-    name: str, prediction: Path, folder: Path, preset: Preset, naming: Naming, scene: str | None, notes: list[str]
-) -> Pair:
+def _truth(folder: Path, preset: Preset, scene: str | None) -> GroundTruth:
     asked = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
-    truth = open_truth(folder, vocabulary=asked, scene=scene)
-    notes += [f"{name}: {note}" for note in truth.notes]
-    template = preset.text_template
-    predicted = read_prediction(prediction, truth.class_names, naming=naming, template=template, scene=scene)
-    return name, truth_scene(truth, true_poses(folder)), predicted
+    return open_truth(folder, vocabulary=asked, scene=scene)
 
 
 def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> TruthScene:

@@ -22,6 +22,7 @@ from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]
+Meaning = Literal["instance", "class"]
 
 
 def is_run(path: Path) -> bool:
@@ -32,23 +33,26 @@ def is_run(path: Path) -> bool:
 def read_prediction(
     path: Path,
     class_names: Mapping[int, str],
+    n_vertices: int,
     *,
     naming: Naming = "auto",
     template: str = "{}",
     scene: str | None = None,
+    labels: Meaning = "instance",
 ) -> PredictedScene:
     """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
 
     class_names are the truth's, by number: the classes that instances are told apart by, and what a file's class
-    numbers mean where they are not ScanNet200's. Raises BadInput."""
+    numbers mean where they are not ScanNet200's; n_vertices: of the truth. labels: what a file's numbers below 1000
+    are. Raises BadInput."""
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_run(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template)
     if found := find_submission(path, scene):
-        return _of_submission(found, class_names)
+        return _of_submission(found, class_names, n_vertices)
     if path.is_file() and path.suffix in SUFFIXES:
-        return _of_labels(path, class_names)
+        return _of_labels(path, class_names, labels)
     raise BadInput(
         f"{path} is no run folder (no {names.INSTANCES}), no list of `mask_file class confidence`, and no file of "
         f"vertex labels ({', '.join(SUFFIXES)})"
@@ -104,14 +108,20 @@ def timed_poses(path: Path) -> TimedPoses:
     return TimedPoses(stamps, np.stack([trajectory.nearest(float(s))[0] for s in trajectory.stamps[first]]))
 
 
-def _of_submission(path: Path, class_names: Mapping[int, str]) -> PredictedScene:
+def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:
     found = read_submission(path)
+    if found.masks and found.n_vertices != n_vertices:
+        raise BadInput(f"the masks of {path} have {found.n_vertices} lines, but the truth has {n_vertices} vertices")
     named = {i: name for i, label in found.labels.items() if (name := _name_of(label, class_names))}
     return PredictedScene(masks=found.masks, scores=found.scores, class_names=named)
 
 
-def _of_labels(path: Path, class_names: Mapping[int, str]) -> PredictedScene:
+def _of_labels(path: Path, class_names: Mapping[int, str], meaning: Meaning) -> PredictedScene:
     labels = read_vertex_labels(path)
+    if labels.classes is None and meaning == "class":
+        numbers = np.unique(labels.instances).tolist()
+        named = {n: name for n in numbers if n and (name := _name_of(n, class_names))}
+        return PredictedScene(classes=labels.instances, vertex_class_names=named)
     if labels.classes is None:
         return PredictedScene(instances=labels.instances)
     known = dict(labels.class_names)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from data_tools.truth.truth_folder import read_truth
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
@@ -104,6 +105,14 @@ def test_a_run_shifted_by_half_a_metre_is_found_nowhere(room, run, capsys):
     result = evaluated(capsys, moved, "--truth", room)
     assert result["class_agnostic"]["ap50"] < 0.1
     assert result["surface"]["fscore_5cm"] < 0.5
+
+
+def test_classes_alone_have_semantics_and_no_instances(room, tmp_path, capsys):
+    classes = read_truth(room / "truth").classes
+    np.savetxt(tmp_path / "classes.txt", classes, fmt="%d")
+    result = evaluated(capsys, tmp_path / "classes.txt", "--truth", room, "--labels", "class")
+    assert result["semantic"]["miou"] == 1.0
+    assert result["class_agnostic"] is None
 
 
 def test_a_table_names_rules_classes_and_the_worst(room, run, capsys):

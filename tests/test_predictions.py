@@ -79,17 +79,30 @@ def test_arrays_that_are_no_labels_are_refused(tmp_path, content):
 
 def test_class_numbers_are_the_truths_and_else_scannet200s(tmp_path):
     (tmp_path / "labels.txt").write_text("2001\n5001\n999001\n")
-    found = read_prediction(tmp_path / "labels.txt", {5: "throne"})
+    found = read_prediction(tmp_path / "labels.txt", {5: "throne"}, 3)
     assert found.class_names == {2001: "chair", 5001: "throne"}
     folder = write_submission(tmp_path / "s")
-    assert read_prediction(folder, {7: "throne"}).class_names == {1: "chair", 2: "throne"}
+    assert read_prediction(folder, {7: "throne"}, 5).class_names == {1: "chair", 2: "throne"}
+
+
+def test_masks_of_another_mesh_are_refused(tmp_path):
+    with pytest.raises(BadInput, match="5 lines, but the truth has 6 vertices"):
+        read_prediction(write_submission(tmp_path / "s"), {}, 6)
+
+
+def test_numbers_can_be_classes_alone(tmp_path):
+    (tmp_path / "classes.txt").write_text("0\n2\n5\n5\n")
+    found = read_prediction(tmp_path / "classes.txt", {5: "throne"}, 4, labels="class")
+    assert found.instances is None
+    assert found.classes.tolist() == [0, 2, 5, 5]
+    assert found.vertex_class_names == {2: "chair", 5: "throne"}
 
 
 def test_what_is_no_prediction_is_said_in_one_line(tmp_path):
     with pytest.raises(BadInput, match="does not exist"):
-        read_prediction(tmp_path / "nothing", {})
+        read_prediction(tmp_path / "nothing", {}, 3)
     with pytest.raises(BadInput, match="no run folder"):
-        read_prediction(tmp_path, {})
+        read_prediction(tmp_path, {}, 3)
 
 
 def test_an_instance_takes_the_name_nearest_to_any_of_its_hypotheses():
