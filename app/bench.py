@@ -35,8 +35,8 @@ def bench(
     config = options.read()
 
     # Late, as in `razer run`.
-    from app.bench_measure import measure
-    from app.bench_report import print_bench
+    from app.benchmark.measure import measure
+    from app.benchmark.report import print_bench
 
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         runs = list(pool.map(measure, [folder] * repeat, [config] * repeat))

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from app.timeline_config import TimelineConfig
+from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig, Settings
 
 

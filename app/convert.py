@@ -40,8 +40,8 @@ def convert(
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
-    from app.recording import open_recording
-    from app.selection import Selection
+    from app.running.recording import open_recording
+    from app.running.selection import Selection
     from data_tools.truth.open_truth import has_truth, open_truth
     from data_tools.writers.table import write_recording
 

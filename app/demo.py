@@ -11,7 +11,7 @@ from app.config_sources import read_config
 from app.consoles import progress_console, result_console
 from app.options import Flag, SettingOptions
 from app.run import INTERRUPTED
-from app.run_folder import RunFolder
+from app.running.run_folder import RunFolder
 
 ROOM_FRAMES = 120
 ROOM_SIZE = (480, 360)  # pixels; half the work of 640x480
@@ -45,8 +45,8 @@ def demo(
     config = read_config(options.config, options.set, oracle)
 
     # Late, as in `razer run`.
-    from app.pipeline import run_to_folder
-    from app.report import report
+    from app.running.pipeline import run_to_folder
+    from app.running.report import report
     from data_tools.worlds.synthetic import SyntheticRoom
 
     finished = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())

@@ -67,28 +67,38 @@ def evaluate(
         One line of JSON.
     """
     # Late, since these bring Open3D and torch along.
-    from app.evaluate_run import evaluate_jobs
-    from app.evaluation_report import report
-    from app.predicted import is_run
+    from app.evaluation.evaluate_run import evaluate_jobs
+    from app.evaluation.predicted import is_run
 
     rules = chosen_rules(preset, set)
     notes: list[str] = []
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
-    for note in notes:
-        progress_console().print(f"note: {note}", soft_wrap=True)
+    _say(notes)
+    _deliver(result, run if run is not None and is_run(run) else None, out, json)
+    return 0
+
+
+def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: bool) -> None:
+    """Numbers and pictures into the run folder, where there is one, and the numbers onto the screen."""
+    from app.evaluation.report import report
+
     content = result.as_json()
-    if run is not None and is_run(run):
+    if run is not None:
         write_atomically(run / METRICS, dumps(content, indent=1) + "\n")
-    pictures = out or (run / PICTURES if run is not None and is_run(run) else None)
+        pictures = pictures or run / PICTURES
     if pictures is not None:
         _draw(result, pictures)
     if json:
         print(dumps(content))
     else:
         report(result, result_console(), pictures)
-    return 0
+
+
+def _say(notes: list[str]) -> None:
+    for note in notes:
+        progress_console().print(f"note: {note}", soft_wrap=True)
 
 
 def chosen_rules(preset: str, assignments: tuple[str, ...]) -> Any:
@@ -144,7 +154,7 @@ def _place_of(runs: Path, name: str) -> Path | None:
 
 
 def _draw(result: Evaluation, folder: Path) -> None:
-    from app.plots import confusion_matrix, precision_recall
+    from app.evaluation.plots import confusion_matrix, precision_recall
 
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in (

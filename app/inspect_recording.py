@@ -37,7 +37,7 @@ def inspect(
         One line of JSON.
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
-    from app.recording import open_unchecked
+    from app.running.recording import open_unchecked
     from data_tools.checks.inspection import inspect_sequence
     from data_tools.sequence import recognise
 

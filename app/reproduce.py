@@ -40,9 +40,9 @@ def reproduce(
         One line of JSON.
     """
     # Late, as in `razer run`.
-    from app.published import TABLES
-    from app.reproduction import Reproduction
-    from app.reproduction_report import report
+    from app.evaluation.published import TABLES
+    from app.evaluation.reproduction import Reproduction
+    from app.evaluation.reproduction_report import report
 
     wanted = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
     work = Reproduction(TABLES[table], data, out, options, wanted)

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from app.consoles import progress_console
 from app.options import Flag, RunOptions
-from app.run_folder import RunFolder
+from app.running.run_folder import RunFolder
 
 INTERRUPTED = 130
 
@@ -42,9 +42,9 @@ def run(
     config = options.read()
 
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
-    from app.pipeline import run_to_folder
-    from app.recording import open_recording
-    from app.report import report
+    from app.running.pipeline import run_to_folder
+    from app.running.recording import open_recording
+    from app.running.report import report
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)

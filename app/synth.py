@@ -95,7 +95,7 @@ def synth(
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     # Late, since these bring Open3D along.
-    from app.selection import Selection
+    from app.running.selection import Selection
     from data_tools.writers.table import WRITERS, write_recording
 
     if layout not in WRITERS:

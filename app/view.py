@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from app.options import Flag
-from app.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
+from app.running.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
 from razer.frame import BadInput
 
 
@@ -28,7 +28,7 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
         raise BadInput(f"{timeline} does not exist; give the folder of a run made with --timeline")
 
     # Late, as in `razer run`.
-    from app.viewer import open_viewer
+    from app.timeline.viewer import open_viewer
 
     return open_viewer(timeline, web)
 
@@ -42,7 +42,7 @@ def _draw(run: Path, target: Path) -> None:
     import cv2
 
     from app.picture import picture
-    from app.save import camera_up, read_tum
+    from app.running.save import camera_up, read_tum
     from razer.storage import read_mesh_ply
 
     image = picture(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))

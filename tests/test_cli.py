@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 import pytest
 
-from app import viewer
 from app.cli import main
 from app.config import RunConfig
 from app.config_sources import read_config
+from app.timeline import viewer
 from data_tools.worlds.synthetic import SyntheticRoom
 from razer.storage import read_mesh_ply
 

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from app.cli import main
 from app.config import InputSettings
-from app.recording import open_recording
+from app.running.recording import open_recording
 from data_tools.checks.inspection import inspect_sequence
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.writers.own_folder import write_folder

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.predicted import nearest_names, read_prediction
+from app.evaluation.predicted import nearest_names, read_prediction
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import read_vertex_labels
 from razer.frame import BadInput

@@ -8,9 +8,9 @@ import os
 import numpy as np
 import pytest
 
-from app.ahead import work_ahead
-from app.look import Looker
-from app.recorder import Recorder, summary
+from app.running.ahead import work_ahead
+from app.running.look import Looker
+from app.running.recorder import Recorder, summary
 from razer.frame import Frame, Intrinsics, UnusableFrame
 from razer.stages import stage
 

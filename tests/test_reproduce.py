@@ -8,7 +8,7 @@ import shutil
 import pytest
 
 from app.cli import main
-from app.published import TABLES
+from app.evaluation.published import TABLES
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.writers.table import write_recording
 

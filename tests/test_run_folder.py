@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.outcome import Outcome
-from app.run_folder import INSTANCES, RunFolder
-from app.save import camera_up, tum_text
+from app.running.outcome import Outcome
+from app.running.run_folder import INSTANCES, RunFolder
+from app.running.save import camera_up, tum_text
 from razer.frame import BadInput
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from app import timeline as paths
-from app.no_timeline import NoTimeline
-from app.timeline import Timeline
-from app.timeline_config import TimelineConfig
+from app.timeline import rerun_timeline as paths
+from app.timeline.config import TimelineConfig
+from app.timeline.no_timeline import NoTimeline
+from app.timeline.rerun_timeline import Timeline
 from razer.boxes import OrientedBox
 from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app import viewer
-from app.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
-from app.mesh_limit import clustered, limited
-from app.timeline_images import at_most, every_nth
-from app.viewpoint import behind, overview
+from app.timeline import viewer
+from app.timeline.images import at_most, every_nth
+from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
+from app.timeline.mesh_limit import clustered, limited
+from app.timeline.viewpoint import behind, overview
 from razer.frame import BadInput, Intrinsics
 from razer.geometry import project
 from razer.surface import LabelledMesh, SurfacePoints

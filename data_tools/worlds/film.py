@@ -11,10 +11,10 @@ from data_tools.worlds.ray_renderer import RayRenderer
 from data_tools.worlds.sensor_model import SensorModel
 from data_tools.worlds.true_surface import ground_truth
 from data_tools.worlds.visibility import Vantage, View
+from data_tools.worlds.walk import FRAMES_PER_S
 from razer.frame import Frame, Intrinsics
 from razer.geometry import Array
 
-FRAMES_PER_S = 15.0
 CAMERA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
 
 

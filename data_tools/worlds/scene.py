@@ -8,11 +8,11 @@ from functools import partial
 
 from data_tools.worlds.apartment import apartment
 from data_tools.worlds.corridor_loop import corridor_loop
-from data_tools.worlds.film import CAMERA, FRAMES_PER_S, Film
+from data_tools.worlds.film import CAMERA, Film
 from data_tools.worlds.sensor_model import SensorModel
 from data_tools.worlds.single_room import single_room
 from data_tools.worlds.tabletop import tabletop
-from data_tools.worlds.walk import usual_frames, walk
+from data_tools.worlds.walk import FRAMES_PER_S, usual_frames, walk
 from data_tools.worlds.warehouse import warehouse
 from data_tools.worlds.world import World
 from razer.frame import BadInput

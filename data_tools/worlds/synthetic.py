@@ -5,9 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from data_tools.worlds.camera_path import walk_round
-from data_tools.worlds.film import CAMERA, FRAMES_PER_S, Film, Move
+from data_tools.worlds.film import CAMERA, Film, Move
 from data_tools.worlds.living_room import living_room
 from data_tools.worlds.sensor_model import SensorModel
+from data_tools.worlds.walk import FRAMES_PER_S
 from razer.frame import BadInput
 
 __all__ = ["FRAMES_PER_S", "SyntheticRoom"]

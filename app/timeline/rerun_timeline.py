@@ -15,14 +15,14 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.frame_story import decision_table, events
-from app.map_chunks import ChunkSchedule, by_chunk, thinned
-from app.memory import rss_mb
-from app.mesh_limit import limited
 from app.palette import instance_colors, tinted
-from app.timeline_config import TimelineConfig
-from app.timeline_images import at_most, depth_png, every_nth, jpeg, step_to
-from app.viewpoint import Viewpoint, behind, overview
+from app.running.memory import rss_mb
+from app.timeline.config import TimelineConfig
+from app.timeline.frame_story import decision_table, events
+from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
+from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
+from app.timeline.mesh_limit import limited
+from app.timeline.viewpoint import Viewpoint, behind, overview
 from razer.frame import Frame, Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.config_sources import read_config
-from app.progress import watch
+from app.running.progress import watch
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.worlds.scene import SyntheticScene
 from data_tools.worlds.sensor_model import SensorModel

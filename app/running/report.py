@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from app.consoles import result_console
-from app.outcome import Outcome
-from app.pipeline import Finished
+from app.running.outcome import Outcome
+from app.running.pipeline import Finished
 from razer.panoptic_map import MapObject, PanopticMap
 
 _ROWS = 20

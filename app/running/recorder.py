@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from app.memory import peak_rss_mb, rss_mb
+from app.running.memory import peak_rss_mb, rss_mb
 from razer.stages import measured_by
 
 TENTHS = 10

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app import run_folder as names
 from app.config import RunConfig
 from app.config_sources import read_config
 from app.evaluate import METRICS, write_atomically
-from app.evaluate_run import evaluate_jobs
+from app.evaluation.evaluate_run import evaluate_jobs
+from app.evaluation.predicted import is_run
+from app.evaluation.published import PublishedTable
 from app.options import RunOptions
-from app.pipeline import run_to_folder
-from app.predicted import is_run
-from app.published import PublishedTable
-from app.recording import open_recording
-from app.run_folder import RunFolder
+from app.running import run_folder as names
+from app.running.pipeline import run_to_folder
+from app.running.recording import open_recording
+from app.running.run_folder import RunFolder
 from data_tools.truth.open_truth import has_truth
 from razer.frame import BadInput
 from razer.metrics.evaluation import Evaluation

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.look import Look
-from app.no_timeline import NoTimeline
-from app.outcome import Outcome
-from app.recorder import Recorder
-from app.timeline import Timeline
+from app.running.look import Look
+from app.running.outcome import Outcome
+from app.running.recorder import Recorder
+from app.timeline.no_timeline import NoTimeline
+from app.timeline.rerun_timeline import Timeline
 from razer.mapper import Mapper
 from razer.stages import stage
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app import run_folder as names
 from app.config import RunConfig
 from app.glb import write_glb
-from app.outcome import Outcome
-from app.run_folder import RunFolder
+from app.running import run_folder as names
+from app.running.outcome import Outcome
+from app.running.run_folder import RunFolder
 from app.settings_list import list_settings
 from app.toml_text import toml_text
 from razer import storage

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from app.recorder import timed
+from app.running.recorder import timed
 from data_tools.sequence import Sequence
 from razer.frame import UnusableFrame
 from razer.perception import Observation, Perception

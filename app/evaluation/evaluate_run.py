@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.predicted import Meaning, Naming, read_prediction, timed_poses
+from app.evaluation.predicted import Meaning, Naming, read_prediction, timed_poses
 from data_tools.file_sequence import FileSequence
 from data_tools.sequence import open_sequence
 from data_tools.truth.ground_truth import GroundTruth

@@ -8,13 +8,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.bench_synth import measure_synth
+from app.benchmark.synth import measure_synth
+from app.benchmark.yardstick import fuse_plainly
 from app.config import RunConfig
 from app.consoles import progress_console
-from app.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
-from app.recorder import summary
-from app.recording import open_recording
-from app.yardstick import fuse_plainly
+from app.running.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
+from app.running.recorder import summary
+from app.running.recording import open_recording
 from data_tools.sequence import Sequence
 from data_tools.worlds.synthetic import SyntheticRoom
 from razer.frame import Frame, UnusableFrame

@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app import run_folder as names
 from app.config_sources import read_config
+from app.running import run_folder as names
 from data_tools.poses import read_trajectory
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels

@@ -7,7 +7,7 @@ from typing import Any
 from rich.table import Table
 
 from app.consoles import result_console
-from app.report import print_timings
+from app.running.report import print_timings
 
 
 def print_bench(result: dict[str, Any]) -> None:

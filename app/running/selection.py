@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rich.console import Console
 
-from app.progress import watch
+from app.running.progress import watch
 from data_tools.sequence import Sequence
 from razer.frame import Frame, Intrinsics
 

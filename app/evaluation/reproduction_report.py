@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from app.published import PublishedTable
-from app.reproduction import Reproduced, Row
+from app.evaluation.published import PublishedTable
+from app.evaluation.reproduction import Reproduced, Row
 
 
 def report(result: Reproduced, published: PublishedTable, console: Console) -> None:

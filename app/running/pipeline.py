@@ -12,19 +12,19 @@ import open3d as o3d
 import torch
 from rich.console import Console
 
-from app.ahead import work_ahead
 from app.config import InputSettings, RunConfig
-from app.interrupt import StopRequest
-from app.look import Look, Looker
-from app.mapping import map_frames
-from app.memory import rss_mb
-from app.no_timeline import NoTimeline
-from app.outcome import Outcome
-from app.progress import watch
-from app.recorder import Recorder
-from app.run_folder import TIMELINE, RunFolder
-from app.save import save_run, save_timings
-from app.timeline import Timeline
+from app.running.ahead import work_ahead
+from app.running.interrupt import StopRequest
+from app.running.look import Look, Looker
+from app.running.mapping import map_frames
+from app.running.memory import rss_mb
+from app.running.outcome import Outcome
+from app.running.progress import watch
+from app.running.recorder import Recorder
+from app.running.run_folder import TIMELINE, RunFolder
+from app.running.save import save_run, save_timings
+from app.timeline.no_timeline import NoTimeline
+from app.timeline.rerun_timeline import Timeline
 from data_tools.sequence import Sequence
 from razer.frame import BadInput
 from razer.mapper import Mapper

@@ -1,0 +1,1 @@
+"""One run: recording in, main loop, run folder out."""
