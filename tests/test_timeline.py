@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from app.timeline import rerun_timeline as paths
+from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
 from app.timeline.no_timeline import NoTimeline
 from app.timeline.rerun_timeline import Timeline
@@ -174,7 +174,7 @@ def test_close_is_final_and_a_failing_file_does_not_end_the_run(tmp_path, monkey
     def no_space(**_: object) -> None:
         raise RuntimeError("no space left")
 
-    monkeypatch.setattr(timeline._stream, "flush", no_space)
+    monkeypatch.setattr(timeline._log._stream, "flush", no_space)
     with pytest.warns(UserWarning, match="no space left"):
         timeline.close()
     timeline.close()

@@ -1,0 +1,16 @@
+"""Where things lie in the recording of a run: Rerun's entity paths."""
+
+WORLD = "world"  # metres, right-handed
+CAMERA = "world/camera"
+COLOR = "world/camera/color"
+DEPTH = "world/camera/depth"
+IDS = "world/camera/ids"
+BOXES = "world/map/boxes"
+POINTS = "world/map/points"
+MESH = "world/map/mesh"
+PATH = "world/path"
+EVENTS = "events"
+DECISIONS = "decisions"
+STAGES = "plots/ms"
+INSTANCES = "plots/instances"
+MEMORY = "plots/memory"

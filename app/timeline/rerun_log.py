@@ -1,0 +1,190 @@
+"""Our values as Rerun's; the only importer of rerun.
+
+Logging hands data to Rerun's own thread, which writes the file; only `close` waits for it, and not for ever.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from app.timeline import entities
+from app.timeline.viewpoint import Viewpoint
+from razer.boxes import OrientedBox
+from razer.frame import Intrinsics
+from razer.surface import LabelledMesh
+
+Array = NDArray[np.float64]
+Colors = NDArray[np.uint8]
+
+FRAME = "frame"  # the one clock: the index of the frame
+# Larger chunks than Rerun's own: a browser opens the recording many times faster.
+BATCHES = rr.ChunkBatcherConfig(flush_tick=10, flush_num_bytes=4 * 2**20)
+LOG_COLUMNS = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
+
+
+class RerunLog:
+    """Writes the recording `path`; `close` it, whatever happened. Paths are those of Rerun's entities; colours are
+    (N, 3) uint8 or one for all."""
+
+    def __init__(self, path: Path) -> None:
+        self._stream = rr.RecordingStream("razer", batcher_config=BATCHES)
+        self._stream.set_log_tick_enabled(False)
+        self._stream.set_log_time_enabled(False)
+        self._stream.save(path)
+        self._open = True
+
+    def start_frame(self, index: int) -> None:
+        """What follows belongs to the frame `index`."""
+        self._stream.set_time(FRAME, sequence=index)
+
+    def camera(self, path: str, camera: Intrinsics) -> None:
+        """The camera of the images under `path`."""
+        matrix = camera.matrix
+        matrix[:2, 2] += 0.5  # Rerun counts from the corner of the first pixel, we from its centre
+        size = (camera.width, camera.height)
+        pinhole = rr.Pinhole(image_from_camera=matrix, resolution=size, image_plane_distance=0.3)
+        self._stream.log(path, pinhole, static=True)
+
+    def pose(self, path: str, world_from_camera: Array) -> None:
+        """Where a camera is, (4, 4)."""
+        pose = world_from_camera
+        self._stream.log(path, rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+
+    def jpeg(self, path: str, encoded: bytes) -> None:
+        """A colour image."""
+        self._stream.log(path, rr.EncodedImage(contents=encoded, media_type="image/jpeg"))
+
+    def depth_png(self, path: str, encoded: bytes) -> None:
+        """A depth image in millimetres."""
+        self._stream.log(path, rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0))
+
+    def ids(self, path: str, image: NDArray[np.uint16]) -> None:
+        """An image (H, W) of ids."""
+        self._stream.log(path, rr.SegmentationImage(image))
+
+    def name_ids(self, path: str, colors: Colors) -> None:
+        """The colours (N, 3) of ids 0 to N - 1 in the images under `path`."""
+        named = [rr.AnnotationInfo(i, f"#{i}", tuple(color)) for i, color in enumerate(colors.tolist())]
+        self._stream.log(path, rr.AnnotationContext(named), static=True)
+
+    def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Colors, labels: Sequence[str]) -> None:
+        """Wire frames with a label each."""
+        self._stream.log(
+            path,
+            rr.Boxes3D(
+                centers=[box.center for box in boxes],
+                half_sizes=np.array([box.extent for box in boxes]) / 2,
+                quaternions=Rotation.from_matrix([box.rotation for box in boxes]).as_quat(),
+                fill_mode=rr.components.FillMode.MajorWireframe,
+                show_labels=True,
+                colors=colors,
+                labels=list(labels),
+            ),
+        )
+
+    def points(self, path: str, positions: NDArray[np.float32], colors: Colors, radius_m: float) -> None:
+        """A cloud (N, 3)."""
+        self._stream.log(path, rr.Points3D(positions, colors=colors, radii=radius_m))
+
+    def mesh(self, path: str, mesh: LabelledMesh, colors: Colors) -> None:
+        """A surface in other colours (V, 3) than its own."""
+        self._stream.log(
+            path,
+            rr.Mesh3D(
+                vertex_positions=mesh.vertices,
+                vertex_colors=colors,
+                triangle_indices=mesh.triangles,
+                # Walls and ceilings seen from behind do not hide the room.
+                face_rendering=rr.components.MeshFaceRendering.Front,
+            ),
+        )
+
+    def lines(self, path: str, strips: Sequence[Array], color: tuple[int, int, int]) -> None:
+        """Lines through the points (N, 3) of each strip."""
+        self._stream.log(path, rr.LineStrips3D(list(strips), colors=[color]))
+
+    def clear(self, path: str, *, recursive: bool) -> None:
+        """Nothing is at `path` any more, or below it."""
+        self._stream.log(path, rr.Clear(recursive=recursive))
+
+    def event(self, path: str, text: str, level: str) -> None:
+        """A line of text."""
+        self._stream.log(path, rr.TextLog(text, level=level))
+
+    def document(self, path: str, markdown: str) -> None:
+        """A text in place of the one before."""
+        self._stream.log(path, rr.TextDocument(markdown, media_type="text/markdown"))
+
+    def name_series(self, path: str, names: Sequence[str]) -> None:
+        """What the curves of a plot are called."""
+        self._stream.log(path, rr.SeriesLines(names=list(names)), static=True)
+
+    def scalars(self, path: str, values: Sequence[float]) -> None:
+        """The next value of each curve."""
+        self._stream.log(path, rr.Scalars(list(values)))
+
+    def show(self, layout: rrb.Blueprint) -> None:
+        """How the viewer lays the recording out."""
+        self._stream.send_blueprint(layout)
+
+    def close(self, timeout_s: float) -> None:
+        """Write out what is still pending, for `timeout_s` at most; more calls do nothing."""
+        if not self._open:
+            return
+        self._open = False
+        try:
+            self._stream.flush(timeout_sec=timeout_s)
+        except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
+            warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
+        self._stream.disconnect()
+
+
+def run_layout(view: Viewpoint) -> rrb.Blueprint:
+    """The layout of a run: the map as seen from `view`, the images, the plots, what happened and why."""
+    scene = _scene(entities.WORLD, "Map", ["$origin/**", f"- {entities.DEPTH}", f"- {entities.IDS}"], view)
+    images = rrb.Horizontal(
+        rrb.Spatial2DView(origin=entities.COLOR, name="Colour"),
+        rrb.Tabs(
+            rrb.Spatial2DView(origin=entities.IDS, name="Instances"),
+            rrb.Spatial2DView(origin=entities.DEPTH, name="Depth"),
+        ),
+    )
+    plots = rrb.Tabs(
+        rrb.TimeSeriesView(origin=entities.STAGES, name="Milliseconds"),
+        rrb.TimeSeriesView(origin=entities.INSTANCES, name="Instances"),
+        rrb.TimeSeriesView(origin=entities.MEMORY, name="Memory"),
+    )
+    words = rrb.Tabs(
+        rrb.TextDocumentView(origin=entities.DECISIONS, name="Why"),
+        rrb.TextLogView(origin=entities.EVENTS, name="Events", columns=LOG_COLUMNS),
+    )
+    side = rrb.Vertical(images, plots, words, row_shares=[3, 3, 4])
+    return rrb.Blueprint(
+        rrb.Horizontal(scene, side, column_shares=[3, 2]),
+        rrb.TimePanel(state="collapsed", timeline=FRAME, play_state="following"),
+        collapse_panels=True,
+    )
+
+
+def scene_layout(view: Viewpoint) -> rrb.Blueprint:
+    """One view of all there is, beside the tree in which each part can be shown and hidden."""
+    return rrb.Blueprint(
+        _scene("/", "Maps", ["$origin/**"], view),
+        rrb.BlueprintPanel(state="expanded"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed"),
+        auto_views=False,
+    )
+
+
+def _scene(origin: str, name: str, contents: list[str], view: Viewpoint) -> rrb.Spatial3DView:
+    eye = rrb.EyeControls3D(position=view.position, look_target=view.target, eye_up=view.up)
+    return rrb.Spatial3DView(origin=origin, name=name, contents=contents, line_grid=False, eye_controls=eye)
