@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from razer.metrics.alignment import align, align_poses
 from razer.metrics.scene_pair import TimedPoses
-from razer.metrics.trajectory import align, associate, trajectory_numbers
+from razer.metrics.trajectory import associate, trajectory_numbers
 
 
 def motion(rotation: Rotation, shift: np.ndarray) -> np.ndarray:
@@ -128,3 +129,20 @@ def test_short_trajectories() -> None:
         TimedPoses(np.array([1.0, 1.0]), np.stack([np.eye(4)] * 2))
     with pytest.raises(ValueError, match="one 4x4 each"):
         TimedPoses(np.array([1.0]), np.eye(4))
+
+
+def test_what_was_written_and_read_back_is_left_where_it_is() -> None:
+    poses = walk().world_from_camera
+    found = align_poses(poses + 1e-9, poses)
+    assert found.ground == "identity"
+    assert (found.target_from_source == np.eye(4)).all()
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 0.0), (1.0, 0.5, 0.0)], ids=["standing still", "straight on"])
+def test_orientations_close_what_positions_leave_open(direction: tuple[float, ...]) -> None:
+    poses = walk(60).world_from_camera.copy()
+    poses[:, :3, 3] = np.outer(np.linspace(0, 2, 60), direction)
+    moved = motion(Rotation.random(random_state=5), np.array([1.0, -2.0, 3.0]))
+    found = align_poses(moved @ poses, poses)
+    assert found.ground == "orientations"
+    assert found.target_from_source @ moved == pytest.approx(np.eye(4), abs=1e-9)

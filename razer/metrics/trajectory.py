@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.metrics.alignment import Ground, align_poses
 from razer.metrics.scene_pair import TimedPoses
 
 Floats = NDArray[np.floating]
+MAX_DIFFERENCE_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +25,9 @@ class RelativeErrors:
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryNumbers:
-    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4); errors from one frame to the
-    next and over one second; poses compared, and the share of the true frames that have an estimated pose."""
+    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4) and its ground; errors from one
+    frame to the next and over one second; poses compared, and the share of the true frames that have an estimated
+    pose."""
 
     ate_rmse_m: float
     rotation_rmse_deg: float
@@ -33,29 +36,37 @@ class TrajectoryNumbers:
     compared: int
     tracked: float
     truth_from_estimate: Floats
+    ground: Ground
 
 
 def trajectory_numbers(
-    truth: TimedPoses, estimate: TimedPoses, max_difference_s: float = 0.02
+    truth: TimedPoses, estimate: TimedPoses, max_difference_s: float = MAX_DIFFERENCE_S
 ) -> TrajectoryNumbers | None:
     """Compare trajectories (protocol E); None where no stamps agree. Sources: Sturm et al., IROS 2012; Umeyama 1991."""
     rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
     if len(rows) == 0:
         return None
     stamps, true_poses = truth.stamps[rows], truth.world_from_camera[rows]
-    alignment = align(estimate.world_from_camera[columns, :3, 3], true_poses[:, :3, 3])
-    poses = alignment @ estimate.world_from_camera[columns]
+    alignment = align_poses(estimate.world_from_camera[columns], true_poses)
+    poses = alignment.target_from_source @ estimate.world_from_camera[columns]
+    distances_m, angles_deg = pose_errors(true_poses, poses)
     frames = truth.n_frames or len(truth.stamps)
     seconds = _one_second_later(stamps, max_difference_s)
     return TrajectoryNumbers(
-        _root_mean_square(np.linalg.norm(poses[:, :3, 3] - true_poses[:, :3, 3], axis=1)),
-        _root_mean_square(_angles_deg(true_poses, poses)),
+        _root_mean_square(distances_m),
+        _root_mean_square(angles_deg),
         _relative(true_poses, poses, np.arange(len(poses) - 1), np.arange(1, len(poses))),
         _relative(true_poses, poses, *seconds),
         len(poses),
         len(poses) / frames,
-        alignment,
+        alignment.target_from_source,
+        alignment.ground,
     )
+
+
+def pose_errors(truth: Floats, estimate: Floats) -> tuple[Floats, Floats]:
+    """How far each pose of (N, 4, 4) is from the true one: metres (N,) and degrees (N,)."""
+    return np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1), _angles_deg(truth, estimate)
 
 
 def associate(
@@ -78,18 +89,6 @@ def associate(
             chosen.append((row, column))
     ordered = np.array(sorted(chosen), np.int64).reshape(-1, 2)
     return ordered[:, 0], ordered[:, 1]
-
-
-def align(source: Floats, target: Floats) -> Floats:
-    """The rigid motion (4, 4), without scale, that moves source points (N, 3) nearest to target points (N, 3) in the
-    least squares sense (Umeyama 1991, eq. 40-42 with c = 1)."""
-    mean_source, mean_target = source.mean(axis=0), target.mean(axis=0)
-    left, _, right = np.linalg.svd((target - mean_target).T @ (source - mean_source))
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
-    motion = np.eye(4)
-    motion[:3, :3] = left @ mirror @ right
-    motion[:3, 3] = mean_target - motion[:3, :3] @ mean_source
-    return motion
 
 
 def _one_second_later(stamps: Floats, tolerance_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
