@@ -37,7 +37,8 @@ class Decision:
 @dataclass(frozen=True, slots=True)
 class Step:
     """One mapped frame: id_image (H, W) int32 track per pixel, 0 = nobody; fused as (gone, survivor);
-    changed_blocks (M, 3) int32 keys of the blocks that were fused into."""
+    changed_blocks (M, 3) int32 keys of the blocks that were fused into; rebuilt, whether the whole map was replaced
+    by one that follows corrected poses."""
 
     frame_index: int
     id_image: NDArray[np.int32]
@@ -46,6 +47,7 @@ class Step:
     fused: tuple[tuple[int, int], ...]
     pruned: tuple[int, ...]
     changed_blocks: NDArray[np.int32]
+    rebuilt: bool = False
 
     @property
     def born(self) -> tuple[int, ...]:

@@ -113,23 +113,39 @@ class Tracker:
         settings = self.config.maintenance
         fused: list[tuple[int, int]] = []
         while pair := self._next_duplicate(settings):
-            survivor, gone = pair
-            self.tracks[survivor].absorb(self.tracks[gone])
-            self._index.put(survivor, self.tracks[survivor].box)
-            self._remove(gone, survivor)
-            fused.append((gone, survivor))
+            fused.append(self._fuse(*pair))
         return fused
+
+    def fuse_alike(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+        """Fuse those of the given pairs (older id, newer id) that look alike; returns (gone, survivor) in order. A
+        track is fused once, as what spoke for a second fusion may no longer hold after the first."""
+        fused: dict[int, int] = {}
+        for older, newer in pairs:
+            is_free = {older, newer}.isdisjoint({*fused, *fused.values()}) and {older, newer} <= self.tracks.keys()
+            if is_free and self._similarity(older, newer) >= self.config.maintenance.fuse_cosine:
+                gone, survivor = self._fuse(older, newer)
+                fused[gone] = survivor
+        return list(fused.items())
+
+    def _fuse(self, survivor: int, gone: int) -> tuple[int, int]:
+        self.tracks[survivor].absorb(self.tracks[gone])
+        self._index.put(survivor, self.tracks[survivor].box)
+        self._remove(gone, survivor)
+        return gone, survivor
+
+    def _similarity(self, a: int, b: int) -> float:
+        return max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
 
     def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
         for a, b in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
-            similar = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
-            if similar >= settings.fuse_cosine:
+            if self._similarity(a, b) >= settings.fuse_cosine:
                 return a, b
         return None
 
-    def prune(self, frame_index: int) -> list[int]:
+    def prune(self, frame_index: int, spare_confirmed: bool = False) -> list[int]:
         """Drop tracks that were never confirmed, were missed too often in plain view, or lost their support."""
-        gone = [track.id for track in self.tracks.values() if self._is_hopeless(track, frame_index)]
+        doubtful = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
+        gone = [track.id for track in doubtful if self._is_hopeless(track, frame_index)]
         for track_id in gone:
             self._remove(track_id, 0)
         return gone

@@ -22,6 +22,7 @@ from razer.cells import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
 from razer.config import VoxelSettings
 from razer.frame import Frame
 from razer.geometry import inverse
+from razer.survivors import Survivors
 
 Ints = NDArray[np.int32]
 START_BLOCKS = 1024
@@ -34,7 +35,7 @@ FULL = 0.85  # share of the capacity beyond which the hash map is made larger be
 class VoxelMap:
     """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
 
-    def __init__(self, settings: VoxelSettings, device: str = "CPU:0") -> None:
+    def __init__(self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None) -> None:
         self.settings = settings
         self.device = o3c.Device(device)
         self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
@@ -49,7 +50,11 @@ class VoxelMap:
             self.device,
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
-        self._survivor = torch.zeros(1, dtype=torch.int32, device=self.torch_device)
+        self._survivors = survivors or Survivors(self.torch_device)
+
+    def successor(self) -> VoxelMap:
+        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both."""
+        return VoxelMap(self.settings, str(self.device), self._survivors)
 
     @property
     def n_blocks(self) -> int:
@@ -59,7 +64,7 @@ class VoxelMap:
     @property
     def newest_id(self) -> int:
         """The largest id admitted so far."""
-        return len(self._survivor) - 1
+        return self._survivors.newest_id
 
     @property
     def memory_bytes(self) -> int:
@@ -155,7 +160,7 @@ class VoxelMap:
 
     def alive(self, ids: Tensor) -> Tensor:
         """Ids after all fusions and prunings so far."""
-        return self._survivor[ids.long()]
+        return self._survivors.alive(ids)
 
     def labels_at(self, cells: Cells) -> Tensor:
         """The label (C,) int32 of each cell, 0 = nobody; stays on the device."""
@@ -177,17 +182,16 @@ class VoxelMap:
 
     def admit(self, track_id: int) -> None:
         """Make a new id known; ids must be admitted in increasing order before they get votes."""
-        missing = torch.arange(len(self._survivor), track_id + 1, dtype=torch.int32, device=self.torch_device)
-        self._survivor = torch.cat([self._survivor, missing])
+        self._survivors.admit(track_id)
 
     def replace(self, gone: int, survivor: int) -> None:
         """All that was `gone` is `survivor` from now on; survivor 0 forgets it. Voxels follow lazily."""
-        self._survivor[self._survivor == gone] = survivor
+        self._survivors.replace(gone, survivor)
 
     def vote(self, cells: Cells, ids: Ints) -> None:
-        """One vote (C,) for each cell that the map has; 0 = none."""
+        """One vote (C,) for each cell that the map has; 0 = none. Votes for who is gone go to the survivor."""
         addresses, known = self._addresses(cells)
-        cast = self._tensor(ids)[known].int()
+        cast = self.alive(self._tensor(ids)[known])
         self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
 
     def relabel(self, addresses: Tensor) -> None:
@@ -200,6 +204,13 @@ class VoxelMap:
         ids, counts = change(self.alive(slot_ids[addresses].T.contiguous()), slot_counts[addresses].T.contiguous())
         slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
         self.attribute("label")[addresses, 0] = votes.winner(ids, counts)
+
+    def amplify(self, times: float) -> None:
+        """Let every observation and vote so far count `times` times."""
+        weight, counts = self.attribute("weight"), self.attribute("counts")
+        weight.mul_(times)
+        for part in counts.split(BLOCKS_AT_ONCE * BLOCK_VOXELS):
+            part.copy_((part * times).round_().clamp_(max=votes.MAX_COUNT))
 
     def active_rows(self) -> tuple[Ints, Tensor]:
         """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""

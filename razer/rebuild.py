@@ -1,0 +1,185 @@
+"""The map follows the poses: fused frames are kept and, once their poses were corrected, fused anew elsewhere.
+
+Open3D's volume bakes poses in, so a second one is filled beside it, a few frames at a time, and takes its place when
+it has caught up. There is no clock here: work is counted in frames replayed, and during the run earned by frames
+fused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.carving import carve
+from razer.cells import ObservedSurface
+from razer.config import MapperConfig
+from razer.duplicates import Sightings
+from razer.frame import Frame
+from razer.frame_packing import pack, unpack
+from razer.frame_store import FrameStore
+from razer.stages import stage
+from razer.voting import vote
+from razer.voxels import VoxelMap
+
+Pose = NDArray[np.float64]
+
+# Where the shift of a view is measured: the middle and the corners of an image 2 m away.
+PROBES = np.array([[0, 0, 2, 1], [-1, -0.75, 2, 1], [1, -0.75, 2, 1], [-1, 0.75, 2, 1], [1, 0.75, 2, 1]]).T
+# Of a fast camera each frame is needed, as its neighbours do not show the same; one at rest shows nothing new, and
+# its frames are kept several times more rarely. Shift since the last kept frame, voxels at 2 m depth.
+FAST_VOXELS = 2.5
+RESTING_VOXELS = 0.5
+RESTING = 4
+
+
+def shifts_m(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far what N cameras see at 2 m depth moves, metres (N,), if their poses (N, 4, 4) change."""
+    return np.linalg.norm(((after - before) @ PROBES)[:, :3], axis=1).mean(axis=1)
+
+
+class _Draft:
+    """A volume being filled with every `stride`-th kept frame, and the poses they were fused at."""
+
+    def __init__(self, voxels: VoxelMap, stride: int) -> None:
+        self.voxels = voxels.successor()
+        self.stride = stride
+        self.next = 0
+        self.replays = 0
+        self.poses: list[Pose] = []
+
+
+class Follower:
+    """The kept frames of a map, their newest poses, and the volume that is being rebuilt from them."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self.settings, self.voxel_settings = config.follow, config.voxels
+        self._store = FrameStore(config.follow.memory_mb * 10**6)
+        self.sightings = Sightings()
+        self._position: dict[int, int] = {}  # of a frame index among the kept frames
+        self._poses: list[Pose] = []  # newest
+        self._fused_at: list[Pose] = []  # in the map that is shown
+        self._since_kept = 0
+        self._stood_for = 0  # fused frames that the kept ones stand for, without those of a resting camera
+        self._earned = 0.0
+        self._draft: _Draft | None = None
+        self._is_rough = False  # whether the map shown is a draft
+        self._corrected = False  # since the poses were last compared with the map
+        self._moved = False
+        self.n_rebuilds = 0
+        self.n_replays = 0
+
+    @property
+    def n_kept(self) -> int:
+        """Frames kept so far."""
+        return len(self._poses)
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the map lies where the poses no longer are, so that what is missed in it need not be gone."""
+        return self._draft is not None or self._moved
+
+    def keep(self, frame: Frame, surface: ObservedSurface, ids: NDArray[np.int32]) -> None:
+        """Note a fused frame with its strided id image (h, w), and keep it if enough has changed since the last."""
+        self._earned += self.settings.live_replays
+        self._since_kept += 1
+        if self._poses and self._since_kept < self._patience(frame.pose):
+            return
+        self._stood_for += min(self._since_kept, self.settings.every)
+        self._since_kept = 0
+        self._position[frame.index] = len(self._poses)
+        self.sightings.add(ids)
+        self._store.append(pack(frame, surface, ids))
+        self._poses.append(frame.pose)
+        self._fused_at.append(frame.pose)
+
+    def _patience(self, pose: Pose) -> int:
+        """After how many fused frames one is kept."""
+        shift_voxels = self._shift_voxels(self._poses[-1:], [pose])[0]
+        if shift_voxels > FAST_VOXELS:
+            return 1
+        return self.settings.every * (RESTING if shift_voxels < RESTING_VOXELS else 1)
+
+    def move(self, corrections: Mapping[int, Pose]) -> None:
+        """Note new world_from_camera (4, 4) of frames by index; those that were not kept are of no concern."""
+        for index, pose in corrections.items():
+            if index in self._position:
+                self._poses[self._position[index]] = pose
+                self._corrected = True
+
+    def _shift_voxels(self, poses: list[Pose], others: list[Pose]) -> NDArray[np.float64]:
+        return shifts_m(np.stack(poses), np.stack(others)) / self.voxel_settings.voxel_size_m
+
+    def advance(self, voxels: VoxelMap) -> VoxelMap | None:
+        """Rebuild a little, as the run goes on; returns what is to replace `voxels` once it has caught up."""
+        if self._corrected:
+            self._compare()
+        if self._moved and self._draft is None and self._earned >= self._draft_replays:
+            self._draft = _Draft(voxels, self.settings.draft)
+        if self._draft is None:
+            return None
+        for _ in range(self.settings.pace):
+            if self._draft.next < self.n_kept:
+                self._earned -= 1
+                self._replay(self._draft)
+        return self._taken(self._draft) if self._draft.next >= self.n_kept else None
+
+    def _compare(self) -> None:
+        """Find out whether the map is worth rebuilding, and a rebuild under way worth starting over."""
+        self._corrected = False
+        self._moved = self._has_moved(self._poses, self._fused_at)
+        draft = self._draft
+        if draft and draft.poses and self._earned >= self._draft_replays:
+            stale = self._has_moved(self._poses[: draft.next : draft.stride], draft.poses)
+            self._draft = None if stale else draft
+
+    @property
+    def _draft_replays(self) -> int:
+        return len(range(0, self.n_kept, self.settings.draft))
+
+    def _has_moved(self, poses: list[Pose], fused_at: list[Pose]) -> bool:
+        return bool(self._shift_voxels(poses, fused_at).mean() > self.settings.live_shift_voxels)
+
+    def replay_all(self, voxels: VoxelMap) -> Iterator[tuple[float, VoxelMap | None]]:
+        """Rebuild from every kept frame if any has moved; yields the share done after each frame, and at last what
+        is to replace `voxels`."""
+        self._draft = None
+        if not self._poses:
+            return
+        shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
+        if not (self._is_rough or shift_voxels > self.settings.final_shift_voxels):
+            return
+        draft = _Draft(voxels, 1)
+        while draft.next < self.n_kept:
+            with stage("rebuild"):
+                self._replay(draft)
+            done = draft.next == self.n_kept
+            yield draft.next / self.n_kept, self._taken(draft) if done else None
+
+    def _replay(self, draft: _Draft) -> None:
+        """Fuse one kept frame, and let it vote and carve, as it did at first."""
+        position, settings = draft.next, self.voxel_settings
+        pose = self._poses[position]
+        replay = unpack(self._store[position], position)
+        frame = replay.frame.at(pose)
+        surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
+        draft.voxels.integrate(frame, surface)
+        vote(draft.voxels, surface, replay.ids)
+        draft.next += draft.stride
+        draft.replays += 1
+        self.n_replays += 1
+        draft.poses.append(pose)
+        if settings.carve_every and draft.replays % max(1, settings.carve_every // self.settings.every) == 0:
+            carve(draft.voxels, surface)
+
+    def _taken(self, draft: _Draft) -> VoxelMap:
+        """The finished volume, whose observations and votes count for the frames that were left out as well."""
+        draft.voxels.amplify(draft.stride * self._stood_for / self.n_kept)
+        # A frame that was left out lies where it belongs: its neighbours stand for it.
+        self._fused_at = [
+            pose if i % draft.stride else draft.poses[i // draft.stride] for i, pose in enumerate(self._poses)
+        ]
+        self._draft, self._is_rough, self._corrected = None, draft.stride > 1, True
+        self.n_rebuilds += 1
+        return draft.voxels
