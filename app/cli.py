@@ -23,6 +23,7 @@ app.command("app.inspect_recording:inspect", name="inspect", help="Say what a re
 app.command("app.convert:convert", name="convert", help="Write a recording anew, in our own or another layout.")
 app.command("app.synth:synth", name="synth", help="Write a recording of a simulated place with its truth.")
 app.command("app.evaluate:evaluate", name="eval", help="Measure a map against the truth.")
+app.command("app.compare:compare", name="compare", help="Compare two runs over one recording.")
 app.command("app.reproduce:reproduce", name="reproduce", help="Map and evaluate a table of the paper.")
 app.command("app.ablate:ablate", name="ablate", help="Measure what each part of the method contributes.")
 app.command("app.bench:bench", name="bench", help="Measure time per stage and memory, beside plain TSDF fusion.")

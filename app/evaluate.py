@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -75,7 +76,7 @@ def evaluate(
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
-    _say(notes)
+    say(notes)
     _deliver(result, run if run is not None and is_run(run) else None, out, json)
     return 0
 
@@ -96,7 +97,8 @@ def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: 
         report(result, result_console(), pictures)
 
 
-def _say(notes: list[str]) -> None:
+def say(notes: Iterable[str]) -> None:
+    """What one should know of a result, on standard error."""
     for note in notes:
         progress_console().print(f"note: {note}", soft_wrap=True)
 

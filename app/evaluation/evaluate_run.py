@@ -38,7 +38,7 @@ def evaluate_jobs(
         nonlocal current
         for name, prediction, truth_folder in jobs:
             current = f"{prediction} does not fit {truth_folder}"
-            truth = _truth(truth_folder, preset, scene)
+            truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read_prediction(
                 prediction,
@@ -59,7 +59,8 @@ def evaluate_jobs(
         raise BadInput(f"{current}: {error}") from error
 
 
-def _truth(folder: Path, preset: Preset, scene: str | None) -> GroundTruth:
+def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundTruth:
+    """The truth in a folder, in the classes of a preset; raises BadInput."""
     asked = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
     return open_truth(folder, vocabulary=asked, scene=scene)
 

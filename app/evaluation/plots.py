@@ -1,4 +1,4 @@
-"""Pictures of an evaluation; the only importer of matplotlib."""
+"""Pictures of an evaluation; with those of a comparison the only importer of matplotlib."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def confusion_matrix(result: Evaluation) -> bytes | None:
     axes.set_yticks(range(len(names)), names, fontsize=7)
     axes.set(xlabel="predicted", ylabel="true", title="share of each true class")
     figure.colorbar(image, ax=axes, shrink=0.7)
-    return _png(figure)
+    return png(figure)
 
 
 def precision_recall(result: Evaluation) -> bytes | None:
@@ -53,10 +53,11 @@ def precision_recall(result: Evaluation) -> bytes | None:
     axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.02), ylim=(0, 1.02), title="instances at IoU 0.5")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7, loc="lower left")
-    return _png(figure)
+    return png(figure)
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """The figure as a file."""
     buffer = BytesIO()
     FigureCanvasAgg(figure).print_png(buffer)
     return buffer.getvalue()

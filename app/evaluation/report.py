@@ -15,7 +15,7 @@ from razer.metrics.evaluation import Evaluation
 _CLASSES = 30
 _WORST = 8
 # Part of an evaluation -> its numbers and what a table calls them.
-_SUMMARY = {
+SUMMARY = {
     "class_agnostic": {"ap": "AP", "ap50": "AP50", "ap25": "AP25"},
     "class_aware": {"ap": "AP by class", "ap50": "AP50 by class", "ap25": "AP25 by class"},
     "panoptic": {"pq": "PQ", "sq": "SQ", "rq": "RQ"},
@@ -26,7 +26,15 @@ _SUMMARY = {
         "fscore_2cm": "F-score 2 cm",
         "fscore_5cm": "F-score 5 cm",
     },
-    "pose": {"ate_rmse_m": "ATE RMSE, m", "rotation_rmse_deg": "rotation RMSE, degrees"},
+    "pose": {
+        "ate_rmse_m": "ATE RMSE, m",
+        "rotation_rmse_deg": "rotation RMSE, degrees",
+        "rpe_frame_m": "RPE a frame, m",
+        "rpe_frame_deg": "RPE a frame, degrees",
+        "rpe_second_m": "RPE a second, m",
+        "rpe_second_deg": "RPE a second, degrees",
+        "tracked": "share of frames tracked",
+    },
 }
 
 
@@ -36,13 +44,13 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
     table = Table(title=f"{len(result.scenes)} scene(s)", title_justify="left")
     table.add_column("number")
     table.add_column("value", justify="right")
-    for part, labels in _SUMMARY.items():
+    for part, labels in SUMMARY.items():
         numbers: Mapping[str, Any] | None = getattr(result, part)
         for key, label in labels.items():
             if numbers is not None and key in numbers:
-                table.add_row(label, _text(numbers[key]))
+                table.add_row(label, text_of(numbers[key]))
     for split, numbers in ((result.class_aware or {}).get("splits") or {}).items():
-        table.add_row(f"AP {split}", _text(numbers["ap"] if isinstance(numbers, Mapping) else numbers))
+        table.add_row(f"AP {split}", text_of(numbers["ap"] if isinstance(numbers, Mapping) else numbers))
     for row in (result.retrieval or {}).items():
         _add_flat(table, "retrieval", row)
     console.print(table)
@@ -77,7 +85,7 @@ def _add_flat(table: Table, name: str, row: tuple[str, Any]) -> None:
         for inner in value.items():
             _add_flat(table, f"{name} {key.replace('_', ' ')}", inner)
     elif isinstance(value, int | float):
-        table.add_row(f"{name} {key.replace('_', ' ')}", _text(value))
+        table.add_row(f"{name} {key.replace('_', ' ')}", text_of(value))
 
 
 def _print_ids(result: Evaluation, console: Console) -> None:
@@ -97,7 +105,7 @@ def _print_classes(result: Evaluation, console: Console) -> None:
         table.add_column(key, justify="right")
     for name, numbers in list(per_class.items())[:_CLASSES]:
         values = numbers if isinstance(numbers, Mapping) else vars(numbers)
-        table.add_row(name, *(_text(values[key]) for key in ("ap", "ap50", "ap25")))
+        table.add_row(name, *(text_of(values[key]) for key in ("ap", "ap50", "ap25")))
     console.print(table)
     if len(per_class) > _CLASSES:
         console.print(f"and {len(per_class) - _CLASSES} more: --json has them all")
@@ -116,5 +124,6 @@ def _print_worst(result: Evaluation, console: Console) -> None:
     console.print(table)
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """A number in four digits, "-" for none."""
     return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"

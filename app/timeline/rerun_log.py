@@ -107,7 +107,7 @@ class RerunLog:
             ),
         )
 
-    def lines(self, path: str, strips: Sequence[Array], color: tuple[int, int, int]) -> None:
+    def lines(self, path: str, strips: Sequence[NDArray[np.floating]], color: tuple[int, int, int]) -> None:
         """Lines through the points (N, 3) of each strip."""
         self._stream.log(path, rr.LineStrips3D(list(strips), colors=[color]))
 

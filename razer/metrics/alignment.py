@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.geometry import Array
+
 Floats = NDArray[np.floating]
 Ground = Literal["identity", "positions", "orientations"]
 
@@ -21,7 +23,7 @@ class Alignment:
     """target_from_source (4, 4), and its ground: the poses are the same (identity), their positions alone, or, as these
     lie on a line or at one point, their orientations too."""
 
-    target_from_source: Floats
+    target_from_source: Array
     ground: Ground
 
 
@@ -38,7 +40,7 @@ def align_poses(source: Floats, target: Floats) -> Alignment:
     return Alignment(align(source[:, :3, 3], target[:, :3, 3], _ORIENTATION_M**2 * turns.sum(axis=0)), "orientations")
 
 
-def align(source: Floats, target: Floats, prior: Floats | float = 0.0) -> Floats:
+def align(source: Floats, target: Floats, prior: Floats | float = 0.0) -> Array:
     """The rigid motion (4, 4), without scale, that moves source points (N, 3) nearest to target points (N, 3) in the
     least squares sense (Umeyama 1991, eq. 40-42 with c = 1); prior (3, 3) is added to their covariance, in m^2."""
     mean_source, mean_target = source.mean(axis=0), target.mean(axis=0)

@@ -51,7 +51,7 @@ class Evaluation:
             name: getattr(self, name) for name in Evaluation.__slots__ if name not in ("preset", "curves", "worst")
         }
         worst = [asdict(one) for one in self.worst]
-        return _plain({"preset": self.preset.name, "settings": self.preset.model_dump(), **parts, "worst": worst})
+        return plain_json({"preset": self.preset.name, "settings": self.preset.model_dump(), **parts, "worst": worst})
 
 
 def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
@@ -114,12 +114,12 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
     )
 
 
-def _plain(value: Any) -> Any:
+def plain_json(value: Any) -> Any:
     """The value with only what JSON has: nan and infinity become None, keys text, tuples lists."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
+        return {str(key): plain_json(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
+        return [plain_json(part) for part in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.geometry import Array
 from razer.metrics.alignment import Ground, align_poses
 from razer.metrics.scene_pair import TimedPoses
 
@@ -35,8 +37,16 @@ class TrajectoryNumbers:
     per_second: RelativeErrors
     compared: int
     tracked: float
-    truth_from_estimate: Floats
+    truth_from_estimate: Array
     ground: Ground
+
+
+class PoseErrors(NamedTuple):
+    """Stamps (N,) in seconds, and how far each estimated pose is from the true one: metres (N,), degrees (N,)."""
+
+    stamps: Floats
+    distances_m: Floats
+    angles_deg: Floats
 
 
 def trajectory_numbers(
@@ -49,12 +59,12 @@ def trajectory_numbers(
     stamps, true_poses = truth.stamps[rows], truth.world_from_camera[rows]
     alignment = align_poses(estimate.world_from_camera[columns], true_poses)
     poses = alignment.target_from_source @ estimate.world_from_camera[columns]
-    distances_m, angles_deg = pose_errors(true_poses, poses)
+    errors = _errors(stamps, true_poses, poses)
     frames = truth.n_frames or len(truth.stamps)
     seconds = _one_second_later(stamps, max_difference_s)
     return TrajectoryNumbers(
-        _root_mean_square(distances_m),
-        _root_mean_square(angles_deg),
+        _root_mean_square(errors.distances_m),
+        _root_mean_square(errors.angles_deg),
         _relative(true_poses, poses, np.arange(len(poses) - 1), np.arange(1, len(poses))),
         _relative(true_poses, poses, *seconds),
         len(poses),
@@ -64,9 +74,19 @@ def trajectory_numbers(
     )
 
 
-def pose_errors(truth: Floats, estimate: Floats) -> tuple[Floats, Floats]:
-    """How far each pose of (N, 4, 4) is from the true one: metres (N,) and degrees (N,)."""
-    return np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1), _angles_deg(truth, estimate)
+def errors_over_time(
+    truth: TimedPoses, estimate: TimedPoses, truth_from_estimate: Array, max_difference_s: float = MAX_DIFFERENCE_S
+) -> PoseErrors:
+    """The error of each estimated pose, brought to the truth by an alignment (4, 4), where stamps agree."""
+    rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
+    return _errors(
+        truth.stamps[rows], truth.world_from_camera[rows], truth_from_estimate @ estimate.world_from_camera[columns]
+    )
+
+
+def _errors(stamps: Floats, truth: Floats, estimate: Floats) -> PoseErrors:
+    distances_m = np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1)
+    return PoseErrors(stamps, distances_m, _angles_deg(truth, estimate))
 
 
 def associate(
