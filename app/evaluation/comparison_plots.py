@@ -1,4 +1,4 @@
-"""Pictures of a comparison, in the frame of A: A is blue, B orange, the truth black."""
+"""Pictures of a comparison, in the frame of A: A is blue, B orange, the truth pale green."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from razer.geometry import Array
 from razer.metrics.trajectory import PoseErrors
 from razer.panoptic_map import MapObject
 
-BLUE, ORANGE, BLACK, RED, VIOLET = "#1f6fb4", "#e6781e", "#222222", "#d62728", "#7b3fb5"
+BLUE, ORANGE, RED, VIOLET = "#1f6fb4", "#e6781e", "#d62728", "#7b3fb5"
+BLACK, PALE = "#222222", "#8fbf8f"
 _CELL_M = 0.05
 _MARGIN_M = 0.3
 _LARGE = 0.25  # share of the plan
@@ -33,8 +34,12 @@ _MOST_LABELS = 60
 def trajectories(result: Comparison) -> bytes:
     """The ways of both cameras, and the true one, from above, as PNG."""
     figure, axes, view = _from_above(result)
-    ways = [("truth", result.truth_trajectory, BLACK, 2.2), ("A", result.a.trajectory, BLUE, 1.8)]
-    for name, trajectory, color, width in [*ways, ("B", result.b.trajectory, ORANGE, 1.2)]:
+    truth = ("truth", result.truth_trajectory, PALE, 6.0)  # broad, as one of the others often covers it
+    for name, trajectory, color, width in (
+        truth,
+        ("A", result.a.trajectory, BLUE, 1.8),
+        ("B", result.b.trajectory, ORANGE, 1.2),
+    ):
         if trajectory is None:
             continue
         flat = view.flat(trajectory.world_from_camera[:, :3, 3])
@@ -61,15 +66,15 @@ def errors(result: Comparison) -> bytes:
     upper.set(ylabel="position, cm", title="errors of poses after alignment")
     lower.set(ylabel="rotation, degrees", xlabel="stamp, s")
     for axes in (upper, lower):
-        axes.set_ylim(bottom=0)
+        axes.set_ylim(0, 1.25 * axes.get_ylim()[1])  # with room for the legend
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=8, loc="upper left")
+        axes.legend(fontsize=8, loc="upper left", ncols=2)
     return png(figure)
 
 
 def _draw_errors(upper: Axes, lower: Axes, found: PoseErrors, color: str, name: str) -> None:
     for axes, values, unit in ((upper, 100 * found.distances_m, "cm"), (lower, found.angles_deg, "degrees")):
-        label = f"{name}, RMS {np.sqrt(np.mean(values**2)):.2g} {unit}"
+        label = f"{name}, RMS {np.sqrt(np.mean(values**2)):.2f} {unit}"
         for piece in _pieces(found.stamps):
             axes.plot(found.stamps[piece], values[piece], color=color, linewidth=1.3, label=label)
             label = ""
