@@ -15,7 +15,7 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
     Parameters
     ----------
     run:
-        The folder of a run.
+        The folder of a run, or a recording of Rerun's, such as the compare.rrd of `razer compare`.
     web:
         In the browser instead of the native viewer.
     picture:
@@ -23,7 +23,7 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
     """
     if picture is not None:
         return _draw(run, picture)
-    timeline = run / TIMELINE
+    timeline = run if run.suffix == ".rrd" else run / TIMELINE
     if not timeline.is_file():
         raise BadInput(f"{timeline} does not exist; give the folder of a run made with --timeline")
 

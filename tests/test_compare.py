@@ -16,6 +16,7 @@ from app.cli import main
 from app.evaluation.against_truth import differences
 from app.evaluation.comparison import compare_runs
 from app.evaluation.top_view import TopView
+from app.timeline import viewer
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.instance_pairs import pair_instances
@@ -218,7 +219,7 @@ def test_empty_maps_are_compared_by_their_poses(run, tmp_path):
 # Files and the screen
 
 
-def test_files_tables_and_what_else_lies_there(run, moved, capsys):
+def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     out = moved / "compare"
     out.mkdir()
     (out / "mine.txt").write_text("mine")
@@ -256,6 +257,10 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys):
     entities = {chunk.entity_path for chunk in rr.chunk.RrdReader(out / "compare.rrd").stream().to_chunks()}
     parts = {"a/mesh", "b/mesh", "a/trajectory", "b/trajectory", "a/matched", "b/matched", "pairs"}
     assert {f"/{part}" for part in parts} <= entities
+    shown = []
+    monkeypatch.setattr(viewer, "open_viewer", lambda *arguments: shown.append(arguments))
+    assert call("view", out / "compare.rrd") == 0
+    assert shown == [(out / "compare.rrd", False)]
 
 
 # What cannot be compared

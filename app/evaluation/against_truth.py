@@ -41,13 +41,13 @@ def open_scene(folder: Path, preset: Preset) -> Truth:
     truth = truth_for(folder, preset)
     trajectory = true_poses(folder)
     if trajectory is None:
-        raise BadInput(f"{folder} has no camera poses to align the runs by: give the recording's folder, or leave out")
+        raise BadInput(f"{folder} has no camera poses to align the runs by: give the recording's folder, or no --truth")
     return Truth(truth_scene(truth, trajectory), trajectory, tuple(truth.notes))
 
 
 def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset) -> Measured:
     """Evaluate a run in the frame of the truth; raises BadInput where too few of their stamps agree."""
-    pose = compared(truth.trajectory, run.trajectory, "the truth", run.name)
+    pose = compared(truth.trajectory, run.trajectory, "the truth", str(folder))
     scene = truth.scene
     predicted = read_prediction(folder, scene.class_names, len(scene.vertices), template=preset.text_template)
     evaluation = evaluate([(run.name, scene, replace(predicted, own_frame=True))], preset)

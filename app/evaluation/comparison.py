@@ -89,7 +89,7 @@ def compare_runs(folder_a: Path, folder_b: Path, truth: Path | None, preset: Pre
     B is brought into the frame of A, and each into that of the truth, by the rigid motion between their trajectories.
     Raises BadInput where that is impossible, naming the folder."""
     a, b = read_run(folder_a), read_run(folder_b)
-    pose = compared(a.trajectory, b.trajectory, a.name, b.name)
+    pose = compared(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
     moved = b.moved(pose.truth_from_estimate)
     scene = None if truth is None else open_scene(truth, preset)
     truth_a = None if scene is None else measure(folder_a, a, scene, preset)
@@ -129,18 +129,18 @@ def _notes(
     a: MappedRun, b: MappedRun, pose: TrajectoryNumbers, truth_a: Measured | None, truth_b: Measured | None
 ) -> list[str]:
     """What weakens the comparison."""
-    alignments = {f"{b.name} to {a.name}": pose}
+    alignments = {"B to A": pose}
     if truth_a and truth_b:
-        alignments |= {f"{a.name} to the truth": truth_a.pose, f"{b.name} to the truth": truth_b.pose}
+        alignments |= {"A to the truth": truth_a.pose, "B to the truth": truth_b.pose}
     notes = [
         f"{which}: the camera hardly left a line, so that orientations helped to align"
         for which, numbers in alignments.items()
         if numbers.ground == "orientations"
     ]
-    for run in (a, b):
+    for side, run in (("A", a), ("B", b)):
         if bare := [o.id for o in run.panoptic.objects if not o.n_vertices]:
             ids = " ".join(map(str, bare))
-            notes.append(f"{run.name}: instances without a surface are left out: {ids}")
+            notes.append(f"{side}: instances without a surface are left out: {ids}")
         if not len(run.panoptic.mesh.vertices):
-            notes.append(f"{run.name}: the map is empty")
+            notes.append(f"{side}: the map is empty")
     return notes

@@ -84,7 +84,6 @@ def instances(result: Comparison) -> bytes:
     """The boxes of both maps from above, pairs joined at their centres, missed and extra ones filled, as PNG."""
     figure, axes, view = _from_above(result)
     found = result.instances
-    labelled = len(found.matched) + len(found.missed) + len(found.extra) <= _MOST_LABELS
     for match in found.matched:
         _draw_box(axes, view, match.a, edgecolor=BLUE, facecolor="none")
         _draw_box(axes, view, match.b, edgecolor=ORANGE, facecolor="none")
@@ -92,12 +91,12 @@ def instances(result: Comparison) -> bytes:
         axes.plot(*ends.T, color=BLACK, linewidth=1.2)
         axes.plot(*ends[0], marker="o", color=BLUE, markersize=3.5)
         axes.plot(*ends[1], marker="o", color=ORANGE, markersize=3.5)
-        if labelled:
+        if len(found.matched) <= _MOST_LABELS:
             _write(axes, ends[0], f"{match.a.id}={match.b.id} {match.a.class_name or ''}", BLACK)
     for alone, color in ((found.missed, RED), (found.extra, VIOLET)):
         for one in alone:
             _draw_box(axes, view, one, edgecolor=color, facecolor=color, alpha=0.3)
-            if labelled:
+            if len(alone) <= _MOST_LABELS:
                 _write(axes, view.flat(one.box.center), f"{one.id} {one.class_name or ''}", color)
     counts = f"{len(found.matched)} matched, {len(found.missed)} missed, {len(found.extra)} extra"
     axes.set_title(f"instances from above: {counts}")
@@ -112,17 +111,22 @@ def instances(result: Comparison) -> bytes:
 def _from_above(result: Comparison) -> tuple[Figure, Axes, TopView]:
     """An empty plan of the place that holds both maps and trajectories, over the surface of A in grey."""
     view = TopView.of(camera_up(list(result.a.trajectory.world_from_camera)))
-    figure = Figure(figsize=(9, 8.5), layout="constrained")
-    axes = figure.add_subplot()
     meshes = [view.flat(run.panoptic.mesh.vertices.astype(np.float64)) for run in (result.a, result.b)]
     ways = [result.a.trajectory, result.b.trajectory, result.truth_trajectory]
     seen = np.concatenate([*meshes, *(view.flat(way.world_from_camera[:, :3, 3]) for way in ways if way)])
     low, high = seen.min(axis=0) - _MARGIN_M, seen.max(axis=0) + _MARGIN_M
+    figure = Figure(figsize=_figure_size(*(high - low)), layout="constrained")
+    axes = figure.add_subplot()
     axes.set(xlabel=view.names[0], ylabel=view.names[1], aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.grid(alpha=0.25)
     if len(meshes[0]):
         _draw_plan(axes, meshes[0], low, high)
     return figure, axes, view
+
+
+def _figure_size(width_m: float, height_m: float) -> tuple[float, float]:
+    """Inches for a plan of this shape, with title and legend; a corridor stays readable."""
+    return 9.0, float(np.clip(8.0 * height_m / width_m, 3.0, 16.0)) + 1.7
 
 
 def _draw_plan(axes: Axes, flat: Array, low: Array, high: Array) -> None:
