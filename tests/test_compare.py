@@ -155,10 +155,10 @@ def test_against_the_truth_both_sides_are_alike(room, run, moved, capsys):
     np.testing.assert_allclose(result["pose"]["truth_from_b"], np.linalg.inv(MOTION), atol=1e-6)
     assert result["b"]["pose"]["ate_rmse_m"] < 1e-6
     assert result["a"]["class_agnostic"]["ap50"] > 0.5
-    differences_ = numbers_in(result["delta"])
-    assert len(differences_) > 50
+    deltas = numbers_in(result["delta"])
+    assert len(deltas) > 50
     # Vertices that lie equally far from two instances may go either way.
-    assert max(map(abs, differences_)) < 0.05
+    assert max(map(abs, deltas)) < 0.05
     assert result["delta"]["surface"]["accuracy_m"] == pytest.approx(0, abs=1e-5)
     assert result["delta"]["retrieval"]["given_masks"] is None
 
@@ -358,7 +358,7 @@ def test_of_rivals_the_pairs_that_overlap_most_together_win():
     assert pair_instances(points, ids_a, points, nobody) == ()
 
 
-def test_differences_are_of_numbers_alone():
+def test_deltasare_of_numbers_alone():
     a = {"x": 1.0, "n": None, "name": "a", "on": True, "deep": {"y": 2, "z": {"w": 1}}, "only": 3, "list": [1]}
     b = {"x": 1.5, "n": 2.0, "name": "b", "on": False, "deep": {"y": 1, "z": None}, "list": [2]}
     assert differences(a, b) == {"x": 0.5, "n": None, "deep": {"y": -1, "z": None}}
