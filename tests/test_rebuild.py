@@ -1,0 +1,235 @@
+"""The map follows corrected poses: as good as one fused at them from the start, with the instances it had."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import open3d as o3d
+import pytest
+import torch
+from scenes import COARSE, axis_box, box_depth, frame_of, plane_depth, pose
+from scipy.spatial.transform import Rotation
+
+import razer.voxels
+from data_tools.truth.ground_truth import GroundTruth
+from data_tools.worlds.synthetic import SyntheticRoom
+from razer.config import FollowSettings, MapperConfig
+from razer.duplicates import Sightings, mapped_twice, shared_votes
+from razer.frame import Frame
+from razer.mapper import Mapper
+from razer.metrics.instance_ap import Scene, instance_ap
+from razer.metrics.surface import compare
+from razer.metrics.transfer import transfer_labels
+from razer.models.oracle import OracleEmbedder, OracleSegmenter
+from razer.panoptic_map import PanopticMap
+from razer.rebuild import shifts_m
+from razer.step import Step
+from razer.surface import LabelledMesh
+
+N_FRAMES, CLOSED = 80, 37  # two laps; the loop is closed as the camera comes back to where it began
+DRIFT_M, DRIFT_DEG = 0.1, 3.0
+
+
+@pytest.fixture(autouse=True, scope="module")
+def small() -> Iterable[None]:
+    """One thread, and room for what these maps need."""
+    torch.set_num_threads(1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(razer.voxels, "START_BLOCKS", 64)
+        yield
+
+
+def mapper_with(follow: FollowSettings, size_m: float = 0.04) -> Mapper:
+    voxels = COARSE.model_copy(update={"voxel_size_m": size_m})
+    return Mapper(MapperConfig(voxels=voxels, follow=follow), OracleSegmenter("none"), OracleEmbedder("none"))
+
+
+def drifted(frame: Frame, share: float) -> Frame:
+    drift = np.eye(4)
+    drift[:3, :3] = Rotation.from_rotvec([0, 0, np.deg2rad(DRIFT_DEG * share)]).as_matrix()
+    drift[:3, 3] = np.array([0.8, -0.4, 0.45]) * DRIFT_M * share
+    return frame.at(drift @ frame.pose)
+
+
+def run(frames: list[Frame], follow: FollowSettings) -> tuple[Mapper, list[Step]]:
+    """Map with poses that drift more and more, until all of them are corrected at once."""
+    mapper = mapper_with(follow)
+    steps = []
+    for frame in frames:
+        if frame.index == CLOSED:
+            mapper.move({f.index: f.pose for f in frames[:CLOSED]})
+        steps.append(mapper.step(drifted(frame, frame.index / CLOSED) if frame.index < CLOSED else frame))
+    return mapper, steps
+
+
+@pytest.fixture(scope="module")
+def room() -> SyntheticRoom:
+    return SyntheticRoom(seed=0, n_frames=N_FRAMES, width=160, height=120)
+
+
+@pytest.fixture(scope="module")
+def frames(room: SyntheticRoom) -> list[Frame]:
+    return [room[i] for i in range(N_FRAMES)]
+
+
+@pytest.fixture(scope="module")
+def truth(room: SyntheticRoom) -> GroundTruth:
+    return room.truth(spacing_m=0.08)
+
+
+@pytest.fixture(scope="module")
+def at_true_poses(frames: list[Frame]) -> Mapper:
+    mapper = mapper_with(FollowSettings())
+    for frame in frames:
+        mapper.step(frame)
+    mapper.finish()
+    return mapper
+
+
+@pytest.fixture(scope="module")
+def followed(frames: list[Frame]) -> tuple[Mapper, list[Step], set[int]]:
+    mapper, steps = run(frames, FollowSettings(enabled=True, live_replays=1.0))
+    ids = {t.id for t in mapper.tracks if t.confirmed}
+    mapper.move({f.index: f.pose for f in frames})
+    mapper.finish()
+    return mapper, steps, ids
+
+
+def distances(a: LabelledMesh, b: LabelledMesh) -> np.ndarray:
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(o3d.core.Tensor(b.vertices), o3d.core.Tensor(b.triangles.astype(np.uint32)))
+    return scene.compute_distance(o3d.core.Tensor(a.vertices)).numpy()
+
+
+def f_score(a: LabelledMesh, b: LabelledMesh) -> float:
+    return compare(distances(a, b), distances(b, a)).fscore[0.02]
+
+
+def ap50(panoptic: PanopticMap, truth: GroundTruth) -> float:
+    ids = truth.instances[truth.visible]
+    found = transfer_labels(panoptic.mesh.vertices, panoptic.mesh.instances, truth.vertices[truth.visible])
+    return instance_ap(Scene(ids, found, {o.id: o.score for o in panoptic.objects})).ap50
+
+
+def test_after_drift_and_correction_the_map_is_as_good_as_one_fused_at_the_true_poses(
+    truth: GroundTruth, at_true_poses: Mapper, followed: tuple[Mapper, list[Step], set[int]]
+) -> None:
+    found, wanted = followed[0].snapshot(), at_true_poses.snapshot()
+    assert f_score(found.mesh, wanted.mesh) > 0.99
+    assert ap50(found, truth) >= ap50(wanted, truth) - 0.02
+    assert len(found.objects) <= len(wanted.objects) + 1
+
+
+def test_the_map_follows_while_the_run_goes_on_and_instances_keep_their_ids(
+    followed: tuple[Mapper, list[Step], set[int]],
+) -> None:
+    mapper, steps, ids = followed
+    rebuilt = [step for step in steps if step.rebuilt]
+    assert [CLOSED <= step.frame_index < CLOSED + 15 for step in rebuilt] == [True]
+    # What had been mapped twice was fused, and the older id stayed.
+    assert all(gone > survivor for gone, survivor in rebuilt[0].fused)
+    after = {o.id for o in mapper.snapshot().objects}
+    assert len(ids & after) >= 0.9 * len(after)
+    follower = mapper.follower
+    assert follower is not None
+    assert follower.n_rebuilds == 2
+    assert follower.n_replays <= 1.0 * N_FRAMES + follower.n_kept
+
+
+def test_kept_frames_alone_change_nothing_bit_for_bit(frames: list[Frame]) -> None:
+    plain, keeping = mapper_with(FollowSettings()), mapper_with(FollowSettings(enabled=True))
+    for frame in frames[:12]:
+        one, other = plain.step(frame), keeping.step(frame)
+        assert (one.id_image == other.id_image).all()
+    # A correction of a millimetre is none: nothing is rebuilt, not even at the end.
+    nudge = np.eye(4)
+    nudge[0, 3] = 0.001
+    keeping.move({frame.index: nudge @ frame.pose for frame in frames[:12]})
+    assert list(keeping.catch_up()) == []
+    plain.finish()
+    keeping.finish()
+    assert keeping.follower is not None
+    assert keeping.follower.n_rebuilds == 0
+    a, b = plain.snapshot(), keeping.snapshot()
+    for name in ("vertices", "colors", "instances", "triangles"):
+        assert (getattr(a.mesh, name) == getattr(b.mesh, name)).all()
+    assert [(o.id, o.score) for o in a.objects] == [(o.id, o.score) for o in b.objects]
+
+
+def test_corrections_without_kept_frames_are_refused(frames: list[Frame]) -> None:
+    with pytest.raises(ValueError, match=r"follow\.enabled"):
+        mapper_with(FollowSettings()).move({0: np.eye(4)})
+
+
+def wall_and_box(index: int, at: np.ndarray, box_at: float = 0.0) -> Frame:
+    depth = np.minimum(plane_depth(at, (0, 0, 1), 2.0), box_depth(at, axis_box((box_at, 0, 1.6), (0.5, 0.5, 0.3))))
+    frame = frame_of(depth, at, index=index)
+    return Frame(
+        index, frame.stamp, frame.rgb, frame.depth, frame.intrinsics, at, (frame.depth < 1.9).astype(np.int32) + 1
+    )
+
+
+def test_of_a_video_every_second_frame_is_kept_of_a_resting_camera_fewer_and_of_a_fast_one_all() -> None:
+    kept = []
+    for step_m in (0.03, 0.0, 0.2):
+        mapper = mapper_with(FollowSettings(enabled=True))
+        for i in range(17):
+            mapper.step(wall_and_box(i, pose((step_m * (i - 8), 0, 0))))
+        assert mapper.follower is not None
+        kept.append(mapper.follower.n_kept)
+    assert kept == [9, 3, 17]
+
+
+def test_no_more_is_replayed_than_was_earned() -> None:
+    settings = FollowSettings(enabled=True, live_replays=0.2, pace=3, every=1, draft=2)
+    mapper = mapper_with(settings)
+    for i in range(40):
+        at = pose((0.05 * np.sin(i), 0, 0))
+        mapper.step(wall_and_box(i, at))
+        # Every frame, all that were seen before are said to lie somewhere else.
+        mapper.move({j: pose((0.3 * (i % 2), 0, 0)) for j in range(i)})
+        assert mapper.follower is not None
+        assert mapper.follower.n_replays <= 0.2 * (i + 1) + settings.pace
+    shares = list(mapper.catch_up())
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len(shares) == mapper.follower.n_kept
+    assert list(mapper.catch_up()) == []
+
+
+def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two() -> None:
+    mapper = mapper_with(FollowSettings(enabled=True))
+    sightings = Sightings()
+    # 1 and 2 are one wall before and after a drift; 3, on the same voxels, is seen beside 1 all the time.
+    mapper.voxels.admit(4)
+    for i in range(12):
+        at = pose((0.02 * i, 0, 0))
+        frame = wall_and_box(i, at)
+        surface = mapper.perception.observe(frame).surface
+        mapper.voxels.integrate(frame, surface)
+        wall = surface.depth > 1.9
+        votes = np.where(wall, 1 + i % 2, 4)
+        mapper.voxels.vote(surface.cells, np.where(surface.cells.points[:, 2] > 1.9, 1 + i % 2, 4).astype(np.int32))
+        mapper.voxels.vote(surface.cells, np.where(surface.cells.points[:, 2] > 1.9, 3, 0).astype(np.int32))
+        votes[:20, :20] = 3 if i % 2 == 0 else votes[:20, :20]
+        sightings.add(votes.astype(np.int32))
+    shared = shared_votes(mapper.voxels)
+    assert shared[1, 2] > 0.8
+    assert shared[1, 3] > 0.8
+    assert shared.get((1, 4), 0) < 0.1
+    found = mapped_twice(mapper.voxels, sightings, 0.3)
+    assert (1, 2) in found
+    assert (1, 3) not in found
+    mapper.voxels.replace(2, 1)
+    assert mapped_twice(mapper.voxels, sightings, 0.3) == []
+
+
+def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
+    at = pose((1, 2, 3), (10, 20, 30))
+    moved = at.copy()
+    moved[:3, 3] += (0.03, 0, 0.04)
+    assert shifts_m(np.stack([at, at]), np.stack([at, moved])) == pytest.approx([0, 0.05])
+    turned = at @ pose((0, 0, 0), (0, 0.5, 0))
+    # Half a degree at a little more than two metres.
+    assert shifts_m(at[None], turned[None])[0] == pytest.approx(np.deg2rad(0.5) * 2.2, rel=0.1)
