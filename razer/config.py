@@ -191,7 +191,8 @@ class FollowSettings(Settings):
 
     enabled: bool = Field(
         False,
-        description="Keep frames, so that the map can be rebuilt. Costs 4 ms and 26 KB a frame; given poses need none.",
+        description="Keep frames, so that the map can be rebuilt. Costs 2 ms and 27 KB a frame, and a second volume while "
+        "it is rebuilt; given poses need none of it.",
     )
     every: int = Field(
         2,
