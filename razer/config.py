@@ -191,8 +191,8 @@ class FollowSettings(Settings):
 
     enabled: bool = Field(
         False,
-        description="Keep frames, so that the map can be rebuilt. Costs 2 ms and 27 KB a frame, and a second volume while "
-        "it is rebuilt; given poses need none of it.",
+        description="Keep frames, so that the map can be rebuilt. Costs 2 ms and 27 KB a frame, and a second volume "
+        "while it is rebuilt; given poses need none of it.",
     )
     every: int = Field(
         2,
