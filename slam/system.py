@@ -1,16 +1,32 @@
-"""Where the camera was: poses that came with the frames, or (later) estimated ones, behind two methods."""
+"""Where the camera was: poses that came with the frames, or estimated ones, behind the same few methods."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from razer.frame import Frame
+from razer.geometry import Array, inverse
+from slam.alignment import Grids, align, is_trusted
+from slam.closures import RECENT, Closures
+from slam.color_camera import ColorCamera
+from slam.features import FeatureFinder
+from slam.keyframes import Keyframe, Keyframes, View
+from slam.pose_graph import Edge, PoseGraph, surprise
+from slam.registration import Registration
+from slam.rigid_motion import angle_deg, length_m, orthonormal
+from slam.tracking import Tracking, needs_keyframe
 
-Pose = NDArray[np.float64]
+Pose = Array
+
+PATIENCE = 10  # frames that show something but nothing known, after which a new piece of the map is begun
+MIN_READINGS = 500  # valid depth pixels a keyframe must have
+MOVED_M, MOVED_DEG = 0.002, 0.1  # a correction worth telling
+PAIRS_PER_FRAME = 1
+MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
 
 class Poses(Protocol):
@@ -21,6 +37,9 @@ class Poses(Protocol):
 
     def corrections(self) -> Mapping[int, Pose]:
         """Poses that changed since the last call, by frame index: the map must follow them."""
+
+    def finish(self) -> None:
+        """No more frames will come: the last corrections can be made."""
 
 
 class GivenPoses:
@@ -33,3 +52,183 @@ class GivenPoses:
     def corrections(self) -> Mapping[int, Pose]:
         """Nothing: given poses are final."""
         return {}
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+
+@dataclass
+class _Located:
+    """A frame that was found in front of a keyframe, and the pose last told of it."""
+
+    keyframe: int
+    keyframe_from_camera: Array
+    told: Array | None
+
+
+@dataclass
+class SlamSystem:
+    """Odometry against keyframes, place recognition, and a pose graph (`method.md` section 2)."""
+
+    keyframes: Keyframes = field(default_factory=Keyframes)
+    camera: ColorCamera = field(default_factory=ColorCamera.nominal)
+    graph: PoseGraph = field(default_factory=PoseGraph)
+
+    def __post_init__(self) -> None:
+        self._finder = FeatureFinder()
+        self._closures = Closures(self.keyframes)
+        self._tracking: Tracking | None = None
+        self._located: dict[int, _Located] = {}
+        self._lost_for = 0
+        self._piece = 0
+        self._travelled_m = 0.0
+
+    def locate(self, frame: Frame) -> Pose | None:
+        """world_from_camera of a frame as far as it is known now; None = lost, or in a piece not tied to the rest."""
+        turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else 0.0
+        view = View.of(frame, self._finder, self.camera, turning)
+        grids = view.grids()
+        if not self._find(view, grids):
+            return None
+        tracking = self._tracking
+        assert tracking is not None
+        self._work(PAIRS_PER_FRAME)
+        pose = self._pose(tracking.reference.number, tracking.reference_from_camera)
+        at_home = tracking.reference.piece == 0
+        self._located[frame.index] = _Located(
+            tracking.reference.number, tracking.reference_from_camera, pose if at_home else None
+        )
+        return pose if at_home else None
+
+    def _pose(self, keyframe: int, keyframe_from_camera: Array) -> Array:
+        return orthonormal(self.keyframes[keyframe].world_from_camera @ keyframe_from_camera)
+
+    def _find(self, view: View, grids: Grids) -> bool:
+        """Track the view, or find it again, or begin a new piece with it."""
+        tracking = self._tracking
+        if tracking is not None:
+            found = tracking.follow(view, grids, self.keyframes, self.camera)
+            if found is not None:
+                self._follow(tracking, found, view, grids)
+                return True
+        if self._relocated(view, grids):
+            return True
+        self._lost_for += 1
+        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < 50:
+            return False
+        if self.keyframes.all and self._lost_for <= PATIENCE:
+            return False
+        self._begin_piece(view, grids)
+        return True
+
+    def _follow(self, tracking: Tracking, found: Registration, view: View, grids: Grids) -> None:
+        self.camera = found.camera
+        self._lost_for = 0
+        tracking.advance(found.target_from_source, view.stamp)
+        self._travelled_m += length_m(tracking.step)
+        if needs_keyframe(found) and int(grids[-1].valid.sum()) >= MIN_READINGS:
+            before = tracking.reference
+            pose = self._pose(before.number, found.target_from_source)
+            keyframe = self.keyframes.add(view, grids, pose, before.piece, self._travelled_m)
+            self.graph.add_keyframe(keyframe.number, pose)
+            edge = Edge(before.number, keyframe.number, found.target_from_source, found.information, sure=True)
+            self.graph.add_edge(edge)
+            self._closures.add(keyframe)
+            self._optimise()
+            tracking.turn_to(keyframe, np.eye(4))
+
+    def _relocated(self, view: View, grids: Grids) -> bool:
+        """Look for the view among the keyframes that look alike, and those used last."""
+        candidates = self._closures.lookalikes(view.features, len(self.keyframes))
+        if self._tracking is not None and self._tracking.reference.number not in candidates:
+            candidates.append(self._tracking.reference.number)
+        for number in candidates:
+            keyframe = self.keyframes[number]
+            found = align(keyframe.view, self.keyframes.grids(number), view, grids, [], self.camera)
+            if found is not None and is_trusted(found, 0.3, 40) and found.n_features >= 20:
+                self._tracking = Tracking(keyframe, found.target_from_source, np.eye(4), view.stamp)
+                self._lost_for = 0
+                return True
+        return False
+
+    def _begin_piece(self, view: View, grids: Grids) -> None:
+        pose = np.eye(4)
+        if self.keyframes.all:
+            self._piece += 1
+            pose = self.keyframes.all[-1].world_from_camera
+        keyframe = self.keyframes.add(view, grids, pose, self._piece, self._travelled_m)
+        self.graph.add_keyframe(keyframe.number, pose, adrift=self._piece > 0)
+        self._closures.add(keyframe)
+        self._optimise()
+        self._tracking = Tracking(keyframe, np.eye(4), np.eye(4), view.stamp)
+        self._lost_for = 0
+
+    def _work(self, n_pairs: int) -> None:
+        """Measure some of the pairs that wait."""
+        for _ in range(min(n_pairs, len(self._closures))):
+            edge = self._closures.measure_next(self.camera)
+            if edge is None:
+                continue
+            a, b = self.keyframes[edge.a], self.keyframes[edge.b]
+            if a.piece != b.piece:
+                self._join(a, b, edge)
+            self.graph.add_edge(edge)
+
+    def _join(self, a: Keyframe, b: Keyframe, edge: Edge) -> None:
+        """Two pieces turned out to be one: the later one moves to where the edge says."""
+        keep, move = (a, b) if a.piece < b.piece else (b, a)
+        keep_from_move = edge.a_from_b if keep is a else inverse(edge.a_from_b)
+        shift = keep.world_from_camera @ keep_from_move @ inverse(move.world_from_camera)
+        gone = move.piece
+        for keyframe in self.keyframes.all:
+            if keyframe.piece == gone:
+                keyframe.piece = keep.piece
+                keyframe.world_from_camera = shift @ keyframe.world_from_camera
+        self.graph.shift({k.number: k.world_from_camera for k in self.keyframes.all})
+
+    def _optimise(self) -> None:
+        self._take(self.graph.optimise())
+
+    def _take(self, poses: Mapping[int, Array]) -> None:
+        for number, pose in poses.items():
+            self.keyframes[number].world_from_camera = pose
+
+    def corrections(self) -> Mapping[int, Pose]:
+        """Poses of located frames that differ from what was told of them last, and those never told."""
+        changed = {}
+        for index, located in self._located.items():
+            if self.keyframes[located.keyframe].piece:
+                continue
+            pose = self._pose(located.keyframe, located.keyframe_from_camera)
+            off = None if located.told is None else inverse(located.told) @ pose
+            if off is None or length_m(off) > MOVED_M or angle_deg(off) > MOVED_DEG:
+                changed[index] = located.told = pose
+        return changed
+
+    def finish(self) -> None:
+        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false."""
+        for _ in range(2):
+            self._work(len(self._closures))
+            self._optimise()
+            self._closures.queue_neighbours()
+        self._work(len(self._closures))
+        self._optimise()
+        poses = self.graph.smooth()
+        good = [edge for edge in self.graph.edges if edge.sure or surprise(edge, poses) <= MAX_SURPRISE]
+        if len(good) < len(self.graph.edges):
+            self.graph.replace(good)
+            poses = self.graph.smooth()
+        self._take(poses)
+
+    def trajectory(self) -> dict[int, Pose]:
+        """world_from_camera of every frame that is tied to the first one, as known now."""
+        return {
+            index: self._pose(located.keyframe, located.keyframe_from_camera)
+            for index, located in self._located.items()
+            if self.keyframes[located.keyframe].piece == 0
+        }
+
+    @property
+    def n_loops(self) -> int:
+        """Edges that close a loop: between keyframes that tracking does not connect within a few steps."""
+        return sum(edge.b - edge.a > RECENT for edge in self.graph.edges)

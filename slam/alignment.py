@@ -1,0 +1,89 @@
+"""Two views brought together: from guesses and look-alike features to one trusted motion, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from razer.geometry import Array, inverse
+from slam.color_camera import ColorCamera
+from slam.depth_pyramid import SurfaceGrid
+from slam.features import matches
+from slam.keyframes import View
+from slam.registration import COARSE, FINE, Registration, register
+from slam.rigid_motion import angle_deg, length_m
+from slam.sightings import Sightings, located
+
+Grids = tuple[SurfaceGrid, ...]
+
+# Sightings within this many sigmas of a guess take part: the guess is only a guess.
+NEAR_SIGMAS = 8.0
+# Colour and depth are not taken at one moment, and neither is all of an image: tens of milliseconds are usual. While
+# the camera turns, depth therefore lies off the pose, which is that of the colour image.
+EXPOSURE_GAP_S = 0.05
+# Depth has wrong minima a few centimetres from the right one, where most of it agrees too; so starts that lead to
+# different places are all followed to the end.
+SAME_M, SAME_DEG = 0.01, 0.3
+FEW_FEATURES = 20  # so many more or less decide nothing
+SAME_SCORE = 0.03
+
+
+def align(
+    target: View,
+    target_grids: Grids,
+    source: View,
+    source_grids: Grids,
+    guesses: Sequence[Array],
+    camera: ColorCamera,
+) -> Registration | None:
+    """The motion target_from_source from the best of the guesses and of what the features alone say; None where there
+    is nothing to start from."""
+    sightings = Sightings.of(target.features, source.features, matches(target.features, source.features))
+    smear = EXPOSURE_GAP_S * max(target.turning_rad_s, source.turning_rad_s)
+    start = located(sightings, camera)
+    guesses = [*guesses, *([] if start is None else [start])]
+    starts = _distinct([_coarse(target_grids, source_grids, guess, sightings, camera, smear) for guess in guesses])
+    found = [_fine(target_grids, source_grids, start, sightings, camera, smear) for start in starts]
+    return _most_plausible(found) if found else None
+
+
+def _coarse(
+    target: Grids, source: Grids, guess: Array, sightings: Sightings, camera: ColorCamera, smear: float
+) -> Array:
+    near = sightings.select(sightings.inliers(guess, camera.parameters, NEAR_SIGMAS))
+    return register(source[:1], target[:1], guess, near, camera, (COARSE,), smear).target_from_source
+
+
+def _fine(
+    target: Grids, source: Grids, start: Array, sightings: Sightings, camera: ColorCamera, smear: float
+) -> Registration:
+    near = sightings.select(sightings.inliers(start, camera.parameters, NEAR_SIGMAS))
+    return register(source[1:], target[1:], start, near, camera, (FINE,), smear)
+
+
+def _distinct(motions: Sequence[Array]) -> list[Array]:
+    """Those that differ from all before them by more than the fine level bridges surely."""
+    kept: list[Array] = []
+    for motion in motions:
+        off = [inverse(other) @ motion for other in kept]
+        if all(length_m(o) > SAME_M or angle_deg(o) > SAME_DEG for o in off):
+            kept.append(motion)
+    return kept
+
+
+def _most_plausible(starts: Sequence[Registration]) -> Registration:
+    """The one whose depth agrees best; where several agree about as well, the one that explains more features, and
+    the first unless another is clearly better. Features alone do not decide: where colour is not registered they are
+    wrong in consistent sets, and a wrong depth seldom agrees."""
+    least = max(start.score for start in starts) - SAME_SCORE
+    first, *others = [start for start in starts if start.score >= least]
+    best = max(others, key=lambda start: start.n_features, default=first)
+    return best if best.n_features > 1.2 * first.n_features + FEW_FEATURES else first
+
+
+def is_trusted(found: Registration, min_score: float = 0.25, min_features: int = 30) -> bool:
+    """Whether depth or features agree well enough, and leave no direction open."""
+    turn, shift = found.sigma
+    depth_agrees = found.score >= min_score and found.agreement >= 0.5 and found.rms <= 2.0
+    if found.overlap >= min_score and found.agreement < 0.5:
+        return False
+    return (depth_agrees or found.n_features >= min_features) and turn <= 0.02 and shift <= 0.03

@@ -1,0 +1,103 @@
+"""Motions between keyframes that do not follow each other: neighbours in space, and places seen again."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from razer.geometry import Array, inverse
+from slam.alignment import align, is_trusted
+from slam.color_camera import ColorCamera
+from slam.features import Features
+from slam.keyframes import Keyframe, Keyframes
+from slam.places import Places
+from slam.pose_graph import Edge
+from slam.registration import overlap_of
+from slam.rigid_motion import angle_deg, length_m
+
+MIN_OVERLAP = 0.3  # share of a view that the other has to see for the two to be measured against each other
+MAX_ANGLE_DEG = 60.0
+MAX_NEIGHBOURS = 12  # most overlapping first
+SHORTLIST = 3
+ALIKE = 0.15  # least likeness of a place worth checking
+RECENT = 10  # keyframes that tracking itself connects
+# What drift may explain; a look-alike place farther off is another place.
+DRIFT_M, DRIFT_SHARE, DRIFT_DEG, DRIFT_DEG_PER_M = 0.25, 0.04, 5.0, 1.0
+
+
+class Closures:
+    """The pairs of keyframes still to be measured, the most promising first."""
+
+    def __init__(self, keyframes: Keyframes) -> None:
+        self._keyframes = keyframes
+        self._places = Places()
+        self._waiting: deque[tuple[int, int]] = deque()
+        self._asked: set[tuple[int, int]] = set()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def add(self, keyframe: Keyframe) -> None:
+        """Queue what a new keyframe may be measured against: places first, then neighbours."""
+        pairs = [(n, keyframe.number) for n in self.lookalikes(keyframe.view.features, keyframe.number - RECENT)]
+        pairs += [(n, keyframe.number) for n in self.neighbours(keyframe)]
+        self._places.add(keyframe.view.features)
+        self._queue(pairs)
+
+    def queue_neighbours(self) -> None:
+        """Queue all pairs that overlap at the present poses and were not measured yet."""
+        self._queue([(n, k.number) for k in self._keyframes.all for n in self.neighbours(k, limit=None)])
+
+    def _queue(self, pairs: list[tuple[int, int]]) -> None:
+        for pair in pairs:
+            if pair not in self._asked:
+                self._asked.add(pair)
+                self._waiting.append(pair)
+
+    def lookalikes(self, features: Features, before: int) -> list[int]:
+        """Keyframes with numbers below `before` that look most like the features, the most alike first."""
+        if before <= 0:
+            return []
+        alike = self._places.similar(features)[:before]
+        best = np.argsort(-alike, kind="stable")[:SHORTLIST]
+        return [int(n) for n in best if alike[n] >= ALIKE]
+
+    def neighbours(self, keyframe: Keyframe, limit: int | None = MAX_NEIGHBOURS) -> list[int]:
+        """Earlier keyframes of the same piece, but for the one just before, whose view overlaps with this one's."""
+        found = []
+        grid = self._keyframes.grids(keyframe.number)[0]
+        for other in self._in_reach(keyframe):
+            other_from_this = inverse(other.world_from_camera) @ keyframe.world_from_camera
+            share = overlap_of(grid, self._keyframes.grids(other.number)[0], other_from_this)
+            if share >= MIN_OVERLAP:
+                found.append((-share, other.number))
+        return [number for _, number in sorted(found)[:limit]]
+
+    def _in_reach(self, keyframe: Keyframe) -> list[Keyframe]:
+        """Those that may overlap by position and direction, before any point is looked at."""
+        if keyframe.number < 2:
+            return []
+        poses = self._keyframes.poses()[: keyframe.number - 1]
+        away = np.linalg.norm(poses[:, :3, 3] - keyframe.world_from_camera[:3, 3], axis=1)
+        cosine = (poses[:, :3, 2] @ keyframe.world_from_camera[:3, 2]).clip(-1, 1)
+        near = np.flatnonzero((away < 3.0) & (cosine > np.cos(np.radians(MAX_ANGLE_DEG))))
+        return [k for n in near if (k := self._keyframes[int(n)]).piece == keyframe.piece]
+
+    def measure_next(self, camera: ColorCamera) -> Edge | None:
+        """Measure the next pair; None if it came to nothing."""
+        a, b = (self._keyframes[n] for n in self._waiting.popleft())
+        guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if a.piece == b.piece else []
+        found = align(a.view, self._keyframes.grids(a.number), b.view, self._keyframes.grids(b.number), guesses, camera)
+        if found is None or not is_trusted(found, MIN_OVERLAP, 40):
+            return None
+        if a.piece == b.piece and not plausible(a, b, found.target_from_source):
+            return None
+        return Edge(a.number, b.number, found.target_from_source, found.information)
+
+
+def plausible(a: Keyframe, b: Keyframe, a_from_b: Array) -> bool:
+    """Whether the drift of the way between two keyframes may account for where one is seen from the other."""
+    way_m = abs(b.travelled_m - a.travelled_m)
+    off = inverse(inverse(a.world_from_camera) @ b.world_from_camera) @ a_from_b
+    return length_m(off) <= DRIFT_M + DRIFT_SHARE * way_m and angle_deg(off) <= DRIFT_DEG + DRIFT_DEG_PER_M * way_m

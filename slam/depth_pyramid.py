@@ -1,0 +1,109 @@
+"""A depth image as oriented points on coarse pixel grids, which is what registration works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import Intrinsics
+
+Floats = NDArray[np.float32]
+
+FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better on finer ones, only slower
+N_LEVELS = 2
+MAX_DEPTH_M = 4.0  # beyond it the noise of structured light drowns what shape there is
+JUMP_SHARE = 0.05  # neighbours whose depths differ by more than this share (and 3 cm) lie on two surfaces
+JUMP_M = 0.03
+
+
+@dataclass(frozen=True)
+class SurfaceGrid:
+    """Oriented points on the pixel grid of `intrinsics`, in camera coordinates.
+
+    points and normals (3, H * W) float32 metres, normals of length one towards the camera; valid (H * W,) bool;
+    readings (R,) the indices of the valid ones.
+    """
+
+    intrinsics: Intrinsics
+    points: Floats
+    normals: Floats
+    valid: NDArray[np.bool_]
+    readings: NDArray[np.intp]
+
+
+def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+    """The depth image (H, W) reduced to about FINE_WIDTH pixels across, without outliers and far readings."""
+    near = np.where(depth <= MAX_DEPTH_M, depth, np.float32(0))
+    near = cv2.medianBlur(np.ascontiguousarray(near), 3)
+    for _ in range(max(0, round(np.log2(intrinsics.width / FINE_WIDTH)))):
+        near, intrinsics = halved(near, intrinsics)
+    return near, intrinsics
+
+
+def depth_pyramid(fine: Floats, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ...]:
+    """Grids of oriented points of a reduced depth image, the coarsest first."""
+    grids = [surface_grid(fine, intrinsics)]
+    for _ in range(N_LEVELS - 1):
+        fine, intrinsics = halved(fine, intrinsics)
+        grids.append(surface_grid(fine, intrinsics))
+    return tuple(reversed(grids))
+
+
+def halved(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+    """Half the pixels each way: the mean of those of four readings that lie on the nearest of their surfaces."""
+    rows, columns = depth.shape[0] // 2, depth.shape[1] // 2
+    corners = [depth[i : 2 * rows : 2, j : 2 * columns : 2] for i in (0, 1) for j in (0, 1)]
+    nearest = np.full((rows, columns), np.inf, np.float32)
+    for corner in corners:
+        np.minimum(nearest, np.where(corner > 0, corner, np.float32(np.inf)), out=nearest)
+    limit = nearest * np.float32(1.02) + np.float32(0.01)
+    total, count = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+    for corner in corners:
+        same = (corner > 0) & (corner < limit)
+        total += corner * same
+        count += same
+    half = Intrinsics(
+        columns,
+        rows,
+        intrinsics.fx / 2,
+        intrinsics.fy / 2,
+        (intrinsics.cx + 0.5) / 2 - 0.5,
+        (intrinsics.cy + 0.5) / 2 - 0.5,
+    )
+    return total / np.maximum(count, np.float32(1)), half
+
+
+def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:
+    """Points of a depth image (H, W) and their normals by central differences; a point at a jump has none."""
+    columns = (np.arange(intrinsics.width, dtype=np.float32) - np.float32(intrinsics.cx)) / np.float32(intrinsics.fx)
+    rows = (np.arange(intrinsics.height, dtype=np.float32) - np.float32(intrinsics.cy)) / np.float32(intrinsics.fy)
+    points = np.stack([columns * depth, rows[:, None] * depth, depth])
+    right, down = np.zeros_like(points), np.zeros_like(points)
+    right[:, :, 1:-1] = points[:, :, 2:] - points[:, :, :-2]
+    down[:, 1:-1] = points[:, 2:] - points[:, :-2]
+    normals = np.stack(
+        [
+            down[1] * right[2] - down[2] * right[1],
+            down[2] * right[0] - down[0] * right[2],
+            down[0] * right[1] - down[1] * right[0],
+        ]
+    )
+    length = np.sqrt((normals**2).sum(axis=0))
+    valid = _smooth(depth) & (length > 0)
+    normals /= np.maximum(length, np.float32(1e-12))
+    flat = valid.ravel()
+    return SurfaceGrid(intrinsics, points.reshape(3, -1), normals.reshape(3, -1), flat, np.flatnonzero(flat))
+
+
+def _smooth(depth: Floats) -> NDArray[np.bool_]:
+    """Which pixels have readings on both sides, each way, on the same surface."""
+    smooth = np.zeros(depth.shape, bool)
+    here = depth[1:-1, 1:-1]
+    limit = JUMP_M + JUMP_SHARE * here
+    left, right, up, down = depth[1:-1, :-2], depth[1:-1, 2:], depth[:-2, 1:-1], depth[2:, 1:-1]
+    sides = (here > 0) & (left > 0) & (right > 0) & (up > 0) & (down > 0)
+    smooth[1:-1, 1:-1] = sides & (np.abs(right - left) < limit) & (np.abs(down - up) < limit)
+    return smooth

@@ -1,0 +1,139 @@
+"""The keyframes' poses from the motions measured between them: iSAM2 while the camera moves, all at once at the end
+(Kaess et al., IJRR 2012; Dellaert and Kaess 2017). The only importer of GTSAM."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import gtsam
+import numpy as np
+
+from razer.geometry import Array
+from slam.rigid_motion import adjoint
+
+# Registrations report the information of their residuals as if these were independent and all were right.
+EDGE_BELIEF = 0.003
+# Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
+GEMAN_MCCLURE = 3.0
+ANCHOR_SIGMA = 1e-4
+ADRIFT_SIGMA = 1e2  # of the first keyframe of a piece that nothing ties to the rest
+RELINEARISE = 0.005  # radians and metres
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
+    (rotation, shift); `sure` where tracking led from one to the other, which needs no second opinion."""
+
+    a: int
+    b: int
+    a_from_b: Array
+    information: Array
+    sure: bool = False
+
+
+class PoseGraph:
+    """Poses world_from_camera of keyframes, numbered as they come."""
+
+    def __init__(self) -> None:
+        self.edges: list[Edge] = []
+        self._starts: dict[int, Array] = {}
+        self._guesses: dict[int, Array] = {}
+        self._anchors: set[int] = set()
+        self._restart()
+
+    def _restart(self) -> None:
+        parameters = gtsam.ISAM2Params()
+        parameters.setRelinearizeThreshold(RELINEARISE)
+        parameters.relinearizeSkip = 1
+        self._isam = gtsam.ISAM2(parameters)
+        self._new_factors = gtsam.NonlinearFactorGraph()
+        self._new_values = gtsam.Values()
+        self._poses: dict[int, Array] = {}
+
+    def add_keyframe(self, number: int, world_from_camera: Array, adrift: bool = False) -> None:
+        """A further keyframe at its first guess; the first one is fixed there, one adrift hardly at all."""
+        self._guesses[number] = world_from_camera
+        self._new_values.insert(number, gtsam.Pose3(world_from_camera))
+        if (not self._poses and number == 0) or adrift:
+            self._anchors.add(number)
+            self._new_factors.add(_anchor(number, world_from_camera, adrift))
+        self._poses[number] = world_from_camera
+
+    def add_edge(self, edge: Edge) -> None:
+        """A further measured motion between two keyframes."""
+        self.edges.append(edge)
+        self._new_factors.add(_factor(edge))
+
+    def optimise(self) -> Mapping[int, Array]:
+        """The poses of all keyframes after taking in what was added, by iSAM2."""
+        self._isam.update(self._new_factors, self._new_values)
+        self._new_factors, self._new_values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        self._isam.update()
+        estimate = self._isam.calculateEstimate()
+        self._poses = {number: estimate.atPose3(number).matrix() for number in self._poses}
+        return self._poses
+
+    def covariance(self, number: int) -> Array:
+        """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes."""
+        return np.asarray(self._isam.marginalCovariance(number))
+
+    def smooth(self) -> Mapping[int, Array]:
+        """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
+        graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        for number, pose in self._poses.items():
+            values.insert(number, gtsam.Pose3(pose))
+        for number in self._anchors:
+            graph.add(_anchor(number, self._guesses[number], number != 0))
+        for edge in self.edges:
+            graph.add(_factor(edge))
+        estimate = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
+        self._poses = {number: estimate.atPose3(number).matrix() for number in self._poses}
+        return self._poses
+
+    def shift(self, poses: Mapping[int, Array]) -> None:
+        """Start iSAM2 anew from other poses, as when a piece adrift is tied to the rest."""
+        self._poses = dict(poses)
+        for number in self._anchors:
+            self._guesses[number] = self._poses[number]
+        self.replace(self.edges)
+
+    def replace(self, edges: Iterable[Edge]) -> None:
+        """Start iSAM2 anew from the present poses with other edges."""
+        poses, edges = self._poses, list(edges)
+        self.edges = []
+        self._restart()
+        for number, pose in poses.items():
+            self._new_values.insert(number, gtsam.Pose3(pose))
+            if number in self._anchors:
+                self._new_factors.add(_anchor(number, self._guesses[number], number != 0))
+        self._poses = dict(poses)
+        for edge in edges:
+            self.add_edge(edge)
+
+
+def surprise(edge: Edge, poses: Mapping[int, Array]) -> float:
+    """How many sigmas an edge is off at the given poses."""
+    measured = gtsam.Pose3(edge.a_from_b)
+    predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
+    error = np.asarray(measured.localCoordinates(predicted))
+    return float(np.sqrt(max(float(error @ _information(edge) @ error), 0.0)))
+
+
+def _information(edge: Edge) -> Array:
+    moved = adjoint(edge.a_from_b)
+    information = EDGE_BELIEF * moved.T @ edge.information @ moved
+    return (information + information.T) / 2 + 1e-3 * np.eye(6)
+
+
+def _factor(edge: Edge) -> gtsam.BetweenFactorPose3:
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(_information(edge))
+    if not edge.sure:
+        noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.GemanMcClure.Create(GEMAN_MCCLURE), noise)
+    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), noise)
+
+
+def _anchor(number: int, pose: Array, adrift: bool) -> gtsam.PriorFactorPose3:
+    noise = gtsam.noiseModel.Isotropic.Sigma(6, ADRIFT_SIGMA if adrift else ANCHOR_SIGMA)
+    return gtsam.PriorFactorPose3(number, gtsam.Pose3(pose), noise)

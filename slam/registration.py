@@ -1,0 +1,209 @@
+"""The motion between two views: depth against depth, point to plane, together with matched features.
+
+Both are least squares in the same six unknowns, so their normal equations add up. Where the depth leaves a direction
+open, as along a bare corridor, features decide it, and the other way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.geometry import Array, inverse
+from slam.color_camera import N_PARAMETERS, ColorCamera
+from slam.depth_pyramid import SurfaceGrid
+from slam.rigid_motion import motion
+from slam.sightings import Sightings
+
+# Readings of neighbouring pixels err together: thousands of them are worth a share of as many.
+DEPTH_BELIEF = 0.3
+FACING = 0.8  # least cosine between the normals of points that may be one
+TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
+HUBER = 1.5
+MIN_POINTS = 100
+SOUND = 0.8  # least agreement of depth for features to tell of the colour camera
+STILL = 0.005  # most smear for that
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level of a registration: how often to iterate at most, how far apart points may be (metres), and whether
+    outliers are left out or, as long as it is not clear which ones they are, only weigh less."""
+
+    iterations: int
+    reach_m: float
+    strict: bool
+
+
+COARSE = Level(6, 0.15, strict=False)
+FINE = Level(8, 0.05, strict=True)
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Where the source view lies in the target's frame.
+
+    information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
+    source's points that fall on the target's image; agreement, the share of those with a reading there that lie on
+    it; rms of the depth residuals in sigmas; n_features, inliers among the sightings; camera, with what was learnt.
+    """
+
+    target_from_source: Array
+    information: Array
+    overlap: float
+    agreement: float
+    rms: float
+    n_features: int
+    camera: ColorCamera
+
+    @property
+    def score(self) -> float:
+        """Share of the source's points found on the target."""
+        return self.overlap * self.agreement
+
+    @property
+    def sigma(self) -> tuple[float, float]:
+        """Standard deviations of rotation (radians) and shift (metres) along their least certain axes."""
+        covariance = np.linalg.inv(self.information + 1e-9 * np.eye(6))
+        rotation, shift = (float(np.linalg.eigvalsh(part)[-1]) for part in (covariance[:3, :3], covariance[3:, 3:]))
+        return float(np.sqrt(max(rotation, 0.0))), float(np.sqrt(max(shift, 0.0)))
+
+
+@dataclass(frozen=True)
+class _DepthTerm:
+    information: Array
+    gradient: Array
+    overlap: float
+    agreement: float
+    rms: float
+
+
+def register(
+    source: Sequence[SurfaceGrid],
+    target: Sequence[SurfaceGrid],
+    guess: Array,
+    sightings: Sightings,
+    camera: ColorCamera,
+    levels: Sequence[Level] = (COARSE, FINE),
+    smear: float = 0.0,
+) -> Registration:
+    """Refine the guess of target_from_source by Gauss-Newton, over levels of depth, the coarsest first.
+
+    `smear` is how far off depth may be since the camera turned while it was taken, metres at one metre.
+    """
+    pose, bend = guess.copy(), np.zeros(N_PARAMETERS)
+    for number, level in enumerate(levels):
+        for _ in range(level.iterations):
+            depth = _depth_term(source[number], target[number], pose, level, smear)
+            color = sightings.term(pose, camera.parameters + bend)
+            information, gradient = _joint(depth, color.information, color.gradient, camera, bend)
+            step: Array = np.linalg.solve(information, gradient).astype(np.float64)
+            pose = motion(step[:6]) @ pose
+            bend = bend + step[6:]
+            if np.abs(step[:3]).max() < 2e-5 and np.abs(step[3:6]).max() < 5e-5:
+                break
+    sound = depth.agreement >= SOUND and smear <= STILL
+    return _result(pose, bend, depth, color.information, color.n_inliers, camera, sound)
+
+
+def _joint(
+    depth: _DepthTerm, color: Array, color_gradient: Array, camera: ColorCamera, bend: Array
+) -> tuple[Array, Array]:
+    """Normal equations (12, 12) in pose and colour camera, whose present belief is the prior."""
+    information = color.copy()
+    information[:6, :6] += DEPTH_BELIEF * depth.information + 1e-6 * np.eye(6)
+    information[6:, 6:] += camera.information
+    gradient = color_gradient.copy()
+    gradient[:6] += DEPTH_BELIEF * depth.gradient
+    gradient[6:] -= camera.information @ bend
+    return information, gradient
+
+
+def _result(
+    pose: Array, bend: Array, depth: _DepthTerm, color: Array, n_features: int, camera: ColorCamera, sound: bool
+) -> Registration:
+    of_pose = color[:6, :6] + DEPTH_BELIEF * depth.information
+    cross, of_camera = color[:6, 6:], color[6:, 6:]
+    information = of_pose - cross @ np.linalg.solve(of_camera + camera.information, cross.T)
+    # What the features tell of the camera once the motion is accounted for.
+    likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
+    learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if sound else camera
+    return Registration(
+        pose, (information + information.T) / 2, depth.overlap, depth.agreement, depth.rms, n_features, learnt
+    )
+
+
+def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Level, smear: float) -> _DepthTerm:
+    """Normal equations of the point-to-plane distances of points that project onto each other (Blais and Levine 1995;
+    Chen and Medioni 1992), each weighted by the sensor's noise at its depth (Nguyen et al. 2012)."""
+    points = _moved(source.points[:, source.readings], pose)
+    inside, pixel = _projected(points, target)
+    overlap = len(inside) / max(len(source.readings), 1)
+    with_reading = target.valid[pixel]
+    inside, pixel = inside[with_reading], pixel[with_reading]
+    here, normal = points[:, inside], target.normals[:, pixel]
+    gap = target.points[:, pixel] - here
+    distance = np.einsum("ij,ij->j", gap, normal)
+    turned = pose[:3, :3].astype(np.float32) @ source.normals[:, source.readings[inside]]
+    facing = np.einsum("ij,ij->j", turned, normal)
+    near = np.einsum("ij,ij->j", gap, gap) < 4 * level.reach_m**2
+    good = near & (np.abs(distance) < level.reach_m) & (facing > FACING)
+    agreement = float(good.sum()) / max(len(inside), 1)
+    if good.sum() < MIN_POINTS:
+        return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, float("inf"))
+    here, normal, distance = here[:, good], normal[:, good], distance[good]
+    scale = 1 / np.hypot(depth_sigma(here[2]), np.float32(smear) * here[2])
+    residual = distance * scale
+    weight = _weight(residual, level.strict)
+    jacobian = np.concatenate([_cross(here, normal), normal]) * scale
+    weighted = jacobian * weight
+    rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
+    information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
+    return _DepthTerm(information, gradient, overlap, agreement, rms)
+
+
+def _weight(residual: NDArray[np.float32], strict: bool) -> NDArray[np.float32]:
+    """Huber's weights, whose single minimum draws from afar, or Tukey's, which leave outliers out."""
+    if strict:
+        return np.square(1 - np.minimum((residual / TUKEY) ** 2, 1))
+    return np.minimum(1, HUBER / np.maximum(np.abs(residual), np.float32(1e-6)))
+
+
+def depth_sigma(z: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Axial noise in metres of structured-light depth at z metres (Nguyen, Izadi and Lovell, 3DIMPVT 2012)."""
+    return 0.0012 + 0.0019 * (z - 0.4) ** 2
+
+
+def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Array, reach_m: float = 0.3) -> float:
+    """Share of the source's points that project onto readings of the target within reach."""
+    points = _moved(source.points[:, source.readings], target_from_source)
+    inside, pixel = _projected(points, target)
+    near = np.square(target.points[:, pixel] - points[:, inside]).sum(axis=0) < reach_m**2
+    return float((near & target.valid[pixel]).sum()) / max(len(source.readings), 1)
+
+
+def mutual_overlap(a: SurfaceGrid, b: SurfaceGrid, a_from_b: Array) -> float:
+    """The smaller of the two shares of one view that the other sees."""
+    return min(overlap_of(b, a, a_from_b), overlap_of(a, b, inverse(a_from_b)))
+
+
+def _moved(points: NDArray[np.float32], pose: Array) -> NDArray[np.float32]:
+    narrow = pose.astype(np.float32)
+    return narrow[:3, :3] @ points + narrow[:3, 3:]
+
+
+def _projected(points: NDArray[np.float32], grid: SurfaceGrid) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which of the points (3, N) fall on the grid's image, and on which of its pixels."""
+    k = grid.intrinsics
+    depth = np.where(points[2] > 0.1, points[2], np.float32(np.inf))
+    u = np.rint(points[0] / depth * np.float32(k.fx) + np.float32(k.cx))
+    v = np.rint(points[1] / depth * np.float32(k.fy) + np.float32(k.cy))
+    inside = np.flatnonzero((u >= 0) & (v >= 0) & (u < k.width) & (v < k.height) & np.isfinite(depth))
+    return inside, (v[inside] * k.width + u[inside]).astype(np.intp)
+
+
+def _cross(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

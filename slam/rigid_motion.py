@@ -1,0 +1,45 @@
+"""Small motions of SE(3): the exponential map, angles, and how information moves from one frame to another."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from razer.geometry import Array
+
+
+def motion(twist: Array) -> Array:
+    """The rigid motion (4, 4) that turns by the rotation vector twist[:3] (radians) and then shifts by twist[3:]
+    (metres): a retraction of SE(3), exact to first order."""
+    result = np.eye(4)
+    result[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
+    result[:3, 3] = twist[3:]
+    return result
+
+
+def angle_deg(transform: Array) -> float:
+    """The rotation angle of a rigid motion in degrees, accurate near 0 as well."""
+    return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
+
+
+def length_m(transform: Array) -> float:
+    """The length of a rigid motion's shift in metres."""
+    return float(np.linalg.norm(transform[:3, 3]))
+
+
+def orthonormal(transform: Array) -> Array:
+    """The transform with rounding errors of its rotation removed, as long products need."""
+    result = np.eye(4)
+    result[:3, :3] = Rotation.from_matrix(transform[:3, :3]).as_matrix()
+    result[:3, 3] = transform[:3, 3]
+    return result
+
+
+def adjoint(transform: Array) -> Array:
+    """Ad_T (6, 6) for twists (rotation, shift): T exp(x) = exp(Ad_T x) T."""
+    rotation, shift = transform[:3, :3], transform[:3, 3]
+    cross = np.array([[0, -shift[2], shift[1]], [shift[2], 0, -shift[0]], [-shift[1], shift[0], 0]])
+    result = np.zeros((6, 6))
+    result[:3, :3] = result[3:, 3:] = rotation
+    result[3:, :3] = cross @ rotation
+    return result

@@ -1,0 +1,141 @@
+"""Points of one view seen again in another: matched features as a term of a registration, and as a start for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from razer.geometry import Array, inverse
+from slam.color_camera import N_PARAMETERS, ColorCamera, bearing_derivatives
+from slam.features import Features
+
+INLIER_SIGMAS = 3.0
+MIN_INLIERS = 12
+
+
+@dataclass(frozen=True)
+class ColorTerm:
+    """Normal equations of features in pose and colour camera: information (12, 12), gradient (12,), inliers."""
+
+    information: Array
+    gradient: Array
+    n_inliers: int
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """M points: target_rays (M, 2) nominal and target_depth_m (M,) where the target saw them, source_rays (M, 2) where
+    the source did, sigma (M,) of a ray."""
+
+    target_rays: Array
+    target_depth_m: Array
+    source_rays: Array
+    sigma: Array
+
+    @classmethod
+    def of(cls, target: Features, source: Features, pairs: NDArray[np.intp]) -> Sightings:
+        """The sightings that matched pairs (M, 2) of features are."""
+        t, s = pairs.T
+        return cls(target.rays[t], target.depth_m[t], source.rays[s], np.maximum(target.sigma[t], source.sigma[s]))
+
+    @classmethod
+    def none(cls) -> Sightings:
+        """No sightings at all."""
+        return cls(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+
+    def __len__(self) -> int:
+        return len(self.sigma)
+
+    def select(self, keep: NDArray) -> Sightings:
+        """Those at the given indices, or where a boolean is true."""
+        return Sightings(self.target_rays[keep], self.target_depth_m[keep], self.source_rays[keep], self.sigma[keep])
+
+    def points(self, parameters: Array) -> Array:
+        """The points (M, 3) in the target's depth camera."""
+        bearings = bearing_derivatives(self.target_rays) @ parameters
+        points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
+        points[:, 0] -= parameters[5]
+        return points
+
+    def residuals(self, target_from_source: Array, parameters: Array) -> Array:
+        """Predicted minus observed rays (M, 2) of the source's colour camera, in sigmas; inf behind it.
+
+        Bearings are divided by the camera's scale, as rays are what was measured: else a camera that shrinks the
+        whole world would shrink its errors, too.
+        """
+        seen = _in_source(self.points(parameters), target_from_source)
+        seen[:, 0] += parameters[5]
+        depth = np.where(seen[:, 2:] > 0.05, seen[:, 2:], np.nan)
+        error = seen[:, :2] / depth - bearing_derivatives(self.source_rays) @ parameters
+        return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
+
+    def inliers(self, target_from_source: Array, parameters: Array, sigmas: float = INLIER_SIGMAS) -> NDArray[np.bool_]:
+        """Which sightings (M,) bool the motion explains."""
+        return (self.residuals(target_from_source, parameters) ** 2).sum(axis=1) < sigmas**2
+
+    def term(self, target_from_source: Array, parameters: Array) -> ColorTerm:
+        """Normal equations about the given motion and colour camera, with Cauchy weights."""
+        if len(self) == 0:
+            return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
+        residual = self.residuals(target_from_source, parameters)
+        known = np.asarray(np.isfinite(residual).all(axis=1))
+        part = self.select(known)
+        residual = residual[known]
+        jacobian = part._jacobian(target_from_source, parameters) / (parameters[0] * part.sigma[:, None, None])
+        jacobian[:, :, 6] -= residual / parameters[0]
+        squared = (residual**2).sum(axis=1)
+        weight = 1 / (1 + squared / 4)
+        weighted = jacobian * weight[:, None, None]
+        flat = jacobian.reshape(-1, jacobian.shape[2])
+        information = weighted.reshape(flat.shape).T @ flat
+        gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
+        return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
+
+    def _jacobian(self, target_from_source: Array, parameters: Array) -> Array:
+        """Derivatives (M, 2, 12) of the bearing errors by a left perturbation of the motion and by the camera."""
+        points = self.points(parameters)
+        seen = _in_source(points, target_from_source)
+        seen[:, 0] += parameters[5]
+        x, y, z = seen.T
+        projection = np.zeros((len(self), 2, 3))
+        projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
+        projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
+        by_point = projection @ target_from_source[:3, :3].T
+        of_target, of_source = bearing_derivatives(self.target_rays), bearing_derivatives(self.source_rays)
+        by_camera = self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ of_target) - of_source
+        by_camera[:, :, 5] = projection[:, :, 0] - by_point[:, :, 0]
+        return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
+
+
+def _in_source(points: Array, target_from_source: Array) -> Array:
+    source_from_target = inverse(target_from_source)
+    return points @ source_from_target[:3, :3].T + source_from_target[:3, 3]
+
+
+def _by_rotation(by_point: Array, points: Array) -> Array:
+    """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: each row a becomes a x point ... of -w."""
+    return -np.cross(points[:, None, :], by_point)
+
+
+def located(sightings: Sightings, camera: ColorCamera, reach: float = 3.0) -> Array | None:
+    """target_from_source by RANSAC over minimal sets of sightings (PnP); None where too few agree.
+
+    `reach` is how many sigmas an inlier may be off.
+    """
+    if len(sightings) < MIN_INLIERS:
+        return None
+    points, bearings = sightings.points(camera.parameters), camera.bearings(sightings.source_rays)
+    found, turn, shift, inliers = cv2.solvePnPRansac(
+        points, bearings, np.eye(3), None, iterationsCount=100, confidence=0.999,
+        reprojectionError=reach * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,
+    )  # fmt: skip
+    if not found or inliers is None or len(inliers) < MIN_INLIERS:
+        return None
+    source_from_target = np.eye(4)
+    source_from_target[:3, :3] = Rotation.from_rotvec(turn.ravel()).as_matrix()
+    source_from_target[:3, 3] = shift.ravel()
+    return inverse(source_from_target)

@@ -1,0 +1,66 @@
+"""The camera from frame to frame, against a keyframe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from razer.geometry import Array, inverse
+from slam.alignment import Grids, align, is_trusted
+from slam.color_camera import ColorCamera
+from slam.keyframes import Keyframe, Keyframes, View
+from slam.registration import Registration
+from slam.rigid_motion import angle_deg, length_m
+
+# A new keyframe is taken once the camera has moved so far from the last, or sees so little of it.
+KEYFRAME_DEG, KEYFRAME_M, KEYFRAME_SCORE = 12.0, 0.2, 0.5
+# Nobody moves a camera faster from one frame to the next, even if every fourth frame alone is used.
+MAX_STEP_M, MAX_STEP_DEG = 0.7, 50.0
+MIN_GAP_S, USUAL_GAP_S, MAX_GAP_S = 0.005, 1 / 30, 0.5  # between frames; stamps that say otherwise are not times
+
+
+@dataclass
+class Tracking:
+    """Where the camera is: in front of which keyframe, how it moved last."""
+
+    reference: Keyframe
+    reference_from_camera: Array
+    step: Array
+    stamp: float
+
+    def predicted(self) -> Array:
+        """reference_from_camera if the camera goes on as before."""
+        return self.reference_from_camera @ self.step
+
+    def follow(self, view: View, grids: Grids, keyframes: Keyframes, camera: ColorCamera) -> Registration | None:
+        """Find a further view in front of the reference; None if it is not where it may be."""
+        guesses = [self.predicted()]
+        reference = self.reference
+        found = align(reference.view, keyframes.grids(reference.number), view, grids, guesses, camera)
+        return found if found is not None and is_trusted(found) and self._may_move(found.target_from_source) else None
+
+    def _may_move(self, reference_from_camera: Array) -> bool:
+        step = inverse(self.reference_from_camera) @ reference_from_camera
+        return length_m(step) <= MAX_STEP_M and angle_deg(step) <= MAX_STEP_DEG
+
+    def turning_rad_s(self, stamp: float) -> float:
+        """How fast the camera turned lately, if it goes on as before until the given time."""
+        gap_s = stamp - self.stamp
+        return np.radians(angle_deg(self.step)) / (gap_s if MIN_GAP_S <= gap_s <= MAX_GAP_S else USUAL_GAP_S)
+
+    def advance(self, reference_from_camera: Array, stamp: float) -> None:
+        """The camera was found, at the time of `stamp`."""
+        self.stamp = stamp
+        self.step = inverse(self.reference_from_camera) @ reference_from_camera
+        self.reference_from_camera = reference_from_camera
+
+    def turn_to(self, reference: Keyframe, reference_from_camera: Array) -> None:
+        """From now on measure against another keyframe."""
+        self.reference, self.reference_from_camera = reference, reference_from_camera
+
+
+def needs_keyframe(found: Registration) -> bool:
+    """Whether the camera has moved so far that the reference will soon be of no use."""
+    motion = found.target_from_source
+    return angle_deg(motion) > KEYFRAME_DEG or length_m(motion) > KEYFRAME_M or found.score < KEYFRAME_SCORE
