@@ -17,6 +17,7 @@ app = App(
     version=lambda: metadata.version("razer"),
 )
 app.command("app.run:run", name="run", help="Map a posed RGB-D recording.")
+app.command("app.track:track", name="track", help="Estimate the camera's path, without a map.")
 app.command("app.view:view", name="view", help="Open the timeline of a run in Rerun.")
 app.command("app.show_config:config", name="config", help="Print every setting with its value, range and meaning.")
 app.command("app.inspect_recording:inspect", name="inspect", help="Say what a recording is and what looks wrong.")

@@ -21,9 +21,10 @@ class InputSettings(Settings):
         1, ge=1, description="Every how many frames one is used. Larger: faster, with gaps on fast moves."
     )
     max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
-    poses: Literal["given", "auto"] = Field(
+    poses: Literal["given", "slam", "auto"] = Field(
         "auto",
-        description="Where poses come from: 'given' with the folder; 'auto' takes those if there are any.",
+        description="Where poses come from: 'given' with the folder, 'slam' from its images; 'auto' takes those given "
+        "if there are any.",
     )
     max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
     intrinsics: str | None = Field(

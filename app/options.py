@@ -67,7 +67,7 @@ class RecordingOptions(SourceOptions):
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
-    poses: Literal["given", "auto"] | None = None
+    poses: Literal["given", "slam", "auto"] | None = None
     """Where poses come from."""
     max_bad: float | None = None
     """Give up when more than this share of the frames is unusable."""

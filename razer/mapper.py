@@ -64,8 +64,7 @@ class Mapper:
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         before = self.voxels
-        with stage("rebuild"):
-            fused += self._follow(seen, ids)
+        fused += self._follow(seen, ids)
         return Step(
             frame_index=frame.index,
             id_image=_enlarged(ids, surface.stride, frame.depth.shape),
@@ -89,9 +88,10 @@ class Mapper:
         light, (gone, survivor)."""
         if self.follower is None:
             return []
-        self.follower.keep(seen.frame, seen.surface, ids)
-        rebuilt = self.follower.advance(self.voxels)
-        return [] if rebuilt is None else self._adopt(rebuilt, self.follower.sightings)
+        with stage("rebuild"):
+            self.follower.keep(seen.frame, seen.surface, ids)
+            rebuilt = self.follower.advance(self.voxels)
+            return [] if rebuilt is None else self._adopt(rebuilt, self.follower.sightings)
 
     def _adopt(self, rebuilt: VoxelMap, sightings: Sightings) -> list[tuple[int, int]]:
         """Go on with a rebuilt volume: what was mapped twice is fused, boxes are renewed, misses are forgiven."""

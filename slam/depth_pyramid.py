@@ -73,7 +73,7 @@ def halved(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
         (intrinsics.cx + 0.5) / 2 - 0.5,
         (intrinsics.cy + 0.5) / 2 - 0.5,
     )
-    return total / np.maximum(count, np.float32(1)), half
+    return (total / np.maximum(count, 1)).astype(np.float32), half
 
 
 def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:

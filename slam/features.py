@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -54,7 +55,7 @@ class FeatureFinder:
         return Features(rays, descriptors, depth_at(frame, camera, rays), sigma)
 
 
-def spread(corners: list[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.KeyPoint]:
+def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.KeyPoint]:
     """The strongest corners of each cell of a raster, so that a poster does not take them all."""
     if not corners:
         return []

@@ -15,6 +15,7 @@ from slam.features import Features
 
 MAX_WORDS = 2048
 NEW_WORD_BITS = 50  # a descriptor farther than this from every word may become one
+SAME_WORD_BITS = 50  # and one nearer is an instance of it
 WORDS_PER_VIEW = 60
 
 
@@ -61,4 +62,6 @@ class Places:
     def _bag(self, features: Features) -> NDArray[np.float32]:
         if len(features) == 0 or len(self._words) == 0:
             return np.zeros(MAX_WORDS, np.float32)
-        return np.sqrt(np.bincount(self._nearest(features)[0], minlength=MAX_WORDS)).astype(np.float32)
+        word, bits = self._nearest(features)
+        # What is like no word has none: else words learnt later would make all later views look alike.
+        return np.sqrt(np.bincount(word[bits <= SAME_WORD_BITS], minlength=MAX_WORDS)).astype(np.float32)

@@ -16,8 +16,10 @@ from slam.rigid_motion import adjoint
 EDGE_BELIEF = 0.003
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0
+# Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
+INFORMATION = (1.0, 1e7)
 ANCHOR_SIGMA = 1e-4
-ADRIFT_SIGMA = 1e2  # of the first keyframe of a piece that nothing ties to the rest
+ADRIFT_SIGMA = 1e1  # of the first keyframe of a piece that nothing ties to the rest
 RELINEARISE = 0.005  # radians and metres
 
 
@@ -34,7 +36,7 @@ class Edge:
 
 
 class PoseGraph:
-    """Poses world_from_camera of keyframes, numbered as they come."""
+    """Keyframes, numbered as they come: `poses` holds world_from_camera (4, 4) of each as known now."""
 
     def __init__(self) -> None:
         self.edges: list[Edge] = []
@@ -50,16 +52,16 @@ class PoseGraph:
         self._isam = gtsam.ISAM2(parameters)
         self._new_factors = gtsam.NonlinearFactorGraph()
         self._new_values = gtsam.Values()
-        self._poses: dict[int, Array] = {}
+        self.poses: dict[int, Array] = {}
 
     def add_keyframe(self, number: int, world_from_camera: Array, adrift: bool = False) -> None:
         """A further keyframe at its first guess; the first one is fixed there, one adrift hardly at all."""
         self._guesses[number] = world_from_camera
         self._new_values.insert(number, gtsam.Pose3(world_from_camera))
-        if (not self._poses and number == 0) or adrift:
+        if (not self.poses and number == 0) or adrift:
             self._anchors.add(number)
             self._new_factors.add(_anchor(number, world_from_camera, adrift))
-        self._poses[number] = world_from_camera
+        self.poses[number] = world_from_camera
 
     def add_edge(self, edge: Edge) -> None:
         """A further measured motion between two keyframes."""
@@ -72,8 +74,8 @@ class PoseGraph:
         self._new_factors, self._new_values = gtsam.NonlinearFactorGraph(), gtsam.Values()
         self._isam.update()
         estimate = self._isam.calculateEstimate()
-        self._poses = {number: estimate.atPose3(number).matrix() for number in self._poses}
-        return self._poses
+        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
+        return self.poses
 
     def covariance(self, number: int) -> Array:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes."""
@@ -82,33 +84,33 @@ class PoseGraph:
     def smooth(self) -> Mapping[int, Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        for number, pose in self._poses.items():
+        for number, pose in self.poses.items():
             values.insert(number, gtsam.Pose3(pose))
         for number in self._anchors:
             graph.add(_anchor(number, self._guesses[number], number != 0))
         for edge in self.edges:
             graph.add(_factor(edge))
         estimate = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
-        self._poses = {number: estimate.atPose3(number).matrix() for number in self._poses}
-        return self._poses
+        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
+        return self.poses
 
     def shift(self, poses: Mapping[int, Array]) -> None:
         """Start iSAM2 anew from other poses, as when a piece adrift is tied to the rest."""
-        self._poses = dict(poses)
+        self.poses = dict(poses)
         for number in self._anchors:
-            self._guesses[number] = self._poses[number]
+            self._guesses[number] = self.poses[number]
         self.replace(self.edges)
 
     def replace(self, edges: Iterable[Edge]) -> None:
         """Start iSAM2 anew from the present poses with other edges."""
-        poses, edges = self._poses, list(edges)
+        poses, edges = self.poses, list(edges)
         self.edges = []
         self._restart()
         for number, pose in poses.items():
             self._new_values.insert(number, gtsam.Pose3(pose))
             if number in self._anchors:
                 self._new_factors.add(_anchor(number, self._guesses[number], number != 0))
-        self._poses = dict(poses)
+        self.poses = dict(poses)
         for edge in edges:
             self.add_edge(edge)
 
@@ -124,7 +126,9 @@ def surprise(edge: Edge, poses: Mapping[int, Array]) -> float:
 def _information(edge: Edge) -> Array:
     moved = adjoint(edge.a_from_b)
     information = EDGE_BELIEF * moved.T @ edge.information @ moved
-    return (information + information.T) / 2 + 1e-3 * np.eye(6)
+    values, axes = np.linalg.eigh((information + information.T) / 2)
+    bounded: Array = axes * values.clip(*INFORMATION) @ axes.T
+    return bounded
 
 
 def _factor(edge: Edge) -> gtsam.BetweenFactorPose3:

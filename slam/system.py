@@ -23,7 +23,7 @@ from slam.tracking import Tracking, needs_keyframe
 Pose = Array
 
 PATIENCE = 10  # frames that show something but nothing known, after which a new piece of the map is begun
-MIN_READINGS = 500  # valid depth pixels a keyframe must have
+MIN_READINGS, MIN_FEATURES = 500, 50  # valid depth pixels and corners that a piece must begin with
 MOVED_M, MOVED_DEG = 0.002, 0.1  # a correction worth telling
 PAIRS_PER_FRAME = 1
 MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
@@ -113,9 +113,9 @@ class SlamSystem:
                 return True
         if self._relocated(view, grids):
             return True
-        self._lost_for += 1
-        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < 50:
+        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < MIN_FEATURES:
             return False
+        self._lost_for += 1
         if self.keyframes.all and self._lost_for <= PATIENCE:
             return False
         self._begin_piece(view, grids)

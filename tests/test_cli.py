@@ -165,7 +165,7 @@ def test_the_saved_config_is_the_one_that_was_used(finished):
     config = read_config(finished[0] / "config.toml", [], {})
     assert config.voxels.voxel_size_m == 0.05
     assert config.run.device == "cpu"
-    assert config == read_config(None, ["voxels.voxel_size_m=0.05", "run.device=cpu"], {})
+    assert config == read_config(None, ["voxels.voxel_size_m=0.05", "run.device=cpu", "input.poses=given"], {})
 
 
 def test_mesh_and_instances_agree(finished):
@@ -252,7 +252,7 @@ INPUTS = {
     [
         ("missing", (), "in"),
         ("empty", (), "empty"),
-        ("no poses", (), "no camera poses"),
+        ("no poses", ("--poses", "given"), "no camera poses"),
         ("no poses", ("--poses", "given"), "trajectory.txt"),
         ("no intrinsics", (), "intrinsics"),
         ("all broken", (), "holds no usable frame"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+from functools import partial
 
 import numpy as np
 import pytest
@@ -58,9 +59,12 @@ class Everywhere:
     def locate(self, frame):
         return None if frame.index in self.lost else np.eye(4)
 
+    def corrections(self):
+        return {}
+
 
 def looks(clip, indices, lost=()):
-    return list(work_ahead(Looker(clip, Everywhere(lost), Nothing()), indices))
+    return list(work_ahead(Looker(clip, partial(Everywhere, lost), Nothing()), indices))
 
 
 def test_looks_come_in_order_with_the_broken_and_lost_ones_named():

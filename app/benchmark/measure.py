@@ -12,7 +12,7 @@ from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
 from app.config import RunConfig
 from app.consoles import progress_console
-from app.running.pipeline import make_mapper, map_sequence, open_timeline, selected_frames
+from app.running.pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
 from app.running.recorder import summary
 from app.running.recording import open_recording
 from data_tools.sequence import Sequence
@@ -29,6 +29,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     it, and how fast synthetic frames are rendered."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
+    require_poses(sequence)  # the yardstick has no others
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         _, recorder = map_sequence(sequence, config, mapper, timeline, console)

@@ -2,38 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from app.running.recorder import timed
 from data_tools.sequence import Sequence
 from razer.frame import UnusableFrame
 from razer.perception import Observation, Perception
 from razer.stages import stage
-from slam.system import Poses
+from slam.system import Pose, Poses
+
+END = -1  # the index that comes after all frames
 
 
 @dataclass(slots=True)
 class Look:
-    """What was seen at one index, or why nothing was; stage_ms holds milliseconds per stage."""
+    """What was seen at one index, or why nothing was; corrections are new poses of frames before it, by frame index;
+    stage_ms holds milliseconds per stage."""
 
     index: int
     seen: Observation | None = None
     lost: bool = False
     reason: str = ""
+    corrections: Mapping[int, Pose] = field(default_factory=dict)
     stage_ms: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass
 class Looker:
-    """Reads, locates and perceives frames; to be called in the order of the frames, from one thread."""
+    """Reads, locates and perceives frames; to be called in the order of the frames, from one thread. The source of
+    poses is made where it is used, since it cannot travel to another process."""
 
     sequence: Sequence
-    poses: Poses
+    make_poses: Callable[[], Poses]
     perception: Perception
 
+    @cached_property
+    def poses(self) -> Poses:
+        """The source of poses."""
+        return self.make_poses()
+
     def __call__(self, index: int) -> Look:
-        """Look at one frame; a frame that cannot be used gives the reason and no observation."""
+        """Look at one frame; a frame that cannot be used gives the reason and no observation. At END the poses are
+        finished, and their last corrections told."""
         look = Look(index)
+        if index == END:
+            self.poses.finish()
+            look.corrections = self.poses.corrections()
+            return look
         with timed(look.stage_ms):
             try:
                 self._fill(look)
@@ -46,6 +63,7 @@ class Looker:
             frame = self.sequence[look.index]
         with stage("pose"):
             pose = self.poses.locate(frame)
+            look.corrections = self.poses.corrections()
         if pose is None:
             look.lost, look.reason = True, "lost: the camera could not be located"
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.running.look import Look
+from app.running.look import END, Look
 from app.running.outcome import Outcome
 from app.running.recorder import Recorder
 from app.timeline.no_timeline import NoTimeline
@@ -21,6 +21,11 @@ def map_frames(
     Raises BadInput when `outcome` has had enough of unusable frames.
     """
     for look in looks:
+        if look.corrections:
+            mapper.move(look.corrections)
+            outcome.move(look.corrections)
+        if look.index == END:
+            return
         with recorder.frame(look.stage_ms):
             if look.seen is not None:
                 step = mapper.fuse(look.seen)

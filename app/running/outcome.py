@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,6 +29,7 @@ class Outcome:
     max_bad: float
     stamps: list[float] = field(default_factory=list)
     poses: list[NDArray[np.float64]] = field(default_factory=list)
+    indices: list[int] = field(default_factory=list)
     skipped: list[SkippedFrame] = field(default_factory=list)
     lost: int = 0
     notes: Counter[str] = field(default_factory=Counter)
@@ -47,7 +49,12 @@ class Outcome:
         """Count a posed frame that went into the map."""
         self.stamps.append(frame.stamp)
         self.poses.append(frame.pose)
+        self.indices.append(frame.index)
         self.notes.update(frame.notes)
+
+    def move(self, corrections: Mapping[int, NDArray[np.float64]]) -> None:
+        """Take in new poses of frames, by frame index."""
+        self.poses = [corrections.get(i, pose) for i, pose in zip(self.indices, self.poses, strict=True)]
 
     def skip(self, index: int, reason: str) -> None:
         """Count an unusable frame; raises BadInput once more than max_bad of all frames are."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from rich.console import Console
 from app.config import InputSettings, RunConfig
 from app.running.ahead import work_ahead
 from app.running.interrupt import StopRequest
-from app.running.look import Look, Looker
+from app.running.look import END, Look, Looker
 from app.running.mapping import map_frames
 from app.running.memory import rss_mb
 from app.running.outcome import Outcome
@@ -30,7 +30,7 @@ from razer.frame import BadInput
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 from razer.panoptic_map import PanopticMap
-from slam.system import GivenPoses
+from slam.system import GivenPoses, Poses, SlamSystem
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, cons
 
     Raises BadInput for input or settings that cannot be used; a Ctrl-C keeps what was mapped until then.
     """
+    config = settled(config, sequence)
     mapper = make_mapper(config)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
@@ -68,7 +69,6 @@ def map_sequence(
     sequence: Sequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
 ) -> tuple[Outcome, Recorder]:
     """Run the main loop with progress shown; a Ctrl-C ends it early, and `outcome.interrupted` says so."""
-    require_poses(sequence)
     indices = selected_frames(len(sequence), config.input)
     outcome = Outcome(sequence.name, len(indices), config.input.max_bad)
     recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
@@ -78,12 +78,20 @@ def map_sequence(
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
     with StopRequest() as stop:
-        looks = until_stopped(work_ahead(Looker(sequence, GivenPoses(), mapper.perception), indices), stop)
+        looks = until_stopped(work_ahead(Looker(sequence, poses_of(config), mapper.perception), [*indices, END]), stop)
         map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()
+    _catch_up(mapper, console)
     mapper.finish()
     return outcome, recorder
+
+
+def _catch_up(mapper: Mapper, console: Console) -> None:
+    """Let the map follow the last corrections."""
+    for number, _ in enumerate(mapper.catch_up()):
+        if number == 0:
+            console.print("rebuilding the map at the final poses")
 
 
 def make_mapper(config: RunConfig) -> Mapper:
@@ -109,12 +117,33 @@ def until_stopped(looks: Iterable[Look], stop: StopRequest) -> Iterator[Look]:
         yield look
 
 
+def settled(config: RunConfig, sequence: Sequence) -> RunConfig:
+    """The settings with the choice of poses made, and what follows from it: a map follows estimated poses. Raises
+    BadInput where poses are asked for that the sequence does not have."""
+    choice = config.input.poses
+    if choice == "auto":
+        choice = "given" if sequence.has_poses else "slam"
+    if choice == "given":
+        require_poses(sequence)
+    return config.model_copy(
+        update={
+            "input": config.input.model_copy(update={"poses": choice}),
+            "follow": config.follow.model_copy(update={"enabled": choice == "slam"}),
+        }
+    )
+
+
+def poses_of(config: RunConfig) -> Callable[[], Poses]:
+    """What makes the source of poses, by the settled settings."""
+    return SlamSystem if config.input.poses == "slam" else GivenPoses
+
+
 def require_poses(sequence: Sequence) -> None:
-    """Raise BadInput if the sequence has no poses at all: this version does not estimate them."""
+    """Raise BadInput if the sequence has no poses at all."""
     if not sequence.has_poses:
         raise BadInput(
-            f"{sequence.name}: no camera poses found; add trajectory.txt with lines 'stamp tx ty tz qx qy qz qw' "
-            "(world from camera), or name the layout with --reader"
+            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
+            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader"
         )
 
 

@@ -14,7 +14,7 @@ from app.running.memory import peak_rss_mb, rss_mb
 from razer.stages import measured_by
 
 TENTHS = 10
-STAGES = ("decode", "pose", "integrate", "segment", "embed", "lift", "associate", "vote", "maintain", "log")
+STAGES = ("decode", "pose", "integrate", "segment", "embed", "lift", "associate", "vote", "maintain", "rebuild", "log")
 
 
 class Recorder:

@@ -51,6 +51,10 @@ class ChunkSchedule:
         self._drawn.update((chunk, self._seen[chunk]) for chunk in due)
         return due
 
+    def redraw(self) -> None:
+        """All chunks are due again, since the whole map moved."""
+        self._drawn = dict.fromkeys(self._drawn, 0)
+
     @property
     def drawn(self) -> list[Chunk]:
         """All chunks taken so far."""

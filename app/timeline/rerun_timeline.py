@@ -74,7 +74,10 @@ class Timeline:
         self._log_story(step)
         self._log_scalars(mapper, stage_ms)
         self._schedule.observe(step.changed_blocks)
-        if self._due(self._config.points_every):
+        if step.rebuilt:
+            self._log.event(EVENTS, "the map was rebuilt at corrected poses", "INFO")
+            self._schedule.redraw()
+        if step.rebuilt or self._due(self._config.points_every):
             self._log_points(mapper)
         self._poses.append(frame.pose)
         self._shown += 1

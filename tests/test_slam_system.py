@@ -1,0 +1,205 @@
+"""Poses from images alone: real and synthetic recordings, loss and recovery, input that shows nothing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from data_tools.sequence import open_sequence
+from data_tools.worlds.scene import SyntheticScene
+from data_tools.worlds.sensor_model import SensorModel
+from razer.frame import Frame, Intrinsics
+from razer.geometry import inverse, is_rigid
+from razer.metrics.alignment import align
+from slam.rigid_motion import angle_deg, length_m
+from slam.system import GivenPoses, SlamSystem
+
+CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
+
+
+def errors_m(found, truth):
+    """Distances of estimated positions to the true ones after the best rigid alignment, by index."""
+    indices = sorted(found)
+    estimated = np.stack([found[i] for i in indices])
+    true = np.stack([truth[i] for i in indices])
+    aligned = align(estimated[:, :3, 3], true[:, :3, 3]) @ estimated
+    return np.linalg.norm(aligned[:, :3, 3] - true[:, :3, 3], axis=1)
+
+
+def root_mean_square(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.fixture(scope="module")
+def room():
+    return SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+
+
+@pytest.fixture(scope="module")
+def frames(room):
+    return [room[i] for i in range(70)]
+
+
+@pytest.fixture(scope="module")
+def tracked(frames):
+    slam, told = SlamSystem(), {}
+    for frame in frames:
+        told[frame.index] = slam.locate(frame.at(np.eye(4)))
+        told.update(slam.corrections())
+    slam.finish()
+    told.update(slam.corrections())
+    return slam, told
+
+
+def test_a_simulated_room_is_tracked_within_centimetres(frames, tracked):
+    slam, told = tracked
+    assert all(pose is not None and is_rigid(pose) for pose in told.values())
+    truth = {frame.index: frame.pose for frame in frames}
+    assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.02
+    np.testing.assert_allclose(slam.trajectory()[0], np.eye(4), atol=1e-6)
+
+
+def test_the_corrections_lead_to_the_final_trajectory(tracked):
+    slam, told = tracked
+    for index, pose in slam.trajectory().items():
+        off = inverse(told[index]) @ pose
+        assert length_m(off) < 0.0021
+        assert angle_deg(off) < 0.11
+
+
+def test_keyframes_are_fewer_than_frames_and_edges_tie_them(frames, tracked):
+    slam, _ = tracked
+    assert 3 <= len(slam.keyframes) < len(frames) / 2
+    tied = {edge.b for edge in slam.graph.edges if edge.sure}
+    assert tied == set(range(1, len(slam.keyframes)))
+
+
+def test_a_real_kitchen_is_tracked(real_data):
+    clip = open_sequence(real_data / "redkitchen")
+    slam, truth = SlamSystem(), {}
+    for index in range(0, 240, 4):
+        frame = clip[index]
+        truth[index] = frame.pose
+        assert slam.locate(replace(frame, world_from_camera=None)) is not None
+    slam.finish()
+    assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.03
+
+
+def blank(frame):
+    return replace(frame, rgb=np.zeros_like(frame.rgb), depth=np.zeros_like(frame.depth))
+
+
+def test_a_camera_that_went_blind_is_found_again_where_it_has_been(frames):
+    slam = SlamSystem()
+    for frame in frames[:40]:
+        assert slam.locate(frame) is not None
+    for n, frame in enumerate(frames[:12]):
+        assert slam.locate(blank(replace(frame, index=40 + n))) is None
+    found = [slam.locate(replace(frame, index=60 + n)) for n, frame in enumerate(frames[8:14])]
+    assert all(pose is not None for pose in found[3:])
+    truth = inverse(frames[0].pose) @ frames[13].pose
+    assert length_m(inverse(truth) @ found[-1]) < 0.05
+
+
+def test_a_place_never_seen_begins_a_piece_of_its_own_until_something_ties_it(room, frames):
+    slam = SlamSystem()
+    for frame in frames[:12]:
+        assert slam.locate(frame) is not None
+    unseen = [room[i] for i in range(60, 95)]
+    told = [slam.locate(frame) for frame in unseen]
+    # A new piece is tracked, but nobody is told a pose that hangs in the air.
+    assert told[-1] is None or length_m(inverse(inverse(frames[0].pose) @ unseen[-1].pose) @ told[-1]) < 0.1
+    assert len(slam.trajectory()) >= 12
+
+
+def frame_of(index, rgb, depth):
+    return Frame(index, index / 30, rgb, depth, CAMERA)
+
+
+def shots(n, make):
+    return [make(i) for i in range(n)]
+
+
+GRAY, NOTHING = np.full((240, 320, 3), 128, np.uint8), np.zeros((240, 320), np.float32)
+WALL = np.full((240, 320), 2.0, np.float32)
+NOISE = np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    "clip",
+    [
+        shots(5, lambda i: frame_of(i, GRAY, WALL)),
+        shots(5, lambda i: frame_of(i, NOISE, NOTHING)),
+        shots(5, lambda i: frame_of(i, np.zeros_like(GRAY), NOTHING)),
+        shots(5, lambda i: frame_of(5 - i, NOISE, WALL)),
+        shots(5, lambda i: frame_of(i, np.roll(NOISE, 90 * i, axis=1), WALL + i)),
+    ],
+    ids=["bare wall", "no depth", "black", "stamps backwards", "huge jumps"],
+)
+def test_input_that_shows_nothing_is_no_accident(clip):
+    slam = SlamSystem()
+    for frame in clip:
+        pose = slam.locate(frame)
+        assert pose is None or is_rigid(pose)
+    slam.finish()
+    assert all(np.isfinite(pose).all() for pose in slam.trajectory().values())
+
+
+def test_two_identical_frames_stand_still(frames):
+    slam = SlamSystem()
+    poses = [slam.locate(replace(frames[0], index=i)) for i in range(2)]
+    assert length_m(inverse(poses[0]) @ poses[1]) < 1e-3
+
+
+def test_given_poses_are_final(frames):
+    poses = GivenPoses()
+    assert poses.locate(frames[0]) is frames[0].world_from_camera
+    poses.finish()
+    assert poses.corrections() == {}
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stopped:
+        main([str(a) for a in arguments])
+    return stopped.value.code or 0, capsys.readouterr()
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("track") / "clip"
+    with pytest.raises(SystemExit):
+        main(["synth", str(folder), "--scene", "tabletop", "--frames", "100", "--size", "320x240"])
+    return folder
+
+
+def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys):
+    files = (tmp_path / "final.txt", tmp_path / "live.txt")
+    options = ("-o", files[0], "--live-poses", files[1], "--stride", "2", "--max-frames", "12", "--json")
+    code, printed = call(capsys, "track", clip, *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert set(result) == {
+        "frames", "tracked", "lost_intervals", "keyframes", "loops", "ms_median", "ms_p95",
+        "ate_rmse_m", "rpe_trans_m", "rpe_rot_deg",
+    }  # fmt: skip
+    assert (result["frames"], result["tracked"], result["lost_intervals"]) == (12, 12, [])
+    assert result["ate_rmse_m"] < 0.03
+    for file in files:
+        rows = np.loadtxt(file)
+        assert rows.shape == (12, 8)
+        np.testing.assert_allclose(np.linalg.norm(rows[:, 4:], axis=1), 1, atol=1e-6)
+
+
+def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsys):
+    shutil.copytree(clip, tmp_path / "clip", ignore=shutil.ignore_patterns("trajectory.txt", "truth"))
+    options = ("--no-timeline", "--max-frames", "12", "--json")
+    code, printed = call(capsys, "run", tmp_path / "clip", "-o", tmp_path / "run", *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert (result["used"], result["lost"]) == (12, 0)
+    assert len(np.loadtxt(tmp_path / "run" / "trajectory.txt")) == 12
