@@ -20,7 +20,7 @@ from slam.depth_pyramid import depth_pyramid, fine_depth, halved
 from slam.features import FeatureFinder, Features, matches
 from slam.keyframes import Keyframe, View
 from slam.places import Places
-from slam.pose_graph import Edge, PoseGraph, surprise
+from slam.pose_graph import EDGE_BELIEF, Edge, PoseGraph, surprise
 from slam.registration import register
 from slam.rigid_motion import adjoint, angle_deg, length_m, motion
 from slam.sightings import Sightings, located
@@ -206,7 +206,7 @@ def circle(n):
 
 
 def edges_of(poses, pairs, rng, sigma, sure=True, noise=1.0):
-    information = np.eye(6) / sigma**2
+    information = np.eye(6) / sigma**2 / EDGE_BELIEF
     off = [motion(noise * rng.normal(0, sigma, 6)) for _ in pairs]
     return [
         Edge(a, b, o @ inverse(poses[a]) @ poses[b], information, sure) for o, (a, b) in zip(off, pairs, strict=True)
@@ -246,7 +246,7 @@ def test_a_loop_takes_drift_away_and_a_false_one_does_not_bend_the_path(rng):
     closed = graph_of(poses, steps + loops)
     tied = dict(closed.smooth())
     assert worst_m(tied, poses) < 0.7 * drifted
-    wrong = Edge(5, 25, motion(np.array([0, 1.0, 0, 1.0, 0, 0])), np.eye(6) / 0.01**2)
+    wrong = Edge(5, 25, motion(np.array([0, 1.0, 0, 1.0, 0, 0])), loops[0].information)
     misled = graph_of(poses, [*steps, *loops, wrong])
     assert max(length_m(inverse(tied[n]) @ pose) for n, pose in misled.smooth().items()) < 0.01
     assert surprise(wrong, misled.poses) > 10 * max(surprise(e, misled.poses) for e in loops)
