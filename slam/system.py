@@ -82,6 +82,7 @@ class SlamSystem:
         self._lost_for = 0
         self._piece = 0
         self._travelled_m = 0.0
+        self._moved = False  # whether keyframes moved since corrections were last told
 
     def locate(self, frame: Frame) -> Pose | None:
         """world_from_camera of a frame as far as it is known now; None = lost, or in a piece not tied to the rest."""
@@ -180,6 +181,7 @@ class SlamSystem:
         keep_from_move = edge.a_from_b if keep is a else inverse(edge.a_from_b)
         shift = keep.world_from_camera @ keep_from_move @ inverse(move.world_from_camera)
         gone = move.piece
+        self._moved = True
         for keyframe in self.keyframes.all:
             if keyframe.piece == gone:
                 keyframe.piece = keep.piece
@@ -190,11 +192,15 @@ class SlamSystem:
         self._take(self.graph.optimise())
 
     def _take(self, poses: Mapping[int, Array]) -> None:
+        self._moved = True
         for number, pose in poses.items():
             self.keyframes[number].world_from_camera = pose
 
     def corrections(self) -> Mapping[int, Pose]:
         """Poses of located frames that differ from what was told of them last, and those never told."""
+        if not self._moved:
+            return {}
+        self._moved = False
         changed = {}
         for index, located in self._located.items():
             if self.keyframes[located.keyframe].piece:

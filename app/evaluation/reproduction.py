@@ -19,8 +19,8 @@ from app.evaluation.predicted import is_run
 from app.evaluation.published import PublishedTable
 from app.options import RunOptions
 from app.running import run_folder as names
-from app.running.pipeline import run_to_folder
-from app.running.recording import open_recording
+from app.running.pipeline import run_to_folder, settled
+from app.running.recording import open_recording, open_unchecked
 from app.running.run_folder import RunFolder
 from data_tools.truth.open_truth import has_truth
 from razer.frame import BadInput
@@ -90,11 +90,12 @@ class Reproduction:
 
     def _map(self, name: str, place: Path, console: Console) -> None:
         folder = self._out / name
-        if is_run(folder) and read_config(folder / names.CONFIG, (), {}) == self._config:
+        config = settled(self._config, open_unchecked(place, self._config.input))
+        if is_run(folder) and read_config(folder / names.CONFIG, (), {}) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
-        finished = run_to_folder(open_recording(place, self._config.input, console), self._config, target, console)
+        finished = run_to_folder(open_recording(place, config.input, console), config, target, console)
         if finished.outcome.interrupted:
             raise KeyboardInterrupt
 
