@@ -27,6 +27,10 @@ def print_bench(result: dict[str, Any]) -> None:
     console.print(
         f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor"
     )
+    size = result["evaluation"]
+    console.print(
+        f"evaluation of {size['predictions']} masks on {size['vertices']} vertices: {size['cpu_s']:.1f} s of processor"
+    )
 
 
 def _memory_table(result: dict[str, Any]) -> Table:
