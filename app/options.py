@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from app.config import InputSettings, RunConfig
 from app.config_sources import read_config
+from razer.frame import BadInput
 
 Assignments = Annotated[
     tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
@@ -67,8 +68,8 @@ class RecordingOptions(SourceOptions):
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
-    poses: Literal["given", "slam", "auto"] | None = None
-    """Where poses come from."""
+    poses: Literal["given", "slam", "auto", "both"] | None = None
+    """Where poses come from: with the recording, from its images, or whichever there is; both: two runs, compared."""
     max_bad: float | None = None
     """Give up when more than this share of the frames is unusable."""
     segmenter: str | None = None
@@ -85,6 +86,8 @@ class RunOptions(RecordingOptions, SettingOptions):
         return read_config(self.config, self.set, self.flags())
 
     def flags(self) -> dict[str, Any]:
-        """Dotted names of settings with what these options say, None = nothing."""
+        """Dotted names of settings with what these options say, None = nothing; raises BadInput."""
+        if self.poses == "both":
+            raise BadInput("--poses both is two runs and their comparison, which `razer run` alone makes")
         flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         return flags | {"run.device": self.device, "run.timeline": self.timeline}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -11,7 +12,11 @@ from app.consoles import progress_console
 from app.options import Flag, RunOptions
 from app.running.run_folder import RunFolder
 
+if TYPE_CHECKING:
+    from app.running.pipeline import Finished
+
 INTERRUPTED = 130
+BOTH: tuple[Literal["given"], Literal["slam"]] = ("given", "slam")
 
 
 def run(
@@ -23,7 +28,7 @@ def run(
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Map a posed RGB-D recording: its surface, the things in it, and where they are.
+    """Map an RGB-D recording: its surface, the things in it, and where they are.
 
     Ctrl-C finishes the folder with what was mapped until then; the exit code is 130.
 
@@ -32,22 +37,47 @@ def run(
     folder:
         The recording; its layout is recognised.
     out:
-        The folder to write; it appears when it is complete.
+        The folder to write; it appears when it is complete. With --poses both it holds given, slam and compare.
     overwrite:
         Replace an older run at the same place, once the new one is complete.
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
+    if options.poses == "both":
+        return _run_both(folder, out, options, overwrite, json)
+    finished, target = _run(folder, out, options, overwrite)
+
+    from app.running.report import report
+
+    report(finished, target, as_json=json)
+    return INTERRUPTED if finished.outcome.interrupted else 0
+
+
+def _run(folder: Path, out: Path, options: RunOptions, overwrite: bool) -> tuple[Finished, Path]:
     target = RunFolder(out, overwrite=overwrite)
     config = options.read()
 
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     from app.running.pipeline import run_to_folder
     from app.running.recording import open_recording
-    from app.running.report import report
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
-    finished = run_to_folder(sequence, config, target, console)
-    report(finished, target.final, as_json=json)
-    return INTERRUPTED if finished.outcome.interrupted else 0
+    return run_to_folder(sequence, config, target, console), target.final
+
+
+def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, json: bool) -> int:
+    """One run under given poses, one under estimated ones, and their comparison: OUT/given, OUT/slam, OUT/compare."""
+    for name in BOTH:
+        RunFolder(out / name, overwrite=overwrite)  # before hours are spent on the first
+    for name in BOTH:
+        progress_console().print(f"mapping under poses: {name}")
+        finished, _ = _run(folder, out / name, replace(options, poses=name), overwrite)
+        if finished.outcome.interrupted:
+            return INTERRUPTED
+
+    from app.compare import compare
+    from data_tools.truth.open_truth import has_truth
+
+    truth = folder if has_truth(folder) else None
+    return compare(out / "given", out / "slam", truth=truth, out=out / "compare", json=json)

@@ -203,3 +203,20 @@ def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsy
     result = json.loads(printed.out.splitlines()[-1])
     assert (result["used"], result["lost"]) == (12, 0)
     assert len(np.loadtxt(tmp_path / "run" / "trajectory.txt")) == 12
+
+
+def test_both_are_two_runs_and_their_comparison(clip, tmp_path, capsys):
+    options = ("--poses", "both", "--no-timeline", "--max-frames", "8", "--json")
+    code, printed = call(capsys, "run", clip, "-o", tmp_path / "out", *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert result["pose"]["ate_rmse_m"] < 0.03
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"given", "slam", "compare"}
+    assert (tmp_path / "out" / "compare" / "trajectories.png").exists()
+    assert call(capsys, "run", clip, "-o", tmp_path / "out", *options)[0] == 2  # nothing is overwritten unasked
+
+
+def test_only_a_run_is_made_with_both(clip, tmp_path, capsys):
+    code, printed = call(capsys, "bench", clip, "--poses", "both")
+    assert code == 2
+    assert "razer run" in printed.err
