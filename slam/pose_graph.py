@@ -49,6 +49,7 @@ class PoseGraph:
         parameters = gtsam.ISAM2Params()
         parameters.setRelinearizeThreshold(RELINEARISE)
         parameters.relinearizeSkip = 1
+        parameters.setFactorization("QR")  # slower than Cholesky's, and solves what is nearly singular
         self._isam = gtsam.ISAM2(parameters)
         self._new_factors = gtsam.NonlinearFactorGraph()
         self._new_values = gtsam.Values()
@@ -70,9 +71,15 @@ class PoseGraph:
 
     def optimise(self) -> Mapping[int, Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
-        self._isam.update(self._new_factors, self._new_values)
+        try:
+            self._isam.update(self._new_factors, self._new_values)
+            self._isam.update()
+        except RuntimeError:
+            # GTSAM's word for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
+            self.smooth()
+            self.replace(self.edges)
+            return self.poses
         self._new_factors, self._new_values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        self._isam.update()
         estimate = self._isam.calculateEstimate()
         self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
         return self.poses
