@@ -15,6 +15,8 @@ from razer.frame import BadInput
 Assignments = Annotated[
     tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
 ]
+PosesName = Literal["given", "slam", "auto", "both"]
+BOTH: tuple[PosesName, ...] = ("given", "slam")
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
@@ -68,7 +70,7 @@ class RecordingOptions(SourceOptions):
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
-    poses: Literal["given", "slam", "auto", "both"] | None = None
+    poses: PosesName | None = None
     """Where poses come from: with the recording, from its images, or whichever there is; both: two runs, compared."""
     max_bad: float | None = None
     """Give up when more than this share of the frames is unusable."""
@@ -88,6 +90,6 @@ class RunOptions(RecordingOptions, SettingOptions):
     def flags(self) -> dict[str, Any]:
         """Dotted names of settings with what these options say, None = nothing; raises BadInput."""
         if self.poses == "both":
-            raise BadInput("--poses both is two runs and their comparison, which `razer run` alone makes")
+            raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
         flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         return flags | {"run.device": self.device, "run.timeline": self.timeline}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,7 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from app.consoles import progress_console, result_console
-from app.options import Flag, RunOptions
+from app.options import BOTH, Flag, RunOptions
 
 
 def reproduce(
@@ -33,7 +34,7 @@ def reproduce(
     data:
         The folder with the scenes in their dataset's layout, each with its truth.
     out:
-        The folder for a run folder a scene.
+        The folder for a run folder a scene; with --poses both for two folders of them, given and slam.
     scenes:
         Other scenes than the table's, with commas between.
     json:
@@ -45,10 +46,18 @@ def reproduce(
     from app.evaluation.reproduction_report import report
 
     wanted = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
-    work = Reproduction(TABLES[table], data, out, options, wanted)
-    result = work.run(progress_console())
+    both = options.poses == "both"
+    places = {name: out / name for name in BOTH} if both else {options.poses: out}
+    results = {
+        name: Reproduction(TABLES[table], data, place, replace(options, poses=name), wanted).run(progress_console())
+        for name, place in places.items()
+    }
     if json:
-        print(dumps(result.as_json(table)))
-    else:
+        rows = {name: result.as_json(table) for name, result in results.items()}
+        print(dumps(rows if both else rows[options.poses]))
+        return 0
+    for name, result in results.items():
+        if both:
+            result_console().print(f"poses: {name}")
         report(result, TABLES[table], result_console())
     return 0

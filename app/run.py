@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from app.consoles import progress_console
-from app.options import Flag, RunOptions
+from app.options import BOTH, Flag, RunOptions
 from app.running.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from app.running.pipeline import Finished
 
 INTERRUPTED = 130
-BOTH: tuple[Literal["given"], Literal["slam"]] = ("given", "slam")
 
 
 def run(

@@ -101,3 +101,15 @@ def test_tables_are_as_wide_as_their_columns_and_means_are_those_of_the_rows():
         # The paper's own means, to the digits it prints; Wang's and Li's rows are averaged over other sequences.
         if method not in ("Wang et al.", "Li et al."):
             assert sum(row[:-1]) / 10 == pytest.approx(row[-1], abs=0.5), method
+
+
+def test_both_poses_are_two_rows(tmp_path, capsys):
+    room = SyntheticRoom(0, 120, 320, 240)
+    write_recording("scenenn", room, tmp_path / "data" / "scenenn" / "016", truth=room.truth(0.05))
+    options = ("--poses", "both", "--max-frames", "12")
+    code, result, _ = reproduce(capsys, "scenenn", tmp_path / "data", tmp_path / "out", *options)
+    assert code == 0
+    assert list(result) == ["given", "slam"]
+    assert all(list(rows["evaluation"]["scenes"]) == ["016"] for rows in result.values())
+    assert result["slam"]["evaluation"]["pose"]["ate_rmse_m"] < 0.05
+    assert (tmp_path / "out" / "slam" / "016" / "map.npz").exists()

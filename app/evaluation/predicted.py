@@ -73,7 +73,13 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
         scores={int(i["id"]): float(i["score"]) for i in instances},
         class_names=own if by_text is None else by_text,
         trajectory=_trajectory(folder / names.TRAJECTORY),
+        own_frame=_estimated_poses(folder / names.CONFIG),
     )
+
+
+def _estimated_poses(config: Path) -> bool:
+    """Whether a run estimated its poses, and so lies in a frame of its own."""
+    return config.exists() and read_config(config, (), {}).input.poses == "slam"
 
 
 def _by_text(folder: Path, class_names: Sequence[str], template: str) -> dict[int, str] | None:
