@@ -17,6 +17,8 @@ CELLS = (6, 8)  # rows and columns of the raster over which features are spread
 OCTAVE = 1.2
 MAX_DISTANCE = 64  # bits of 256: farther descriptors are not of the same point
 RATIO = 0.85  # the best match has to be this much nearer than the second
+FEW = 300  # with fewer corners than this, faint ones are looked for, too
+FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shading between which they lie; contrast
 
 
 @dataclass(frozen=True)
@@ -43,16 +45,34 @@ class FeatureFinder:
     def find(self, frame: Frame, camera: ColorCamera) -> Features:
         """The features of a frame, with depths where its colour camera, as far as known, saw them."""
         gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
-        corners = self._detector.detect(gray)
-        corners, descriptors = self._detector.compute(gray, spread(corners, gray.shape))
-        if descriptors is None or len(corners) == 0:
-            return Features(np.zeros((0, 2)), np.zeros((0, 32), np.uint8), np.zeros(0), np.zeros(0))
+        corners, descriptors = self._described(gray)
+        if len(corners) < FEW:
+            faint, of_faint = self._described(faint_texture(gray))
+            corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
+        if len(corners) == 0:
+            return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0))
         pixels = np.array([corner.pt for corner in corners], np.float64)
         octaves = np.array([corner.octave for corner in corners]) & 255
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
         return Features(rays, descriptors, depth_at(frame, camera, rays), sigma)
+
+    def _described(self, gray: NDArray[np.uint8]) -> tuple[Sequence[cv2.KeyPoint], NDArray[np.uint8]]:
+        """Corners spread over the image, and their descriptors (N, 32)."""
+        found = spread(self._detector.detect(gray), gray.shape)
+        corners, descriptors = self._detector.compute(gray, found)
+        if descriptors is None:
+            return [], np.zeros((0, 32), np.uint8)
+        return corners, descriptors.astype(np.uint8, copy=False)
+
+
+def faint_texture(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """What is left of an image (H, W) without its grain and its shading, made strong: a painted wall has corners, too."""
+    smooth = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), FAINT_BLUR)
+    small = cv2.resize(smooth, None, fx=1 / FAINT_SHADE, fy=1 / FAINT_SHADE, interpolation=cv2.INTER_AREA)
+    shade = cv2.resize(cv2.blur(small, (3, 3)), gray.shape[::-1])
+    return np.clip(128 + FAINT_GAIN * (smooth - shade), 0, 255).astype(np.uint8)
 
 
 def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.KeyPoint]:
