@@ -24,14 +24,15 @@ class SurfaceGrid:
     """Oriented points on the pixel grid of `intrinsics`, in camera coordinates.
 
     points and normals (3, H * W) float32 metres, normals of length one towards the camera; valid (H * W,) bool;
-    readings (R,) the indices of the valid ones.
+    valid_points and valid_normals (3, R), those that are.
     """
 
     intrinsics: Intrinsics
     points: Floats
     normals: Floats
     valid: NDArray[np.bool_]
-    readings: NDArray[np.intp]
+    valid_points: Floats
+    valid_normals: Floats
 
 
 def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
@@ -94,8 +95,11 @@ def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:
     length = np.sqrt((normals**2).sum(axis=0))
     valid = _smooth(depth) & (length > 0)
     normals /= np.maximum(length, np.float32(1e-12))
-    flat = valid.ravel()
-    return SurfaceGrid(intrinsics, points.reshape(3, -1), normals.reshape(3, -1), flat, np.flatnonzero(flat))
+    points, normals, flat = points.reshape(3, -1), normals.reshape(3, -1), valid.ravel()
+    readings = np.flatnonzero(flat)
+    return SurfaceGrid(
+        intrinsics, points, normals, flat, np.take(points, readings, axis=1), np.take(normals, readings, axis=1)
+    )
 
 
 def _smooth(depth: Floats) -> NDArray[np.bool_]:

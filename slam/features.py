@@ -51,8 +51,8 @@ class FeatureFinder:
             corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
         if len(corners) == 0:
             return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0))
-        pixels = np.array([corner.pt for corner in corners], np.float64)
         octaves = np.array([corner.octave for corner in corners]) & 255
+        pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
@@ -68,11 +68,20 @@ class FeatureFinder:
 
 
 def faint_texture(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """What is left of an image (H, W) without its grain and its shading, made strong: a painted wall has corners, too."""
+    """An image (H, W) without its grain and its shading, and what is left made strong: painted walls have corners, too."""
     smooth = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), FAINT_BLUR)
     small = cv2.resize(smooth, None, fx=1 / FAINT_SHADE, fy=1 / FAINT_SHADE, interpolation=cv2.INTER_AREA)
     shade = cv2.resize(cv2.blur(small, (3, 3)), gray.shape[::-1])
     return np.clip(128 + FAINT_GAIN * (smooth - shade), 0, 255).astype(np.uint8)
+
+
+def in_image(points: NDArray[np.float64], octaves: NDArray[np.intp], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Where in the image (H, W) corners (N, 2) lie that OpenCV reports as a pixel of its pyramid times
+    the nominal reduction: off by half a pixel of the reduced image, and by what its size was rounded."""
+    nominal = OCTAVE ** octaves[:, None]
+    size = np.array(shape[::-1], np.float64)
+    result: NDArray[np.float64] = (points / nominal + 0.5) * (size / np.rint(size / nominal)) - 0.5
+    return result
 
 
 def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.KeyPoint]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -54,9 +55,17 @@ class Sightings:
         """Those at the given indices, or where a boolean is true."""
         return Sightings(self.target_rays[keep], self.target_depth_m[keep], self.source_rays[keep], self.sigma[keep])
 
+    @cached_property
+    def _of_target(self) -> Array:
+        return bearing_derivatives(self.target_rays)
+
+    @cached_property
+    def _of_source(self) -> Array:
+        return bearing_derivatives(self.source_rays)
+
     def points(self, parameters: Array) -> Array:
         """The points (M, 3) in the target's depth camera."""
-        bearings = bearing_derivatives(self.target_rays) @ parameters
+        bearings = self._of_target @ parameters
         points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
         points[:, 0] -= parameters[5]
         return points
@@ -70,7 +79,7 @@ class Sightings:
         seen = _in_source(self.points(parameters), target_from_source)
         seen[:, 0] += parameters[5]
         depth = np.where(seen[:, 2:] > 0.05, seen[:, 2:], np.nan)
-        error = seen[:, :2] / depth - bearing_derivatives(self.source_rays) @ parameters
+        error = seen[:, :2] / depth - self._of_source @ parameters
         return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
 
     def inliers(self, target_from_source: Array, parameters: Array, sigmas: float = INLIER_SIGMAS) -> NDArray[np.bool_]:
@@ -83,7 +92,7 @@ class Sightings:
             return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
         residual = self.residuals(target_from_source, parameters)
         known = np.asarray(np.isfinite(residual).all(axis=1))
-        part = self.select(known)
+        part = self if known.all() else self.select(known)
         residual = residual[known]
         jacobian = part._jacobian(target_from_source, parameters) / (parameters[0] * part.sigma[:, None, None])
         jacobian[:, :, 6] -= residual / parameters[0]
@@ -105,8 +114,7 @@ class Sightings:
         projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
         projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
         by_point = projection @ target_from_source[:3, :3].T
-        of_target, of_source = bearing_derivatives(self.target_rays), bearing_derivatives(self.source_rays)
-        by_camera = self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ of_target) - of_source
+        by_camera = self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._of_target) - self._of_source
         by_camera[:, :, 5] = projection[:, :, 0] - by_point[:, :, 0]
         return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
 
@@ -117,8 +125,9 @@ def _in_source(points: Array, target_from_source: Array) -> Array:
 
 
 def _by_rotation(by_point: Array, points: Array) -> Array:
-    """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: each row a becomes a x point ... of -w."""
-    return -np.cross(points[:, None, :], by_point)
+    """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: by_point x point, written out."""
+    (x, y, z), (a, b, c) = points.T[:, :, None], np.moveaxis(by_point, 2, 0)
+    return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
 
 
 def located(sightings: Sightings, camera: ColorCamera, reach: float = 3.0) -> Array | None:
