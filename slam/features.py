@@ -68,7 +68,7 @@ class FeatureFinder:
 
 
 def faint_texture(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """An image (H, W) without its grain and its shading, and what is left made strong: painted walls have corners, too."""
+    """An image (H, W) without grain and shading, and what is left made strong: painted walls have corners, too."""
     smooth = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), FAINT_BLUR)
     small = cv2.resize(smooth, None, fx=1 / FAINT_SHADE, fy=1 / FAINT_SHADE, interpolation=cv2.INTER_AREA)
     shade = cv2.resize(cv2.blur(small, (3, 3)), gray.shape[::-1])
