@@ -25,6 +25,7 @@ EXPOSURE_GAP_S = 0.05
 SAME_M, SAME_DEG = 0.01, 0.3
 FEW_FEATURES = 20  # so many more or less decide nothing
 SAME_SCORE = 0.03
+TRIES, MANY_TRIES = 100, 1000  # to find sightings that agree; many where views are far apart and most matches wrong
 
 
 def align(
@@ -34,12 +35,13 @@ def align(
     source_grids: Grids,
     guesses: Sequence[Array],
     camera: ColorCamera,
+    tries: int = TRIES,
 ) -> Registration | None:
-    """The motion target_from_source from the best of the guesses and of what the features alone say; None where there
-    is nothing to start from."""
+    """The motion target_from_source from the best of the guesses and of what the features alone say, found in so many
+    tries; None where there is nothing to start from."""
     sightings = Sightings.of(target.features, source.features, matches(target.features, source.features))
     smear = EXPOSURE_GAP_S * max(target.turning_rad_s, source.turning_rad_s)
-    start = located(sightings, camera)
+    start = located(sightings, camera, tries)
     guesses = [*guesses, *([] if start is None else [start])]
     starts = _distinct([_coarse(target_grids, source_grids, guess, sightings, camera, smear) for guess in guesses])
     found = [_fine(target_grids, source_grids, start, sightings, camera, smear) for start in starts]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
 from razer.geometry import Array, inverse
-from slam.alignment import align, is_trusted
+from slam.alignment import MANY_TRIES, TRIES, Grids, align, is_trusted
 from slam.color_camera import ColorCamera
 from slam.features import Features
-from slam.keyframes import Keyframe, Keyframes
+from slam.free_space import contradiction
+from slam.keyframes import Keyframe, Keyframes, View
 from slam.places import Places
 from slam.pose_graph import Edge
-from slam.registration import overlap_of
+from slam.registration import Registration, overlap_of
 from slam.rigid_motion import angle_deg, length_m
 
 MIN_OVERLAP = 0.3  # share of a view that the other has to see for the two to be measured against each other
@@ -21,6 +23,8 @@ MAX_ANGLE_DEG = 60.0
 MAX_NEIGHBOURS = 12  # most overlapping first
 SHORTLIST = 3
 ALIKE = 0.15  # least likeness of a place worth checking
+MIN_FEATURES = 8  # that agree, where nothing but looks led to the pair
+MAX_CONTRADICTION = 0.02
 RECENT = 10  # keyframes that tracking itself connects
 # What drift may explain; a look-alike place farther off is another place.
 DRIFT_M, DRIFT_SHARE, DRIFT_DEG, DRIFT_DEG_PER_M = 0.25, 0.04, 5.0, 1.0
@@ -40,7 +44,7 @@ class Closures:
 
     def add(self, keyframe: Keyframe) -> None:
         """Queue what a new keyframe may be measured against: places first, then neighbours."""
-        pairs = [(n, keyframe.number) for n in self.lookalikes(keyframe.view.features, keyframe.number - RECENT)]
+        pairs = [(n, keyframe.number) for n in self._places_of(keyframe)]
         pairs += [(n, keyframe.number) for n in self.neighbours(keyframe)]
         self._places.add(keyframe.view.features)
         self._queue(pairs)
@@ -55,13 +59,20 @@ class Closures:
                 self._asked.add(pair)
                 self._waiting.append(pair)
 
-    def lookalikes(self, features: Features, before: int) -> list[int]:
-        """Keyframes with numbers below `before` that look most like the features, the most alike first."""
-        if before <= 0:
+    def _places_of(self, keyframe: Keyframe) -> list[int]:
+        earlier = self._keyframes.all[: keyframe.number]
+        own = [k.number for k in earlier[: max(0, keyframe.number - RECENT)] if k.piece == keyframe.piece]
+        others = [k.number for k in earlier if k.piece != keyframe.piece]
+        return self.lookalikes(keyframe.view.features, own) + self.lookalikes(keyframe.view.features, others)
+
+    def lookalikes(self, features: Features, among: Sequence[int]) -> list[int]:
+        """The keyframes, of those with the given numbers, that look most like the features, the most alike first."""
+        if not among:
             return []
-        alike = self._places.similar(features)[:before]
+        numbers = np.array(among)
+        alike = self._places.similar(features)[numbers]
         best = np.argsort(-alike, kind="stable")[:SHORTLIST]
-        return [int(n) for n in best if alike[n] >= ALIKE]
+        return [int(numbers[n]) for n in best if alike[n] >= ALIKE]
 
     def neighbours(self, keyframe: Keyframe, limit: int | None = MAX_NEIGHBOURS) -> list[int]:
         """Earlier keyframes of the same piece, but for the one just before, whose view overlaps with this one's."""
@@ -88,12 +99,23 @@ class Closures:
         """Measure the next pair; None if it came to nothing."""
         a, b = (self._keyframes[n] for n in self._waiting.popleft())
         guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if a.piece == b.piece else []
-        found = align(a.view, self._keyframes.grids(a.number), b.view, self._keyframes.grids(b.number), guesses, camera)
-        if found is None or not is_trusted(found, MIN_OVERLAP, 40):
-            return None
-        if a.piece == b.piece and not plausible(a, b, found.target_from_source):
+        found = self.seen_from(a, b.view, self._keyframes.grids(b.number), guesses, camera)
+        if found is None or (a.piece == b.piece and not plausible(a, b, found.target_from_source)):
             return None
         return Edge(a.number, b.number, found.target_from_source, found.information)
+
+    def seen_from(
+        self, keyframe: Keyframe, view: View, grids: Grids, guesses: Sequence[Array], camera: ColorCamera
+    ) -> Registration | None:
+        """A view in front of a keyframe that tracking did not lead to; None where it may be elsewhere as well."""
+        tries = TRIES if guesses else MANY_TRIES
+        found = align(keyframe.view, self._keyframes.grids(keyframe.number), view, grids, guesses, camera, tries)
+        if found is None or not is_trusted(found, MIN_OVERLAP, 40):
+            return None
+        if not guesses and found.n_features < MIN_FEATURES:
+            return None
+        against = contradiction(keyframe.view, view, found.target_from_source)
+        return found if against <= MAX_CONTRADICTION else None
 
 
 def plausible(a: Keyframe, b: Keyframe, a_from_b: Array) -> bool:

@@ -14,6 +14,7 @@ Floats = NDArray[np.float32]
 
 FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better on finer ones, only slower
 N_LEVELS = 2
+SPARSE_WIDTH = 80
 MAX_DEPTH_M = 4.0  # beyond it the noise of structured light drowns what shape there is
 JUMP_SHARE = 0.05  # neighbours whose depths differ by more than this share (and 3 cm) lie on two surfaces
 JUMP_M = 0.03
@@ -42,6 +43,15 @@ def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsic
     for _ in range(max(0, round(np.log2(intrinsics.width / FINE_WIDTH)))):
         near, intrinsics = halved(near, intrinsics)
     return near, intrinsics
+
+
+def sparse_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+    """One reading, as it is, of every few pixels of a depth image (H, W), about SPARSE_WIDTH across."""
+    step = max(1, round(intrinsics.width / SPARSE_WIDTH))
+    sparse = np.ascontiguousarray(depth[step // 2 :: step, step // 2 :: step])
+    k = intrinsics
+    middle = (k.cx - step // 2) / step, (k.cy - step // 2) / step
+    return sparse, Intrinsics(sparse.shape[1], sparse.shape[0], k.fx / step, k.fy / step, *middle)
 
 
 def depth_pyramid(fine: Floats, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ...]:

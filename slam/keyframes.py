@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from razer.frame import Frame, Intrinsics
 from razer.geometry import Array
 from slam.color_camera import ColorCamera
-from slam.depth_pyramid import SurfaceGrid, depth_pyramid, fine_depth
+from slam.depth_pyramid import SurfaceGrid, depth_pyramid, fine_depth, sparse_depth
 from slam.features import FeatureFinder, Features
 
 CACHED_GRIDS = 64
@@ -19,20 +19,24 @@ CACHED_GRIDS = 64
 
 @dataclass(frozen=True)
 class View:
-    """What registration needs of a frame: its depth, reduced, its features, and how fast the camera turned."""
+    """What registration needs of a frame: its depth, reduced, its features, and how fast the camera turned; and a few
+    of its readings, far ones among them, on the pixel grid of sparse_intrinsics."""
 
     index: int
     stamp: float
     turning_rad_s: float
     depth: NDArray[np.float32]
     intrinsics: Intrinsics
+    sparse_depth: NDArray[np.float32]
+    sparse_intrinsics: Intrinsics
     features: Features
 
     @classmethod
     def of(cls, frame: Frame, finder: FeatureFinder, camera: ColorCamera, turning_rad_s: float = 0.0) -> View:
         """Reduce a frame."""
         depth, intrinsics = fine_depth(frame.depth, frame.intrinsics)
-        return cls(frame.index, frame.stamp, turning_rad_s, depth, intrinsics, finder.find(frame, camera))
+        sparse = sparse_depth(frame.depth, frame.intrinsics)
+        return cls(frame.index, frame.stamp, turning_rad_s, depth, intrinsics, *sparse, finder.find(frame, camera))
 
     def grids(self) -> tuple[SurfaceGrid, ...]:
         """Its oriented points, the coarsest grid first."""

@@ -130,17 +130,14 @@ def _by_rotation(by_point: Array, points: Array) -> Array:
     return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
 
 
-def located(sightings: Sightings, camera: ColorCamera, reach: float = 3.0) -> Array | None:
-    """target_from_source by RANSAC over minimal sets of sightings (PnP); None where too few agree.
-
-    `reach` is how many sigmas an inlier may be off.
-    """
+def located(sightings: Sightings, camera: ColorCamera, tries: int) -> Array | None:
+    """target_from_source by RANSAC over at most so many minimal sets of sightings (PnP); None where too few agree."""
     if len(sightings) < MIN_INLIERS:
         return None
     points, bearings = sightings.points(camera.parameters), camera.bearings(sightings.source_rays)
     found, turn, shift, inliers = cv2.solvePnPRansac(
-        points, bearings, np.eye(3), None, iterationsCount=100, confidence=0.999,
-        reprojectionError=reach * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,
+        points, bearings, np.eye(3), None, iterationsCount=tries, confidence=0.999,
+        reprojectionError=INLIER_SIGMAS * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,
     )  # fmt: skip
     if not found or inliers is None or len(inliers) < MIN_INLIERS:
         return None

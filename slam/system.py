@@ -10,7 +10,7 @@ import numpy as np
 
 from razer.frame import Frame
 from razer.geometry import Array, inverse
-from slam.alignment import Grids, align, is_trusted
+from slam.alignment import Grids
 from slam.closures import RECENT, Closures
 from slam.color_camera import ColorCamera
 from slam.features import FeatureFinder
@@ -18,12 +18,18 @@ from slam.keyframes import Keyframe, Keyframes, View
 from slam.pose_graph import Edge, PoseGraph, surprise
 from slam.registration import Registration
 from slam.rigid_motion import angle_deg, length_m, orthonormal
+from slam.ties import Ties, Witness
 from slam.tracking import Tracking, needs_keyframe
 
 Pose = Array
 
-PATIENCE = 10  # frames that show something but nothing known, after which a new piece of the map is begun
-MIN_READINGS, MIN_FEATURES = 500, 50  # valid depth pixels and corners that a piece must begin with
+PATIENCE = 2  # frames that show something but nothing known, after which a new piece of the map is begun
+RESUME = 30  # frames after which the camera may be anywhere
+# So many frames are each compared with the other pieces, after a piece was begun and after each that fitted; else each
+# fifth is.
+ALERT, RELAXED = 20, 5
+MIN_READINGS, MIN_CORNERS = 500, 50  # valid depth pixels and corners that a piece must begin with
+MIN_FEATURES = 20  # that agree, to go on where tracking was lost
 MOVED_M, MOVED_DEG = 0.002, 0.1  # a correction worth telling
 PAIRS_PER_FRAME = 1
 MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
@@ -79,8 +85,11 @@ class SlamSystem:
         self._closures = Closures(self.keyframes)
         self._tracking: Tracking | None = None
         self._located: dict[int, _Located] = {}
-        self._lost_for = 0
+        self._ties = Ties()
+        self._lost_for = 0  # frames that show something, since the last that was found
+        self._missed = 0  # frames of any kind, since then
         self._piece = 0
+        self._alert = 0
         self._travelled_m = 0.0
         self._moved = False  # whether keyframes moved since corrections were last told
 
@@ -93,6 +102,10 @@ class SlamSystem:
             return None
         tracking = self._tracking
         assert tracking is not None
+        if tracking.reference.piece:
+            self._alert -= 1
+            if self._alert >= 0 or self._alert % RELAXED == 0:
+                self._look_round(view, grids)
         self._work(PAIRS_PER_FRAME)
         pose = self._pose(tracking.reference.number, tracking.reference_from_camera)
         at_home = tracking.reference.piece == 0
@@ -112,9 +125,10 @@ class SlamSystem:
             if found is not None:
                 self._follow(tracking, found, view, grids)
                 return True
-        if self._relocated(view, grids):
+        self._missed += 1
+        if self._resumed(view, grids):
             return True
-        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < MIN_FEATURES:
+        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < MIN_CORNERS:
             return False
         self._lost_for += 1
         if self.keyframes.all and self._lost_for <= PATIENCE:
@@ -124,7 +138,7 @@ class SlamSystem:
 
     def _follow(self, tracking: Tracking, found: Registration, view: View, grids: Grids) -> None:
         self.camera = found.camera
-        self._lost_for = 0
+        self._lost_for = self._missed = 0
         tracking.advance(found.target_from_source, view.stamp)
         self._travelled_m += length_m(tracking.step)
         if needs_keyframe(found) and int(grids[-1].valid.sum()) >= MIN_READINGS:
@@ -138,19 +152,32 @@ class SlamSystem:
             self._optimise()
             tracking.turn_to(keyframe, np.eye(4))
 
-    def _relocated(self, view: View, grids: Grids) -> bool:
-        """Look for the view among the keyframes that look alike, and those used last."""
-        candidates = self._closures.lookalikes(view.features, len(self.keyframes))
-        if self._tracking is not None and self._tracking.reference.number not in candidates:
-            candidates.append(self._tracking.reference.number)
-        for number in candidates:
-            keyframe = self.keyframes[number]
-            found = align(keyframe.view, self.keyframes.grids(number), view, grids, [], self.camera)
-            if found is not None and is_trusted(found, 0.3, 40) and found.n_features >= 20:
-                self._tracking = Tracking(keyframe, found.target_from_source, np.eye(4), view.stamp)
-                self._lost_for = 0
-                return True
-        return False
+    def _resumed(self, view: View, grids: Grids) -> bool:
+        """Whether the view, soon after tracking was lost, is in front of the same keyframe still."""
+        before = self._tracking
+        if before is None or self._missed > RESUME:
+            return False
+        guesses = [before.reference_from_camera]
+        found = self._closures.seen_from(before.reference, view, grids, guesses, self.camera)
+        if found is None or found.n_features < MIN_FEATURES or not before.may_move(found.target_from_source):
+            return False
+        self._tracking = Tracking(before.reference, found.target_from_source, np.eye(4), view.stamp)
+        self._lost_for = self._missed = 0
+        return True
+
+    def _look_round(self, view: View, grids: Grids) -> None:
+        """Whether the view of a young piece shows a place of another piece."""
+        tracking = self._tracking
+        assert tracking is not None
+        reference = tracking.reference
+        others = [k.number for k in self.keyframes.all if k.piece != reference.piece]
+        for number in self._closures.lookalikes(view.features, others):
+            found = self._closures.seen_from(self.keyframes[number], view, grids, [], self.camera)
+            if found is not None:
+                moved = found.target_from_source @ inverse(tracking.reference_from_camera)
+                edge = Edge(number, reference.number, moved, found.information)
+                if self._hear(edge, view.index, found.score):
+                    return
 
     def _begin_piece(self, view: View, grids: Grids) -> None:
         pose = np.eye(4)
@@ -162,7 +189,8 @@ class SlamSystem:
         self._closures.add(keyframe)
         self._optimise()
         self._tracking = Tracking(keyframe, np.eye(4), np.eye(4), view.stamp)
-        self._lost_for = 0
+        self._lost_for = self._missed = 0
+        self._alert = ALERT
 
     def _work(self, n_pairs: int) -> None:
         """Measure some of the pairs that wait."""
@@ -170,10 +198,28 @@ class SlamSystem:
             edge = self._closures.measure_next(self.camera)
             if edge is None:
                 continue
-            a, b = self.keyframes[edge.a], self.keyframes[edge.b]
-            if a.piece != b.piece:
-                self._join(a, b, edge)
-            self.graph.add_edge(edge)
+            if self.keyframes[edge.a].piece == self.keyframes[edge.b].piece:
+                self.graph.add_edge(edge)
+            else:
+                self._hear(edge, self.keyframes[edge.b].view.index, 1.0)
+
+    def _hear(self, edge: Edge, frame: int, strength: float) -> bool:
+        """Take in that a view of one piece was found in another; whether that ties the two together."""
+        self._alert = ALERT
+        a, b = self.keyframes[edge.a], self.keyframes[edge.b]
+        shift = a.world_from_camera @ edge.a_from_b @ inverse(b.world_from_camera)
+        home_from_piece = shift if a.piece < b.piece else inverse(shift)
+        home, piece = sorted((a.piece, b.piece))
+        agreeing = self._ties.hear(home, piece, Witness(frame, edge, home_from_piece, strength))
+        if not agreeing:
+            return False
+        best = agreeing[0].edge
+        self._join(self.keyframes[best.a], self.keyframes[best.b], best)
+        for witness in agreeing:
+            self.graph.add_edge(witness.edge)
+        self._ties.forget(piece)
+        self._optimise()
+        return True
 
     def _join(self, a: Keyframe, b: Keyframe, edge: Edge) -> None:
         """Two pieces turned out to be one: the later one moves to where the edge says."""

@@ -38,9 +38,10 @@ class Tracking:
         guesses = [self.predicted()]
         reference = self.reference
         found = align(reference.view, keyframes.grids(reference.number), view, grids, guesses, camera)
-        return found if found is not None and is_trusted(found) and self._may_move(found.target_from_source) else None
+        return found if found is not None and is_trusted(found) and self.may_move(found.target_from_source) else None
 
-    def _may_move(self, reference_from_camera: Array) -> bool:
+    def may_move(self, reference_from_camera: Array) -> bool:
+        """Whether anybody moves a camera so far so soon."""
         step = inverse(self.reference_from_camera) @ reference_from_camera
         return length_m(step) <= MAX_STEP_M and angle_deg(step) <= MAX_STEP_DEG
 

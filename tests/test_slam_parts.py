@@ -97,7 +97,7 @@ def test_two_views_of_a_room_are_brought_together_from_any_guess_nearby(room, vi
 def test_features_alone_find_the_motion_without_a_guess(room, views):
     truth = inverse(room[10].pose) @ room[12].pose
     pairs = matches(views[10].features, views[12].features)
-    start = located(Sightings.of(views[10].features, views[12].features, pairs), ColorCamera.nominal())
+    start = located(Sightings.of(views[10].features, views[12].features, pairs), ColorCamera.nominal(), 100)
     assert start is not None
     assert length_m(inverse(truth) @ start) < 0.1
     assert angle_deg(inverse(truth) @ start) < 2
