@@ -1,0 +1,127 @@
+"""What the pose estimation did: where the camera was, by which keyframes and edges, how surely, where it got lost."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.running.look import END, Look
+from app.timeline import entities
+from app.timeline.camera_path import CameraPath
+from app.timeline.config import TimelineConfig
+from app.timeline.ellipsoids import position_ellipsoids
+from app.timeline.rerun_log import RerunLog
+from razer.geometry import inverse
+from slam.report import GraphReport, PoseReport
+
+Array = NDArray[np.float64]
+
+ESTIMATED_COLOR, GIVEN_COLOR = (255, 160, 0), (40, 160, 60)
+KEYFRAME_COLOR, UNCERTAIN_COLOR = (255, 230, 60), (80, 200, 255)
+ODOMETRY_COLOR, CLOSURE_COLOR = (150, 150, 170), (200, 60, 200)
+BEFORE_COLOR, AFTER_COLOR = (214, 39, 40), (31, 111, 180)
+KEYFRAME_RADIUS_M = 0.012
+
+
+class PoseStory:
+    """Puts it onto the timeline, one index after the other; of the frame that is being logged."""
+
+    def __init__(self, log: RerunLog, config: TimelineConfig) -> None:
+        self._log = log
+        self._config = config
+        self._estimated, self._given = CameraPath(), CameraPath()
+        self._lost_for = 0
+        self._keyframes: dict[int, Array] = {}
+        self._covariances: dict[int, Array] = {}
+        log.name_series(entities.TRACKED, ["tracked"])
+        log.name_series(entities.DEPTH_FOUND, ["score", "agreement"])
+        log.name_series(entities.FEATURES_FOUND, ["features that agree"])
+        log.name_series(entities.SIGMA, ["rotation, mrad", "shift, mm"])
+        log.name_series(entities.GRAPH_SIZE, ["keyframes", "edges", "loops", "keyframes adrift"])
+        log.name_series(entities.TRACKING_MS, ["tracking, ms"])
+
+    def tell(self, look: Look, report: PoseReport) -> None:
+        """What happened at an index, and at END when the estimation was finished."""
+        if look.index != END:
+            self._estimated.look(look.index, report.world_from_camera)
+            self._given.look(look.index, look.given)
+            self._tell_loss(look.index, report.world_from_camera is not None)
+            self._log_tracking(report, look.stage_ms.get("pose", 0.0))
+        self._estimated.move(look.corrections)
+        self._log_paths(whole=report.graph is not None or bool(look.corrections))
+        if report.graph is not None:
+            self._log_graph(report.graph)
+
+    def _tell_loss(self, index: int, tracked: bool) -> None:
+        if not tracked:
+            if self._lost_for == 0:
+                self._log.event(entities.EVENTS, f"the camera is lost from frame {index} on", "WARN")
+            self._lost_for += 1
+        elif self._lost_for:
+            self._log.event(entities.EVENTS, f"the camera is found again after {self._lost_for} lost frames", "INFO")
+            self._lost_for = 0
+
+    def _log_tracking(self, report: PoseReport, pose_ms: float) -> None:
+        log, found = self._log, report.found
+        log.scalars(entities.TRACKED, [float(report.world_from_camera is not None)])
+        log.scalars(entities.TRACKING_MS, [pose_ms])
+        if found is None:
+            for path in (entities.DEPTH_FOUND, entities.FEATURES_FOUND, entities.SIGMA):
+                log.clear(path, recursive=False)
+            return
+        log.scalars(entities.DEPTH_FOUND, [found.score, found.agreement])
+        log.scalars(entities.FEATURES_FOUND, [found.n_features])
+        log.scalars(entities.SIGMA, [1e3 * found.sigma_rotation_rad, 1e3 * found.sigma_shift_m])
+
+    def _log_paths(self, whole: bool) -> None:
+        given_to_estimated = self._given_to_estimated()
+        for entity, path, transform, color in (
+            (entities.ESTIMATED, self._estimated, np.eye(4), ESTIMATED_COLOR),
+            (entities.GIVEN, self._given, given_to_estimated, GIVEN_COLOR),
+        ):
+            if transform is None:
+                continue
+            if whole:
+                self._log.lines(f"{entity}/whole", path.whole(transform), color)
+            self._log.lines(f"{entity}/newest", path.newest(transform), color)
+
+    def _given_to_estimated(self) -> Array | None:
+        """What brings the given pose of the first frame that has both kinds of pose onto its estimated one."""
+        both = min(self._given.poses.keys() & self._estimated.poses.keys(), default=None)
+        return None if both is None else self._estimated.poses[both] @ inverse(self._given.poses[both])
+
+    def _log_graph(self, graph: GraphReport) -> None:
+        positions = graph.world_from_camera[:, :3, 3]
+        self._log_move(graph.frames.tolist(), positions)
+        self._log.points(
+            entities.KEYFRAMES, positions.astype(np.float32), np.array([KEYFRAME_COLOR], np.uint8), KEYFRAME_RADIUS_M
+        )
+        ends = positions[graph.edges]
+        self._log.lines(entities.ODOMETRY, list(ends[graph.is_odometry]), ODOMETRY_COLOR)
+        self._log.lines(entities.CLOSURES, list(ends[~graph.is_odometry]), CLOSURE_COLOR)
+        self._log_uncertainty(graph)
+        counts = [len(positions), len(ends), graph.n_loops, graph.n_adrift]
+        self._log.scalars(entities.GRAPH_SIZE, counts)
+
+    def _log_move(self, frames: list[int], positions: Array) -> None:
+        """Keyframes before and after, where an optimisation moved them visibly; until the next optimisation."""
+        known = [(self._keyframes[f], p) for f, p in zip(frames, positions, strict=True) if f in self._keyframes]
+        self._keyframes = dict(zip(frames, positions, strict=True))
+        before, after = np.array(known).reshape(-1, 2, 3).swapaxes(0, 1)
+        moved_m = float(np.linalg.norm(after - before, axis=1).max(initial=0))
+        if moved_m < self._config.shown_move_m:
+            self._log.clear(entities.MOVE, recursive=True)
+            return
+        self._log.lines(entities.BEFORE, [before], BEFORE_COLOR)
+        self._log.lines(entities.AFTER, [after], AFTER_COLOR)
+        self._log.event(entities.EVENTS, f"keyframes moved by up to {100 * moved_m:.1f} cm", "INFO")
+
+    def _log_uncertainty(self, graph: GraphReport) -> None:
+        """Each ellipsoid is as of when its covariance was last computed, at the keyframe's present pose."""
+        self._covariances.update(graph.covariances)
+        rows = [row for row, frame in enumerate(graph.frames.tolist()) if frame in self._covariances]
+        if not rows:
+            return
+        covariances = np.array([self._covariances[int(graph.frames[row])] for row in rows])
+        found = position_ellipsoids(graph.world_from_camera[rows], covariances, self._config.ellipsoid_sigmas)
+        self._log.ellipsoids(entities.UNCERTAINTY, found, UNCERTAIN_COLOR)
