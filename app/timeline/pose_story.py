@@ -16,10 +16,16 @@ from slam.report import GraphReport, PoseReport
 
 Array = NDArray[np.float64]
 
-ESTIMATED_COLOR, GIVEN_COLOR = (255, 160, 0), (40, 160, 60)
+WHOLE, NEWEST = "whole", "newest"  # parts of a path: the second is what was added since the first was drawn
+LINE_COLORS = {
+    **{f"{entities.ESTIMATED}/{part}": (255, 160, 0) for part in (WHOLE, NEWEST)},
+    **{f"{entities.GIVEN}/{part}": (40, 160, 60) for part in (WHOLE, NEWEST)},
+    entities.ODOMETRY: (150, 150, 170),
+    entities.CLOSURES: (200, 60, 200),
+    entities.BEFORE: (214, 39, 40),
+    entities.AFTER: (31, 111, 180),
+}
 KEYFRAME_COLOR, UNCERTAIN_COLOR = (255, 230, 60), (80, 200, 255)
-ODOMETRY_COLOR, CLOSURE_COLOR = (150, 150, 170), (200, 60, 200)
-BEFORE_COLOR, AFTER_COLOR = (214, 39, 40), (31, 111, 180)
 KEYFRAME_RADIUS_M = 0.012
 
 
@@ -30,9 +36,12 @@ class PoseStory:
         self._log = log
         self._config = config
         self._estimated, self._given = CameraPath(), CameraPath()
+        self._common: int | None = None  # the first frame that has both an estimated and a given pose
         self._lost_for = 0
         self._keyframes: dict[int, Array] = {}
         self._covariances: dict[int, Array] = {}
+        for entity, color in LINE_COLORS.items():
+            log.line_color(entity, color)
         log.name_series(entities.TRACKED, ["tracked"])
         log.name_series(entities.DEPTH_FOUND, ["score", "agreement"])
         log.name_series(entities.FEATURES_FOUND, ["features that agree"])
@@ -74,21 +83,17 @@ class PoseStory:
         log.scalars(entities.SIGMA, [1e3 * found.sigma_rotation_rad, 1e3 * found.sigma_shift_m])
 
     def _log_paths(self, whole: bool) -> None:
-        given_to_estimated = self._given_to_estimated()
-        for entity, path, transform, color in (
-            (entities.ESTIMATED, self._estimated, np.eye(4), ESTIMATED_COLOR),
-            (entities.GIVEN, self._given, given_to_estimated, GIVEN_COLOR),
-        ):
-            if transform is None:
-                continue
-            if whole:
-                self._log.lines(f"{entity}/whole", path.whole(transform), color)
-            self._log.lines(f"{entity}/newest", path.newest(transform), color)
+        self._log_path(entities.ESTIMATED, self._estimated, np.eye(4), whole)
+        if self._common is None:
+            self._common = min(self._given.poses.keys() & self._estimated.poses.keys(), default=None)
+        if self._common is not None:
+            estimated_from_given = self._estimated.poses[self._common] @ inverse(self._given.poses[self._common])
+            self._log_path(entities.GIVEN, self._given, estimated_from_given, whole)
 
-    def _given_to_estimated(self) -> Array | None:
-        """What brings the given pose of the first frame that has both kinds of pose onto its estimated one."""
-        both = min(self._given.poses.keys() & self._estimated.poses.keys(), default=None)
-        return None if both is None else self._estimated.poses[both] @ inverse(self._given.poses[both])
+    def _log_path(self, entity: str, path: CameraPath, world_from_path: Array, whole: bool) -> None:
+        if whole:
+            self._log.lines(f"{entity}/{WHOLE}", path.whole(world_from_path))
+        self._log.lines(f"{entity}/{NEWEST}", path.newest(world_from_path))
 
     def _log_graph(self, graph: GraphReport) -> None:
         positions = graph.world_from_camera[:, :3, 3]
@@ -97,8 +102,8 @@ class PoseStory:
             entities.KEYFRAMES, positions.astype(np.float32), np.array([KEYFRAME_COLOR], np.uint8), KEYFRAME_RADIUS_M
         )
         ends = positions[graph.edges]
-        self._log.lines(entities.ODOMETRY, list(ends[graph.is_odometry]), ODOMETRY_COLOR)
-        self._log.lines(entities.CLOSURES, list(ends[~graph.is_odometry]), CLOSURE_COLOR)
+        self._log.lines(entities.ODOMETRY, ends[graph.is_odometry])
+        self._log.lines(entities.CLOSURES, ends[~graph.is_odometry])
         self._log_uncertainty(graph)
         counts = [len(positions), len(ends), graph.n_loops, graph.n_adrift]
         self._log.scalars(entities.GRAPH_SIZE, counts)
@@ -112,8 +117,8 @@ class PoseStory:
         if moved_m < self._config.shown_move_m:
             self._log.clear(entities.MOVE, recursive=True)
             return
-        self._log.lines(entities.BEFORE, [before], BEFORE_COLOR)
-        self._log.lines(entities.AFTER, [after], AFTER_COLOR)
+        self._log.lines(entities.BEFORE, before[None])
+        self._log.lines(entities.AFTER, after[None])
         self._log.event(entities.EVENTS, f"keyframes moved by up to {100 * moved_m:.1f} cm", "INFO")
 
     def _log_uncertainty(self, graph: GraphReport) -> None:
