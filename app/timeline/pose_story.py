@@ -25,8 +25,10 @@ LINE_COLORS = {
     entities.BEFORE: (214, 39, 40),
     entities.AFTER: (31, 111, 180),
 }
+EDGES = (entities.ODOMETRY, entities.CLOSURES)
+PATH_RADIUS_POINTS, EDGE_RADIUS_POINTS = 1.5, 0.5  # there are many edges, and they lie on each other
 KEYFRAME_COLOR, UNCERTAIN_COLOR = (255, 230, 60), (80, 200, 255)
-KEYFRAME_RADIUS_M = 0.012
+KEYFRAME_RADIUS_POINTS = 2.5
 
 
 class PoseStory:
@@ -41,7 +43,7 @@ class PoseStory:
         self._keyframes: dict[int, Array] = {}
         self._covariances: dict[int, Array] = {}
         for entity, color in LINE_COLORS.items():
-            log.line_color(entity, color)
+            log.line_style(entity, color, EDGE_RADIUS_POINTS if entity in EDGES else PATH_RADIUS_POINTS)
         log.name_series(entities.TRACKED, ["tracked"])
         log.name_series(entities.DEPTH_FOUND, ["score", "agreement"])
         log.name_series(entities.FEATURES_FOUND, ["features that agree"])
@@ -98,9 +100,7 @@ class PoseStory:
     def _log_graph(self, graph: GraphReport) -> None:
         positions = graph.world_from_camera[:, :3, 3]
         self._log_move(graph.frames.tolist(), positions)
-        self._log.points(
-            entities.KEYFRAMES, positions.astype(np.float32), np.array([KEYFRAME_COLOR], np.uint8), KEYFRAME_RADIUS_M
-        )
+        self._log.dots(entities.KEYFRAMES, positions, KEYFRAME_COLOR, KEYFRAME_RADIUS_POINTS)
         ends = positions[graph.edges]
         self._log.lines(entities.ODOMETRY, ends[graph.is_odometry])
         self._log.lines(entities.CLOSURES, ends[~graph.is_odometry])

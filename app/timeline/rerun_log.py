@@ -95,6 +95,11 @@ class RerunLog:
         """A cloud (N, 3)."""
         self._stream.log(path, rr.Points3D(positions, colors=colors, radii=radius_m))
 
+    def dots(self, path: str, positions: Array, color: tuple[int, int, int], radius_points: float) -> None:
+        """Positions (N, 3), as large on the screen from near as from afar."""
+        radius = rr.components.Radius.ui_points(radius_points)
+        self._stream.log(path, rr.Points3D(positions, colors=[color], radii=radius))
+
     def mesh(self, path: str, mesh: LabelledMesh, colors: Colors) -> None:
         """A surface in other colours (V, 3) than its own."""
         self._stream.log(
@@ -108,9 +113,11 @@ class RerunLog:
             ),
         )
 
-    def line_color(self, path: str, color: tuple[int, int, int]) -> None:
-        """The colour of all lines at `path`, whenever they come: to send it with each costs as much as the lines."""
-        self._stream.log(path, rr.LineStrips3D.from_fields(colors=[color]), static=True)
+    def line_style(self, path: str, color: tuple[int, int, int], radius_points: float = 1.5) -> None:
+        """The colour of all lines at `path`, whenever they come, and half their width on the screen: to send these
+        with each costs as much as the lines."""
+        radius = rr.components.Radius.ui_points(radius_points)
+        self._stream.log(path, rr.LineStrips3D.from_fields(colors=[color], radii=radius), static=True)
 
     def lines(self, path: str, strips: Sequence[NDArray[np.floating]] | Array) -> None:
         """Lines through the points (N, 3) of each strip; all at once as (M, N, 3) is faster."""

@@ -114,7 +114,7 @@ class Timeline:
         self._log.mesh(MESH, mesh, tinted(mesh.colors, mesh.instances))
         poses = np.array(self._poses)
         if self._story is None:  # which shows estimated ones as they were corrected
-            self._log.line_color(PATH, PATH_COLOR)
+            self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [poses[:, :3, 3]])
         view = overview(
             mesh.vertices.astype(np.float64), up=-poses[:, :3, 1].mean(axis=0), forward=poses[:, :3, 2].mean(axis=0)
