@@ -149,7 +149,7 @@ def _isam2() -> gtsam.ISAM2:
 
 
 def _marginal(isam: gtsam.ISAM2, number: int) -> Array | None:
-    """Symmetric and positive definite, or None: GTSAM inverts what may be all but singular."""
+    """Symmetric, whatever rounding did, and positive definite, or None: what GTSAM inverts may be all but singular."""
     try:
         marginal = np.asarray(isam.marginalCovariance(number))
     except (RuntimeError, IndexError):  # a step it cannot solve; a keyframe it was not given yet

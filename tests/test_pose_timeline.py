@@ -23,6 +23,8 @@ from data_tools.worlds.scene import SyntheticScene
 from data_tools.worlds.sensor_model import SensorModel
 from razer.frame import Intrinsics
 from razer.geometry import inverse
+from slam.keyframes import Keyframe
+from slam.pose_graph import Edge
 from slam.report import Finding, GraphReport, PoseReport
 from slam.rigid_motion import motion
 from slam.system import GivenPoses, SlamSystem
@@ -179,6 +181,8 @@ def test_covariances_are_kept_symmetric_and_positive_definite(run, tmp_path):
     assert kept["frames"].tolist() == [keyframe.view.index for keyframe in run.slam.keyframes.all]
     assert kept["stamps"].tolist() == [keyframe.view.stamp for keyframe in run.slam.keyframes.all]
     np.testing.assert_allclose(kept["world_from_camera"], run.slam.keyframes.poses())
+    known = run.looks[-1].report.graph.covariances
+    assert all((kept["covariances"][row] == known[frame]).all() for row, frame in enumerate(kept["frames"].tolist()))
     # The first one is held fast; the others follow from it.
     spread = np.trace(kept["covariances"], axis1=1, axis2=2)
     assert (spread[1:] > 10 * spread[0]).all()
@@ -192,6 +196,22 @@ def test_a_keyframe_without_a_covariance_is_left_out_of_the_file(tmp_path):
     assert kept["covariances"].shape == (1, 6, 6)
     write_pose_covariances(tmp_path / "none.npz", replace(graph, covariances={}))
     assert np.load(tmp_path / "none.npz")["covariances"].shape == (0, 6, 6)
+
+
+def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
+    def keyframe(number, piece):
+        view = SimpleNamespace(index=10 * number, stamp=number / 3)
+        return Keyframe(number, piece, view, pose_at(number), 0.0)
+
+    keyframes = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
+    edges = [Edge(1, 2, np.eye(4), np.eye(6), sure=True), Edge(0, 3, np.eye(4), np.eye(6))]
+    graph = GraphReport.of(keyframes, edges, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
+    assert graph.frames.tolist() == [0, 30]
+    assert graph.n_adrift == 2
+    assert graph.edges.tolist() == [[0, 1]]  # rows, not numbers
+    assert graph.is_odometry.tolist() == [False]
+    assert list(graph.covariances) == [30]
+    np.testing.assert_allclose(graph.world_from_camera[:, 0, 3], [0, 3])
 
 
 def graph_at(positions):
