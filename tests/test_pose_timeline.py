@@ -58,7 +58,7 @@ def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("poses") / "timeline.rrd"
     clip = BlindSpell()
     looker = Looker(clip, SlamSystem, NoPerception())
-    timeline = Timeline(path, clip.intrinsics, TimelineConfig(ellipsoid_sigmas=2.0))
+    timeline = Timeline(path, clip.intrinsics, TimelineConfig(path_every=1, ellipsoid_sigmas=2.0))
     looks = [looker(index) for index in [*range(N_FRAMES), END]]
     for look in looks:
         timeline.track(look)
@@ -275,6 +275,16 @@ def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_lat
     path.move({6: pose_at(2), 12: pose_at(5)})
     assert [line[:, 0].tolist() for line in path.whole(pose_at(10))] == [[10, 11, 12, 13, 15]]
     assert path.newest(np.eye(4)) == []
+
+
+def test_the_path_is_logged_every_so_often(tmp_path):
+    timeline = Timeline(tmp_path / "path.rrd", CAMERA, TimelineConfig(path_every=3))
+    for index in range(8):
+        timeline.track(Look(index, report=PoseReport(pose_at(index), None, None)))
+    timeline.close()
+    rows = chunks_of(tmp_path / "path.rrd")[f"{paths.ESTIMATED}/newest"]
+    drawn = {row["frame"]: [x for strip in row["strips"] for x, _, _ in strip] for row in rows if "strips" in row}
+    assert drawn == {0: [], 3: [0, 1, 2, 3], 6: [0, 1, 2, 3, 4, 5, 6]}
 
 
 def names(part):

@@ -40,6 +40,9 @@ class TimelineConfig(Settings):
         ge=1000,
         description="The final mesh is logged coarser if it has more vertices; the saved one stays.",
     )
+    path_every: int = Field(
+        3, ge=1, description="Frames between logged additions to the camera's path where poses are estimated."
+    )
     ellipsoid_sigmas: float = Field(
         1.0,
         gt=0,

@@ -39,6 +39,7 @@ class PoseStory:
         self._config = config
         self._estimated, self._given = CameraPath(), CameraPath()
         self._common: int | None = None  # the first frame that has both an estimated and a given pose
+        self._told = 0
         self._lost_for = 0
         self._keyframes: dict[int, Array] = {}
         self._covariances: dict[int, Array] = {}
@@ -59,7 +60,10 @@ class PoseStory:
             self._tell_loss(look.index, report.world_from_camera is not None)
             self._log_tracking(report, look.stage_ms.get("pose", 0.0))
         self._estimated.move(look.corrections)
-        self._log_paths(whole=report.graph is not None or bool(look.corrections))
+        whole = report.graph is not None or bool(look.corrections)
+        if whole or self._told % self._config.path_every == 0:
+            self._log_paths(whole)
+        self._told += 1
         if report.graph is not None:
             self._log_graph(report.graph)
 
