@@ -46,11 +46,7 @@ class PoseGraph:
         self._restart()
 
     def _restart(self) -> None:
-        parameters = gtsam.ISAM2Params()
-        parameters.setRelinearizeThreshold(RELINEARISE)
-        parameters.relinearizeSkip = 1
-        parameters.setFactorization("QR")  # slower than Cholesky's, and solves what is nearly singular
-        self._isam = gtsam.ISAM2(parameters)
+        self._isam = _isam2()
         self._new_factors = gtsam.NonlinearFactorGraph()
         self._new_values = gtsam.Values()
         self.poses: dict[int, Array] = {}
@@ -84,12 +80,28 @@ class PoseGraph:
         self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
         return self.poses
 
-    def covariance(self, number: int) -> Array:
-        """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes."""
-        return np.asarray(self._isam.marginalCovariance(number))
+    def covariance(self, number: int) -> Array | None:
+        """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
+        where iSAM2 cannot tell."""
+        return _marginal(self._isam, number)
+
+    def covariances(self) -> dict[int, Array]:
+        """The marginal covariances of all keyframes at the present poses, without those that cannot be told."""
+        isam = _isam2()
+        try:
+            isam.update(*self._problem())
+        except RuntimeError:
+            return {}
+        marginals = {number: _marginal(isam, number) for number in self.poses}
+        return {number: marginal for number, marginal in marginals.items() if marginal is not None}
 
     def smooth(self) -> Mapping[int, Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
+        estimate = gtsam.LevenbergMarquardtOptimizer(*self._problem()).optimize()
+        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
+        return self.poses
+
+    def _problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
         for number, pose in self.poses.items():
             values.insert(number, gtsam.Pose3(pose))
@@ -97,9 +109,7 @@ class PoseGraph:
             graph.add(_anchor(number, self._guesses[number], number != 0))
         for edge in self.edges:
             graph.add(_factor(edge))
-        estimate = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
-        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
-        return self.poses
+        return graph, values
 
     def shift(self, poses: Mapping[int, Array]) -> None:
         """Start iSAM2 anew from other poses, as when a piece adrift is tied to the rest."""
@@ -128,6 +138,24 @@ def surprise(edge: Edge, poses: Mapping[int, Array]) -> float:
     predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
     error = np.asarray(measured.localCoordinates(predicted))
     return float(np.sqrt(max(float(error @ _information(edge) @ error), 0.0)))
+
+
+def _isam2() -> gtsam.ISAM2:
+    parameters = gtsam.ISAM2Params()
+    parameters.setRelinearizeThreshold(RELINEARISE)
+    parameters.relinearizeSkip = 1
+    parameters.setFactorization("QR")  # slower than Cholesky's, and solves what is nearly singular
+    return gtsam.ISAM2(parameters)
+
+
+def _marginal(isam: gtsam.ISAM2, number: int) -> Array | None:
+    """Symmetric, whatever rounding did, and positive definite, or None: what GTSAM inverts may be all but singular."""
+    try:
+        marginal = np.asarray(isam.marginalCovariance(number))
+    except (RuntimeError, IndexError):  # a step it cannot solve; a keyframe it was not given yet
+        return None
+    marginal = (marginal + marginal.T) / 2
+    return marginal if np.isfinite(marginal).all() and np.linalg.eigvalsh(marginal)[0] > 0 else None
 
 
 def _information(edge: Edge) -> Array:

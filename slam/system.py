@@ -17,6 +17,7 @@ from slam.features import FeatureFinder
 from slam.keyframes import Keyframe, Keyframes, View
 from slam.pose_graph import Edge, PoseGraph, surprise
 from slam.registration import Registration
+from slam.report import Finding, GraphReport, PoseReport
 from slam.rigid_motion import angle_deg, length_m, orthonormal
 from slam.ties import Ties, Witness
 from slam.tracking import Tracking, needs_keyframe
@@ -47,6 +48,9 @@ class Poses(Protocol):
     def finish(self) -> None:
         """No more frames will come: the last corrections can be made."""
 
+    def report(self) -> PoseReport | None:
+        """What the estimation did since the last report; None where nothing is estimated."""
+
 
 class GivenPoses:
     """The poses that the frames carry; they never change."""
@@ -61,6 +65,10 @@ class GivenPoses:
 
     def finish(self) -> None:
         """Nothing is left to do."""
+
+    def report(self) -> PoseReport | None:
+        """Nothing: given poses are not estimated."""
+        return None
 
 
 @dataclass
@@ -92,9 +100,14 @@ class SlamSystem:
         self._alert = 0
         self._travelled_m = 0.0
         self._moved = False  # whether keyframes moved since corrections were last told
+        self._last_index: int | None = None
+        self._found: Registration | None = None
+        self._reported = True  # whether the graph was reported since it was last optimised
+        self._finished = False
 
     def locate(self, frame: Frame) -> Pose | None:
         """world_from_camera of a frame as far as it is known now; None = lost, or in a piece not tied to the rest."""
+        self._last_index, self._found = frame.index, None
         turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else 0.0
         view = View.of(frame, self._finder, self.camera, turning)
         grids = view.grids()
@@ -137,7 +150,7 @@ class SlamSystem:
         return True
 
     def _follow(self, tracking: Tracking, found: Registration, view: View, grids: Grids) -> None:
-        self.camera = found.camera
+        self.camera, self._found = found.camera, found
         self._lost_for = self._missed = 0
         tracking.advance(found.target_from_source, view.stamp)
         self._travelled_m += length_m(tracking.step)
@@ -163,6 +176,7 @@ class SlamSystem:
             return False
         self._tracking = Tracking(before.reference, found.target_from_source, np.eye(4), view.stamp)
         self._lost_for = self._missed = 0
+        self._found = found
         return True
 
     def _look_round(self, view: View, grids: Grids) -> None:
@@ -227,7 +241,7 @@ class SlamSystem:
         keep_from_move = edge.a_from_b if keep is a else inverse(edge.a_from_b)
         shift = keep.world_from_camera @ keep_from_move @ inverse(move.world_from_camera)
         gone = move.piece
-        self._moved = True
+        self._moved, self._reported = True, False
         for keyframe in self.keyframes.all:
             if keyframe.piece == gone:
                 keyframe.piece = keep.piece
@@ -238,7 +252,7 @@ class SlamSystem:
         self._take(self.graph.optimise())
 
     def _take(self, poses: Mapping[int, Array]) -> None:
-        self._moved = True
+        self._moved, self._reported = True, False
         for number, pose in poses.items():
             self.keyframes[number].world_from_camera = pose
 
@@ -271,6 +285,25 @@ class SlamSystem:
             self.graph.replace(good)
             poses = self.graph.smooth()
         self._take(poses)
+        self._finished = True
+
+    def report(self) -> PoseReport:
+        """How the last frame was located; with it, after an optimisation, the pose graph, and the covariance of the
+        newest keyframe, or of all once the estimation is finished."""
+        located = None if self._last_index is None else self._located.get(self._last_index)
+        graph = None
+        if not self._reported:
+            graph = GraphReport.of(self.keyframes.all, self.graph.edges, self.n_loops, self._covariances())
+            self._reported = True
+        pose = None if located is None else located.told
+        return PoseReport(pose, None if self._found is None else Finding.of(self._found), graph)
+
+    def _covariances(self) -> Mapping[int, Array]:
+        if self._finished:
+            return self.graph.covariances()
+        newest = len(self.keyframes) - 1
+        covariance = self.graph.covariance(newest)
+        return {} if covariance is None else {newest: covariance}
 
     def trajectory(self) -> dict[int, Pose]:
         """world_from_camera of every frame that is tied to the first one, as known now."""

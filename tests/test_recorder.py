@@ -62,6 +62,9 @@ class Everywhere:
     def corrections(self):
         return {}
 
+    def report(self):
+        return None
+
 
 def looks(clip, indices, lost=()):
     return list(work_ahead(Looker(clip, partial(Everywhere, lost), Nothing()), indices))

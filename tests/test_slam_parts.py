@@ -259,6 +259,35 @@ def test_covariance_grows_along_a_path_without_loops(rng):
     assert spread[0] < spread[1] < spread[2]
 
 
+def test_covariance_is_along_the_keyframes_own_axes():
+    turned = motion(np.array([0, np.pi / 2, 0, 0, 0, 0]))  # the second keyframe's x axis is minus the first one's z
+    information = np.diag([1e4, 1e4, 1e4, 1e4, 1e4, 1e2]) / EDGE_BELIEF  # the shift along the first one's z is vague
+    graph = graph_of([np.eye(4), turned], [Edge(0, 1, turned, information, sure=True)])
+    expected = np.diag([1e-4, 1e-4, 1e-4, 1e-2, 1e-4, 1e-4])
+    np.testing.assert_allclose(graph.covariance(1), expected, atol=1e-6)
+    np.testing.assert_allclose(graph.covariances()[1], expected, atol=1e-6)
+    in_world = turned[:3, :3] @ graph.covariance(1)[3:, 3:] @ turned[:3, :3].T
+    np.testing.assert_allclose(in_world, np.diag([1e-4, 1e-4, 1e-2]), atol=1e-6)
+
+
+def test_covariances_are_of_the_present_poses_and_edges(rng):
+    poses = circle(20)
+    poses = [inverse(poses[0]) @ pose for pose in poses]
+    steps = edges_of(poses, [(i, i + 1) for i in range(19)], rng, 0.01)
+    graph = graph_of(poses, steps)
+    before = dict(graph.poses)
+    open_end = graph.covariances()
+    for number, covariance in open_end.items():
+        np.testing.assert_allclose(covariance, graph.covariance(number), rtol=0.05, atol=1e-9)
+        assert (covariance == covariance.T).all()
+    assert all((graph.poses[number] == pose).all() for number, pose in before.items())
+    graph.replace([*steps, *edges_of(poses, [(0, 19)], rng, 0.01)])
+    assert graph.covariance(10) is None  # iSAM2 was begun anew and has solved nothing yet
+    closed = graph.covariances()
+    assert list(closed) == list(range(20))
+    assert all(np.trace(closed[n]) < np.trace(open_end[n]) for n in range(5, 20))
+
+
 def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
     def keyframe(number, x_m, travelled_m):
         return Keyframe(number, 0, views[10], motion(np.array([0, 0, 0, x_m, 0, 0])), travelled_m)

@@ -188,6 +188,7 @@ def test_given_poses_are_final(frames):
     assert poses.locate(frames[0]) is frames[0].world_from_camera
     poses.finish()
     assert poses.corrections() == {}
+    assert poses.report() is None
 
 
 def call(capsys, *arguments):
@@ -229,7 +230,12 @@ def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsy
     assert code == 0
     result = json.loads(printed.out.splitlines()[-1])
     assert (result["used"], result["lost"]) == (12, 0)
-    assert len(np.loadtxt(tmp_path / "run" / "trajectory.txt")) == 12
+    trajectory = np.loadtxt(tmp_path / "run" / "trajectory.txt")
+    assert len(trajectory) == 12
+    kept = np.load(tmp_path / "run" / "pose_covariances.npz")
+    assert set(kept["stamps"].round(6)) <= set(trajectory[:, 0])
+    assert kept["covariances"].shape == (len(kept["frames"]), 6, 6) != (0, 6, 6)
+    assert (np.linalg.eigvalsh(kept["covariances"]) > 0).all()
 
 
 def test_both_are_two_runs_and_their_comparison(clip, tmp_path, capsys):

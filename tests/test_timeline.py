@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-import rerun as rr
+from timeline_rows import chunks_of
 
 from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
@@ -54,16 +54,6 @@ class ScriptedMapper:
 
 def track(track_id: int, confirmed: bool) -> SimpleNamespace:
     return SimpleNamespace(id=track_id, box=BOX, confirmed=confirmed, class_name=None)
-
-
-def chunks_of(path: Path) -> dict[str, list[dict]]:
-    """All rows of a recording by entity path, each with its frame and its components' short names."""
-    rows: dict[str, list[dict]] = {}
-    for chunk in rr.chunk.RrdReader(path).stream().to_chunks():
-        for row in chunk.to_record_batch().to_pylist():
-            named = {key.split(":")[-1]: value for key, value in row.items() if value is not None}
-            rows.setdefault(chunk.entity_path.lstrip("/"), []).append(named)
-    return {entity: sorted(found, key=lambda r: r.get("frame", -1)) for entity, found in rows.items()}
 
 
 def record(path: Path, config: TimelineConfig, n_frames: int = 4) -> ScriptedMapper:

@@ -11,6 +11,7 @@ from data_tools.sequence import Sequence
 from razer.frame import UnusableFrame
 from razer.perception import Observation, Perception
 from razer.stages import stage
+from slam.report import PoseReport
 from slam.system import Pose, Poses
 
 END = -1  # the index that comes after all frames
@@ -19,13 +20,16 @@ END = -1  # the index that comes after all frames
 @dataclass(slots=True)
 class Look:
     """What was seen at one index, or why nothing was; corrections are new poses of frames before it, by frame index;
-    stage_ms holds milliseconds per stage."""
+    given, the pose that the frame itself came with; report, what the pose estimation did, if there is one; stage_ms
+    holds milliseconds per stage."""
 
     index: int
     seen: Observation | None = None
     lost: bool = False
     reason: str = ""
     corrections: Mapping[int, Pose] = field(default_factory=dict)
+    given: Pose | None = None
+    report: PoseReport | None = None
     stage_ms: dict[str, float] = field(default_factory=dict)
 
 
@@ -49,7 +53,7 @@ class Looker:
         look = Look(index)
         if index == END:
             self.poses.finish()
-            look.corrections = self.poses.corrections()
+            look.corrections, look.report = self.poses.corrections(), self.poses.report()
             return look
         with timed(look.stage_ms):
             try:
@@ -63,7 +67,8 @@ class Looker:
             frame = self.sequence[look.index]
         with stage("pose"):
             pose = self.poses.locate(frame)
-            look.corrections = self.poses.corrections()
+            look.corrections, look.report = self.poses.corrections(), self.poses.report()
+        look.given = frame.world_from_camera
         if pose is None:
             look.lost, look.reason = True, "lost: the camera could not be located"
         else:

@@ -25,8 +25,12 @@ def map_frames(
             mapper.move(look.corrections)
             outcome.move(look.corrections)
         if look.index == END:
+            timeline.track(look)
+            outcome.graph = None if look.report is None else look.report.graph
             return
         with recorder.frame(look.stage_ms):
+            with stage("log"):
+                timeline.track(look)
             if look.seen is not None:
                 step = mapper.fuse(look.seen)
                 outcome.use(look.seen.frame)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.frame import BadInput, Frame
+from slam.report import GraphReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +23,8 @@ class SkippedFrame:
 
 @dataclass(slots=True)
 class Outcome:
-    """The account of one run over `planned` frames of the sequence `name`."""
+    """The account of one run over `planned` frames of the sequence `name`; graph, the finished pose graph where poses
+    were estimated to the end."""
 
     name: str
     planned: int
@@ -34,6 +36,7 @@ class Outcome:
     lost: int = 0
     notes: Counter[str] = field(default_factory=Counter)
     interrupted: bool = False
+    graph: GraphReport | None = None
 
     @property
     def used(self) -> int:

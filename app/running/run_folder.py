@@ -13,6 +13,7 @@ from razer.frame import BadInput
 
 CONFIG = "config.toml"
 TRAJECTORY = "trajectory.txt"
+POSE_COVARIANCES = "pose_covariances.npz"
 MESH_PLY = "mesh.ply"
 MESH_GLB = "mesh.glb"
 INSTANCES = "instances.json"

@@ -20,6 +20,9 @@ from app.toml_text import toml_text
 from razer import storage
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
+from slam.report import GraphReport
+
+POSE_COVARIANCES_FORMAT = 1
 
 
 def save_run(
@@ -29,6 +32,8 @@ def save_run(
     header = f"Settings of a run over {name}; `razer run --config` reads this file."
     folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
     folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(outcome.stamps, outcome.poses)))
+    if (graph := outcome.graph) is not None:
+        folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
     folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, camera_up(outcome.poses)))
     folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic))
@@ -48,6 +53,21 @@ def tum_text(stamps: list[float], poses: list[NDArray[np.float64]]) -> str:
         numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True))
         lines.append(f"{stamp:.6f} " + " ".join(f"{number:.9f}" for number in numbers))
     return "\n".join(lines) + "\n"
+
+
+def write_pose_covariances(path: Path, graph: GraphReport) -> None:
+    """Format 1: of each keyframe whose marginal covariance is known, `frames` (K,) its index, `stamps` (K,) seconds,
+    `world_from_camera` (K, 4, 4), and `covariances` (K, 6, 6) of xi = (rotation x y z, radians; shift x y z, metres)
+    along the camera's own axes, where the true pose is world_from_camera exp(xi)."""
+    rows = [row for row, frame in enumerate(graph.frames.tolist()) if frame in graph.covariances]
+    np.savez_compressed(
+        path,
+        format=POSE_COVARIANCES_FORMAT,
+        frames=graph.frames[rows],
+        stamps=graph.stamps[rows],
+        world_from_camera=graph.world_from_camera[rows],
+        covariances=np.array([graph.covariances[int(graph.frames[row])] for row in rows]).reshape(-1, 6, 6),
+    )
 
 
 def read_tum(path: Path) -> list[NDArray[np.float64]]:

@@ -28,14 +28,17 @@ def write_recording(path: Path, result: Comparison) -> None:
     found = result.instances
     for side, run, color in (("a", result.a, BLUE), ("b", result.b, ORANGE)):
         _log_mesh(log, f"{side}/mesh", run, color)
-        log.lines(f"{side}/trajectory", [run.trajectory.world_from_camera[:, :3, 3]], color)
+        log.line_style(f"{side}/trajectory", color)
+        log.lines(f"{side}/trajectory", [run.trajectory.world_from_camera[:, :3, 3]])
     if result.truth_trajectory is not None:
-        log.lines("truth/trajectory", [result.truth_trajectory.world_from_camera[:, :3, 3]], GREEN)
+        log.line_style("truth/trajectory", GREEN)
+        log.lines("truth/trajectory", [result.truth_trajectory.world_from_camera[:, :3, 3]])
     _log_boxes(log, "a/matched", tuple(match.a for match in found.matched), BLUE)
     _log_boxes(log, "b/matched", tuple(match.b for match in found.matched), ORANGE)
     _log_boxes(log, "a/missed", found.missed, RED)
     _log_boxes(log, "b/extra", found.extra, VIOLET)
-    log.lines("pairs", [np.stack([match.a.box.center, match.b.box.center]) for match in found.matched], GREY)
+    log.line_style("pairs", GREY)
+    log.lines("pairs", [np.stack([match.a.box.center, match.b.box.center]) for match in found.matched])
     poses = result.a.trajectory.world_from_camera
     seen = np.concatenate([result.a.panoptic.mesh.vertices.astype(np.float64), poses[:, :3, 3]])
     log.show(scene_layout(overview(seen, up=camera_up(list(poses)), forward=poses[:, :3, 2].mean(axis=0))))

@@ -40,6 +40,20 @@ class TimelineConfig(Settings):
         ge=1000,
         description="The final mesh is logged coarser if it has more vertices; the saved one stays.",
     )
+    path_every: int = Field(
+        3, ge=1, description="Frames between logged additions to the camera's path where poses are estimated."
+    )
+    ellipsoid_sigmas: float = Field(
+        1.0,
+        gt=0,
+        description="Size of the ellipsoids round estimated positions of keyframes, standard deviations. Larger: "
+        "easier to see, and to mistake for a larger uncertainty.",
+    )
+    shown_move_m: float = Field(
+        0.01,
+        ge=0,
+        description="Least move of a keyframe, metres, for an optimisation of poses to be shown before and after.",
+    )
     close_timeout_s: float = Field(
         20.0, gt=0, description="Longest wait, seconds, for the file to be written out at the end of a run."
     )

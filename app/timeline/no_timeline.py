@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from app.running.look import Look
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
@@ -14,6 +15,9 @@ class NoTimeline:
     """Takes what `Timeline` takes and does nothing."""
 
     def show(self, frame: Frame, step: Step, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
+        """Nothing."""
+
+    def track(self, look: Look) -> None:
         """Nothing."""
 
     def skipped(self, frame_index: int, reason: str) -> None:

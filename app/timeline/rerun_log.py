@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from app.timeline import entities
+from app.timeline.ellipsoids import Ellipsoids
 from app.timeline.viewpoint import Viewpoint
 from razer.boxes import OrientedBox
 from razer.frame import Intrinsics
@@ -94,6 +95,11 @@ class RerunLog:
         """A cloud (N, 3)."""
         self._stream.log(path, rr.Points3D(positions, colors=colors, radii=radius_m))
 
+    def dots(self, path: str, positions: Array, color: tuple[int, int, int], radius_points: float) -> None:
+        """Positions (N, 3), as large on the screen from near as from afar."""
+        radius = rr.components.Radius.ui_points(radius_points)
+        self._stream.log(path, rr.Points3D(positions, colors=[color], radii=radius))
+
     def mesh(self, path: str, mesh: LabelledMesh, colors: Colors) -> None:
         """A surface in other colours (V, 3) than its own."""
         self._stream.log(
@@ -107,9 +113,28 @@ class RerunLog:
             ),
         )
 
-    def lines(self, path: str, strips: Sequence[NDArray[np.floating]], color: tuple[int, int, int]) -> None:
-        """Lines through the points (N, 3) of each strip."""
-        self._stream.log(path, rr.LineStrips3D(list(strips), colors=[color]))
+    def line_style(self, path: str, color: tuple[int, int, int], radius_points: float = 1.5) -> None:
+        """The colour of all lines at `path`, whenever they come, and half their width on the screen: to send these
+        with each costs as much as the lines."""
+        radius = rr.components.Radius.ui_points(radius_points)
+        self._stream.log(path, rr.LineStrips3D.from_fields(colors=[color], radii=radius), static=True)
+
+    def lines(self, path: str, strips: Sequence[NDArray[np.floating]] | Array) -> None:
+        """Lines through the points (N, 3) of each strip; all at once as (M, N, 3) is faster."""
+        self._stream.log(path, rr.LineStrips3D(strips))
+
+    def ellipsoids(self, path: str, ellipsoids: Ellipsoids, color: tuple[int, int, int]) -> None:
+        """Transparent, with their main circles."""
+        self._stream.log(
+            path,
+            rr.Ellipsoids3D(
+                centers=ellipsoids.centers,
+                half_sizes=ellipsoids.half_sizes,
+                quaternions=Rotation.from_matrix(ellipsoids.rotations).as_quat(),
+                fill_mode=rr.components.FillMode.TransparentFillMajorWireframe,
+                colors=[color],
+            ),
+        )
 
     def clear(self, path: str, *, recursive: bool) -> None:
         """Nothing is at `path` any more, or below it."""
@@ -147,8 +172,9 @@ class RerunLog:
         self._stream.disconnect()
 
 
-def run_layout(view: Viewpoint) -> rrb.Blueprint:
-    """The layout of a run: the map as seen from `view`, the images, the plots, what happened and why."""
+def run_layout(view: Viewpoint, *, poses_estimated: bool = False) -> rrb.Blueprint:
+    """The layout of a run: the map as seen from `view`, the images, the plots, what happened and why; where poses are
+    estimated, plots of that come first."""
     scene = _scene(entities.WORLD, "Map", ["$origin/**", f"- {entities.DEPTH}", f"- {entities.IDS}"], view)
     images = rrb.Horizontal(
         rrb.Spatial2DView(origin=entities.COLOR, name="Colour"),
@@ -158,6 +184,7 @@ def run_layout(view: Viewpoint) -> rrb.Blueprint:
         ),
     )
     plots = rrb.Tabs(
+        *(_pose_plots() if poses_estimated else ()),
         rrb.TimeSeriesView(origin=entities.STAGES, name="Milliseconds"),
         rrb.TimeSeriesView(origin=entities.INSTANCES, name="Instances"),
         rrb.TimeSeriesView(origin=entities.MEMORY, name="Memory"),
@@ -172,6 +199,17 @@ def run_layout(view: Viewpoint) -> rrb.Blueprint:
         rrb.TimePanel(state="collapsed", timeline=FRAME, play_state="following"),
         collapse_panels=True,
     )
+
+
+def _pose_plots() -> list[rrb.TimeSeriesView]:
+    names = {
+        entities.TRACKING: "Tracking",
+        entities.FEATURES_FOUND: "Features",
+        entities.SIGMA: "Sigma",
+        entities.GRAPH_SIZE: "Pose graph",
+        entities.TRACKING_MS: "Tracking ms",
+    }
+    return [rrb.TimeSeriesView(origin=origin, name=name) for origin, name in names.items()]
 
 
 def scene_layout(view: Viewpoint) -> rrb.Blueprint:

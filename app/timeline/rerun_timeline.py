@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.palette import instance_colors, tinted
+from app.running.look import END, Look
 from app.running.memory import rss_mb
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
@@ -31,8 +32,9 @@ from app.timeline.frame_story import decision_table, events
 from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
 from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
 from app.timeline.mesh_limit import limited
+from app.timeline.pose_story import PoseStory
 from app.timeline.rerun_log import RerunLog, run_layout
-from app.timeline.viewpoint import behind, overview
+from app.timeline.viewpoint import Viewpoint, behind, overview
 from razer.frame import Frame, Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
@@ -50,6 +52,7 @@ class Timeline:
     def __init__(self, path: Path, intrinsics: Intrinsics, config: TimelineConfig) -> None:
         self._config = config
         self._log = RerunLog(path)
+        self._story: PoseStory | None = None
         self._shown = 0
         self._last_index = 0
         self._named_ids = 0
@@ -68,7 +71,7 @@ class Timeline:
         """Log one mapped frame; `stage_ms` are the milliseconds its stages took so far."""
         self._start_frame(frame.index)
         if self._shown == 0:
-            self._log.show(run_layout(behind(frame.pose)))
+            self._lay_out(behind(frame.pose))
         self._log_images(frame, step)
         self._log_boxes(mapper)
         self._log_story(step)
@@ -81,6 +84,19 @@ class Timeline:
             self._log_points(mapper)
         self._poses.append(frame.pose)
         self._shown += 1
+
+    def track(self, look: Look) -> None:
+        """Log what the estimation of poses did at an index, before anything else of that frame; nothing where poses
+        are given."""
+        if look.report is None:
+            return
+        if look.index == END:
+            self._log.start_frame(self._last_index + 1)
+        else:
+            self._start_frame(look.index)
+        if self._story is None:
+            self._story = PoseStory(self._log, self._config)
+        self._story.tell(look, look.report)
 
     def skipped(self, frame_index: int, reason: str) -> None:
         """Log that a frame was not used, and why."""
@@ -97,15 +113,20 @@ class Timeline:
         self._log.clear(POINTS, recursive=True)
         self._log.mesh(MESH, mesh, tinted(mesh.colors, mesh.instances))
         poses = np.array(self._poses)
-        self._log.lines(PATH, [poses[:, :3, 3]], PATH_COLOR)
+        if self._story is None:  # which shows estimated ones as they were corrected
+            self._log.line_style(PATH, PATH_COLOR)
+            self._log.lines(PATH, [poses[:, :3, 3]])
         view = overview(
             mesh.vertices.astype(np.float64), up=-poses[:, :3, 1].mean(axis=0), forward=poses[:, :3, 2].mean(axis=0)
         )
-        self._log.show(run_layout(view))
+        self._lay_out(view)
 
     def close(self) -> None:
         """Write out what is still pending, for `close_timeout_s` at most; more calls do nothing."""
         self._log.close(self._config.close_timeout_s)
+
+    def _lay_out(self, view: Viewpoint) -> None:
+        self._log.show(run_layout(view, poses_estimated=self._story is not None))
 
     def _due(self, every: int) -> bool:
         return self._shown % every == 0

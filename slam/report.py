@@ -1,0 +1,82 @@
+"""What the pose estimation knows, for whoever wants to watch or keep it: plain values, cheap to gather and to send."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.geometry import Array
+from slam.keyframes import Keyframe
+from slam.pose_graph import Edge
+from slam.registration import Registration
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """How well a frame was found in front of a keyframe: features that agree; the share of its depth readings that lie
+    on the keyframe's (agreement), and the share of all its points that do (score); standard deviations along the least
+    certain axes."""
+
+    n_features: int
+    agreement: float
+    score: float
+    sigma_rotation_rad: float
+    sigma_shift_m: float
+
+    @classmethod
+    def of(cls, found: Registration) -> Finding:
+        """The figures of a registration."""
+        return cls(found.n_features, found.agreement, found.score, *found.sigma)
+
+
+@dataclass(frozen=True, slots=True)
+class GraphReport:
+    """The keyframes that are tied to the first one, in the order of taking, and the edges between them.
+
+    frames (K,) indices and stamps (K,) seconds of the keyframes' frames; world_from_camera (K, 4, 4); edges (E, 2)
+    rows of keyframes; is_odometry (E,), whether tracking led from one to the other; n_loops, edges that close a loop;
+    n_adrift, keyframes that nothing ties to the first one. covariances (6, 6) by frame index, of those keyframes that
+    it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own axes, that
+    takes the estimated pose to the true one.
+    """
+
+    frames: NDArray[np.int64]
+    stamps: Array
+    world_from_camera: Array
+    edges: NDArray[np.int64]
+    is_odometry: NDArray[np.bool_]
+    n_loops: int
+    n_adrift: int
+    covariances: Mapping[int, Array]
+
+    @classmethod
+    def of(
+        cls, keyframes: Sequence[Keyframe], edges: Sequence[Edge], n_loops: int, covariances: Mapping[int, Array]
+    ) -> GraphReport:
+        """The present state; `edges` and `covariances` know keyframes by number."""
+        tied = [keyframe for keyframe in keyframes if keyframe.piece == 0]
+        row = {keyframe.number: n for n, keyframe in enumerate(tied)}
+        between = [edge for edge in edges if edge.a in row and edge.b in row]
+        return cls(
+            frames=np.array([k.view.index for k in tied], np.int64),
+            stamps=np.array([k.view.stamp for k in tied], np.float64),
+            world_from_camera=np.array([k.world_from_camera for k in tied]).reshape(-1, 4, 4),
+            edges=np.array([(row[e.a], row[e.b]) for e in between], np.int64).reshape(-1, 2),
+            is_odometry=np.array([e.sure for e in between], bool),
+            n_loops=n_loops,
+            n_adrift=len(keyframes) - len(tied),
+            covariances={keyframes[n].view.index: c for n, c in covariances.items() if n in row},
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PoseReport:
+    """Where the last frame is as known now (None: lost, or adrift), how it was found (None: it was not, or begins a
+    piece of its own), and the pose graph if it was optimised since the last report."""
+
+    world_from_camera: Array | None
+    found: Finding | None
+    graph: GraphReport | None
