@@ -25,9 +25,10 @@ from razer.frame import Intrinsics
 from razer.geometry import inverse
 from slam.keyframes import Keyframe
 from slam.pose_graph import Edge
+from slam.poses import GivenPoses
 from slam.report import Finding, GraphReport, PoseReport
 from slam.rigid_motion import motion
-from slam.system import GivenPoses, SlamSystem
+from slam.system import SlamSystem
 
 CAMERA = Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5)
 N_FRAMES, BLIND = 36, range(20, 24)

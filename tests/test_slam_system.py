@@ -16,8 +16,9 @@ from data_tools.worlds.sensor_model import SensorModel
 from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from razer.metrics.alignment import align
+from slam.poses import GivenPoses
 from slam.rigid_motion import angle_deg, length_m
-from slam.system import GivenPoses, SlamSystem
+from slam.system import SlamSystem
 
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 

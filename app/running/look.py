@@ -11,8 +11,8 @@ from data_tools.sequence import Sequence
 from razer.frame import UnusableFrame
 from razer.perception import Observation, Perception
 from razer.stages import stage
+from slam.poses import Pose, Poses
 from slam.report import PoseReport
-from slam.system import Pose, Poses
 
 END = -1  # the index that comes after all frames
 

@@ -20,7 +20,8 @@ from data_tools.sequence import Sequence
 from razer.frame import BadInput, Frame, UnusableFrame
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory import trajectory_numbers
-from slam.system import Pose, SlamSystem
+from slam.poses import Pose
+from slam.system import SlamSystem
 
 
 @dataclass

@@ -30,7 +30,8 @@ from razer.frame import BadInput
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 from razer.panoptic_map import PanopticMap
-from slam.system import GivenPoses, Poses, SlamSystem
+from slam.poses import GivenPoses, Poses
+from slam.system import SlamSystem
 
 
 @dataclass(frozen=True)

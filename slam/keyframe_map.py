@@ -1,0 +1,152 @@
+"""The keyframes with all that was measured between them: pieces that grow, are tied together, and are smoothed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from razer.geometry import Array, inverse
+from slam.alignment import Grids
+from slam.closures import RECENT, Closures
+from slam.color_camera import ColorCamera
+from slam.keyframes import Keyframe, Keyframes, View
+from slam.pose_graph import Edge, PoseGraph, surprise
+from slam.registration import Registration
+from slam.rigid_motion import orthonormal
+from slam.ties import Ties, Witness
+
+# So many frames are each compared with the other pieces, after a piece was begun and after each that fitted; else each
+# fifth is.
+ALERT, RELAXED = 20, 5
+MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
+
+
+@dataclass
+class KeyframeMap:
+    """Keyframes in pieces: piece 0 holds the first keyframe, which is the world; others are adrift until they are tied
+    to it. `version` grows with each change of the keyframes' poses."""
+
+    keyframes: Keyframes = field(default_factory=Keyframes)
+    graph: PoseGraph = field(default_factory=PoseGraph)
+    version: int = 0
+
+    def __post_init__(self) -> None:
+        self._closures = Closures(self.keyframes)
+        self._ties = Ties()
+        self._n_pieces = 0
+        self._alert = 0
+
+    def pose(self, keyframe: int, keyframe_from_camera: Array) -> Array:
+        """world_from_camera of a camera in front of a keyframe."""
+        return orthonormal(self.keyframes[keyframe].world_from_camera @ keyframe_from_camera)
+
+    def begin_piece(self, view: View, grids: Grids, travelled_m: float) -> Keyframe:
+        """A first keyframe that nothing ties to those before."""
+        pose = self.keyframes.all[-1].world_from_camera if self._n_pieces else np.eye(4)
+        keyframe = self.keyframes.add(view, grids, pose, self._n_pieces, travelled_m)
+        self.graph.add_keyframe(keyframe.number, pose, adrift=self._n_pieces > 0)
+        self._n_pieces += 1
+        self._alert = ALERT
+        self._closures.add(keyframe)
+        self._optimise()
+        return keyframe
+
+    def extend(self, before: Keyframe, view: View, grids: Grids, found: Registration, travelled_m: float) -> Keyframe:
+        """A further keyframe, found in front of the one before."""
+        pose = self.pose(before.number, found.target_from_source)
+        keyframe = self.keyframes.add(view, grids, pose, before.piece, travelled_m)
+        self.graph.add_keyframe(keyframe.number, pose)
+        self.graph.add_edge(
+            Edge(before.number, keyframe.number, found.target_from_source, found.information, sure=True)
+        )
+        self._closures.add(keyframe)
+        self._optimise()
+        return keyframe
+
+    def seen_from(
+        self, keyframe: Keyframe, view: View, grids: Grids, guess: Array, camera: ColorCamera
+    ) -> Registration | None:
+        """A view in front of a keyframe, near a guess; None where it may be elsewhere as well."""
+        return self._closures.seen_from(keyframe, view, grids, [guess], camera)
+
+    def look_round(
+        self, view: View, grids: Grids, here: Keyframe, here_from_camera: Array, camera: ColorCamera
+    ) -> None:
+        """Compare a view in front of a keyframe of a piece adrift with places of other pieces, now and then."""
+        self._alert -= 1
+        if self._alert < 0 and self._alert % RELAXED:
+            return
+        others = [k.number for k in self.keyframes.all if k.piece != here.piece]
+        for number in self._closures.lookalikes(view.features, others):
+            found = self._closures.seen_from(self.keyframes[number], view, grids, [], camera)
+            if found is None:
+                continue
+            moved = found.target_from_source @ inverse(here_from_camera)
+            if self._hear(Edge(number, here.number, moved, found.information), view.index, found.score):
+                return
+
+    def work(self, camera: ColorCamera, n_pairs: int | None = None) -> None:
+        """Measure so many of the pairs of keyframes that wait, None = all."""
+        waiting = len(self._closures)
+        for _ in range(waiting if n_pairs is None else min(n_pairs, waiting)):
+            edge = self._closures.measure_next(camera)
+            if edge is None:
+                continue
+            if self.keyframes[edge.a].piece == self.keyframes[edge.b].piece:
+                self.graph.add_edge(edge)
+            else:
+                self._hear(edge, self.keyframes[edge.b].view.index, 1.0)
+
+    def _hear(self, edge: Edge, frame: int, strength: float) -> bool:
+        """Take in that a view of one piece was found in another; whether that ties the two together."""
+        self._alert = ALERT
+        a, b = self.keyframes[edge.a], self.keyframes[edge.b]
+        shift = a.world_from_camera @ edge.a_from_b @ inverse(b.world_from_camera)
+        home_from_piece = shift if a.piece < b.piece else inverse(shift)
+        home, piece = sorted((a.piece, b.piece))
+        agreeing = self._ties.hear(home, piece, Witness(frame, edge, home_from_piece, strength))
+        if not agreeing:
+            return False
+        self._join(home, piece, agreeing[0].home_from_piece)
+        for witness in agreeing:
+            self.graph.add_edge(witness.edge)
+        self._optimise()
+        return True
+
+    def _join(self, home: int, piece: int, home_from_piece: Array) -> None:
+        for keyframe in self.keyframes.all:
+            if keyframe.piece == piece:
+                keyframe.piece = home
+                keyframe.world_from_camera = home_from_piece @ keyframe.world_from_camera
+        self._ties.forget(piece)
+        self.graph.shift({k.number: k.world_from_camera for k in self.keyframes.all})
+
+    def _optimise(self) -> None:
+        self._take(self.graph.optimise())
+
+    def _take(self, poses: Mapping[int, Array]) -> None:
+        self.version += 1
+        for number, pose in poses.items():
+            self.keyframes[number].world_from_camera = pose
+
+    def finish(self, camera: ColorCamera) -> None:
+        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false."""
+        for _ in range(2):
+            self.work(camera)
+            self._optimise()
+            self._closures.queue_neighbours()
+        self.work(camera)
+        self._optimise()
+        poses = self.graph.smooth()
+        good = [edge for edge in self.graph.edges if edge.sure or surprise(edge, poses) <= MAX_SURPRISE]
+        if len(good) < len(self.graph.edges):
+            self.graph.replace(good)
+            poses = self.graph.smooth()
+        self._take(poses)
+
+    @property
+    def n_loops(self) -> int:
+        """Edges that close a loop: between keyframes that tracking does not connect within a few steps."""
+        return sum(edge.b - edge.a > RECENT for edge in self.graph.edges)
