@@ -14,7 +14,7 @@ from slam.registration import Registration
 from slam.rigid_motion import angle_deg, length_m
 
 # A new keyframe is taken once the camera has moved so far from the last, or sees so little of it.
-KEYFRAME_DEG, KEYFRAME_M, KEYFRAME_SCORE = 12.0, 0.2, 0.5
+KEYFRAME_DEG, KEYFRAME_M, KEYFRAME_SCORE, KEYFRAME_AGREEMENT = 12.0, 0.2, 0.5, 0.65
 # Nobody moves a camera faster from one frame to the next, even if every fourth frame alone is used.
 MAX_STEP_M, MAX_STEP_DEG = 0.7, 50.0
 MIN_GAP_S, USUAL_GAP_S, MAX_GAP_S = 0.005, 1 / 30, 0.5  # between frames; stamps that say otherwise are not times
@@ -64,4 +64,9 @@ class Tracking:
 def needs_keyframe(found: Registration) -> bool:
     """Whether the camera has moved so far that the reference will soon be of no use."""
     motion = found.target_from_source
-    return angle_deg(motion) > KEYFRAME_DEG or length_m(motion) > KEYFRAME_M or found.score < KEYFRAME_SCORE
+    return (
+        angle_deg(motion) > KEYFRAME_DEG
+        or length_m(motion) > KEYFRAME_M
+        or found.score < KEYFRAME_SCORE
+        or found.agreement < KEYFRAME_AGREEMENT
+    )
