@@ -65,13 +65,13 @@ class Closures:
         others = [k.number for k in earlier if k.piece != keyframe.piece]
         return self.lookalikes(keyframe.view.features, own) + self.lookalikes(keyframe.view.features, others)
 
-    def lookalikes(self, features: Features, among: Sequence[int]) -> list[int]:
+    def lookalikes(self, features: Features, among: Sequence[int], limit: int = SHORTLIST) -> list[int]:
         """The keyframes, of those with the given numbers, that look most like the features, the most alike first."""
         if not among:
             return []
         numbers = np.array(among)
         alike = self._places.similar(features)[numbers]
-        best = np.argsort(-alike, kind="stable")[:SHORTLIST]
+        best = np.argsort(-alike, kind="stable")[:limit]
         return [int(numbers[n]) for n in best if alike[n] >= ALIKE]
 
     def neighbours(self, keyframe: Keyframe, limit: int | None = MAX_NEIGHBOURS) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.geometry import Array, inverse
 from slam.alignment import Grids
-from slam.closures import RECENT, Closures
+from slam.closures import RECENT, SHORTLIST, Closures
 from slam.color_camera import ColorCamera
 from slam.keyframes import Keyframe, Keyframes, View
 from slam.pose_graph import Edge, PoseGraph, surprise
@@ -18,8 +18,9 @@ from slam.rigid_motion import orthonormal
 from slam.ties import Ties, Witness
 
 # So many frames are each compared with the other pieces, after a piece was begun and after each that fitted; else each
-# fifth is.
-ALERT, RELAXED = 20, 5
+# third is.
+ALERT, RELAXED = 20, 3
+PATIENT_SHORTLIST = 8  # places that a keyframe still adrift at the end is compared with
 MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
 
@@ -78,14 +79,34 @@ class KeyframeMap:
         self._alert -= 1
         if self._alert < 0 and self._alert % RELAXED:
             return
+        self._compare(view, grids, here, here_from_camera, camera)
+
+    def _compare(
+        self,
+        view: View,
+        grids: Grids,
+        here: Keyframe,
+        here_from_camera: Array,
+        camera: ColorCamera,
+        shortlist: int = SHORTLIST,
+    ) -> bool:
+        """Whether a view of one piece, with what was seen before, ties it to another."""
         others = [k.number for k in self.keyframes.all if k.piece != here.piece]
-        for number in self._closures.lookalikes(view.features, others):
+        for number in self._closures.lookalikes(view.features, others, shortlist):
             found = self._closures.seen_from(self.keyframes[number], view, grids, [], camera)
             if found is None:
                 continue
             moved = found.target_from_source @ inverse(here_from_camera)
             if self._hear(Edge(number, here.number, moved, found.information), view.index, found.score):
-                return
+                return True
+        return False
+
+    def _tie_pieces(self, camera: ColorCamera) -> None:
+        """Compare the keyframes still adrift with all places that look at all alike."""
+        for keyframe in self.keyframes.all:
+            if keyframe.piece:
+                grids = self.keyframes.grids(keyframe.number)
+                self._compare(keyframe.view, grids, keyframe, np.eye(4), camera, PATIENT_SHORTLIST)
 
     def work(self, camera: ColorCamera, n_pairs: int | None = None) -> None:
         """Measure so many of the pairs of keyframes that wait, None = all."""
@@ -132,7 +153,9 @@ class KeyframeMap:
             self.keyframes[number].world_from_camera = pose
 
     def finish(self, camera: ColorCamera) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false."""
+        """Tie what can be tied, measure all pairs that overlap, smooth over everything, and drop closures that proved
+        false."""
+        self._tie_pieces(camera)
         for _ in range(2):
             self.work(camera)
             self._optimise()
