@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.running.look import END, LATE, NOTHING_LEFT, Looker
 from data_tools.sequence import open_sequence
 from data_tools.worlds.scene import SyntheticScene
 from data_tools.worlds.sensor_model import SensorModel
@@ -143,6 +144,40 @@ def test_a_place_never_seen_is_a_piece_of_its_own_until_views_of_both_tie_it(roo
     found = slam.trajectory()
     assert len(found) >= len(truth) - 2
     assert root_mean_square(errors_m(found, truth)) < 0.06
+
+
+class TwoPieces:
+    """A room of which the camera sees a part, nothing, another part, and then, on its way back, both."""
+
+    def __init__(self, room):
+        order = [*range(10), *[None] * 6, *range(60, 75), *range(73, 4, -1)]
+        self.shots = [blank(room[0]) if i is None else room[i] for i in order]
+
+    def __getitem__(self, index):
+        return replace(self.shots[index], index=index, stamp=index / 30, world_from_camera=None)
+
+
+class Seen:
+    def observe(self, frame):
+        return frame
+
+
+def test_frames_of_a_piece_that_is_tied_later_are_seen_late_at_their_final_poses(room):
+    looker = Looker(TwoPieces(room), SlamSystem, Seen())
+    looks = [looker(index) for index in range(len(looker.sequence.shots))]
+    lost = [look.index for look in looks if look.lost]
+    assert set(range(20, 28)) < set(lost)
+    looker(END)
+    late = []
+    while (look := looker(LATE)).index != NOTHING_LEFT:
+        late.append(look)
+    assert all(look.late and not look.lost for look in late)
+    found = [look.index for look in late]
+    # All but the blank ones, and the few before the camera gave up looking for where it had been.
+    assert found == [index for index in lost if index >= 18]
+    for look in late:
+        np.testing.assert_allclose(look.seen.pose, looker.poses.trajectory()[look.index], atol=0.0025)
+    assert looker(LATE).index == NOTHING_LEFT
 
 
 def frame_of(index, rgb, depth):

@@ -15,17 +15,20 @@ from slam.poses import Pose, Poses
 from slam.report import PoseReport
 
 END = -1  # the index that comes after all frames
+LATE = -2  # and the one that asks, after that, for a frame whose pose became known too late
+NOTHING_LEFT = -3  # the index of the answer when there is none
 
 
 @dataclass(slots=True)
 class Look:
     """What was seen at one index, or why nothing was; corrections are new poses of frames before it, by frame index;
-    given, the pose that the frame itself came with; report, what the pose estimation did, if there is one; stage_ms
-    holds milliseconds per stage."""
+    given, the pose that the frame itself came with; late, whether the frame was lost when its turn came; report, what
+    the pose estimation did, if there is one; stage_ms holds milliseconds per stage."""
 
     index: int
     seen: Observation | None = None
     lost: bool = False
+    late: bool = False
     reason: str = ""
     corrections: Mapping[int, Pose] = field(default_factory=dict)
     given: Pose | None = None
@@ -41,6 +44,8 @@ class Looker:
     sequence: Sequence
     make_poses: Callable[[], Poses]
     perception: Perception
+    _lost: set[int] = field(default_factory=set)
+    _late: dict[int, Pose] = field(default_factory=dict)
 
     @cached_property
     def poses(self) -> Poses:
@@ -49,11 +54,14 @@ class Looker:
 
     def __call__(self, index: int) -> Look:
         """Look at one frame; a frame that cannot be used gives the reason and no observation. At END the poses are
-        finished, and their last corrections told."""
+        finished, and their last corrections told; at each LATE after that, one of the frames is seen that were lost in
+        their turn and are known by now."""
+        if index == LATE:
+            return self._seen_late()
         look = Look(index)
         if index == END:
             self.poses.finish()
-            look.corrections, look.report = self.poses.corrections(), self.poses.report()
+            self._take_corrections(look)
             return look
         with timed(look.stage_ms):
             try:
@@ -67,9 +75,23 @@ class Looker:
             frame = self.sequence[look.index]
         with stage("pose"):
             pose = self.poses.locate(frame)
-            look.corrections, look.report = self.poses.corrections(), self.poses.report()
+            self._take_corrections(look)
         look.given = frame.world_from_camera
         if pose is None:
+            self._lost.add(look.index)
             look.lost, look.reason = True, "lost: the camera could not be located"
         else:
             look.seen = self.perception.observe(frame.at(pose))
+
+    def _take_corrections(self, look: Look) -> None:
+        look.corrections, look.report = self.poses.corrections(), self.poses.report()
+        self._late.update({index: pose for index, pose in look.corrections.items() if index in self._lost})
+
+    def _seen_late(self) -> Look:
+        if not self._late:
+            return Look(NOTHING_LEFT)
+        index = min(self._late)
+        look = Look(index, late=True)
+        with timed(look.stage_ms):
+            look.seen = self.perception.observe(self.sequence[index].at(self._late.pop(index)))
+        return look

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.running.look import END, Look
+from app.running.look import END, NOTHING_LEFT, Look
 from app.running.outcome import Outcome
 from app.running.recorder import Recorder
 from app.timeline.no_timeline import NoTimeline
@@ -16,7 +16,8 @@ from razer.stages import stage
 def map_frames(
     looks: Iterable[Look], mapper: Mapper, timeline: Timeline | NoTimeline, recorder: Recorder, outcome: Outcome
 ) -> None:
-    """Fuse what was seen of each frame; unusable and lost ones are counted in `outcome` and shown.
+    """Fuse what was seen of each frame; unusable and lost ones are counted in `outcome` and shown. A frame that was
+    lost in its turn is fused when it comes late.
 
     Raises BadInput when `outcome` has had enough of unusable frames.
     """
@@ -27,13 +28,19 @@ def map_frames(
         if look.index == END:
             timeline.track(look)
             outcome.graph = None if look.report is None else look.report.graph
+            continue
+        if look.index == NOTHING_LEFT:
             return
         with recorder.frame(look.stage_ms):
-            with stage("log"):
-                timeline.track(look)
+            if not look.late:  # the timeline has passed it
+                with stage("log"):
+                    timeline.track(look)
             if look.seen is not None:
                 step = mapper.fuse(look.seen)
                 outcome.use(look.seen.frame)
+                if look.late:
+                    outcome.lost -= 1
+                    continue
                 with stage("log"):
                     timeline.show(look.seen.frame, step, mapper, look.stage_ms)
                 continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -49,10 +50,11 @@ class Outcome:
         return self.used + self.lost + len(self.skipped)
 
     def use(self, frame: Frame) -> None:
-        """Count a posed frame that went into the map."""
-        self.stamps.append(frame.stamp)
-        self.poses.append(frame.pose)
-        self.indices.append(frame.index)
+        """Count a posed frame that went into the map, be it later than its neighbours."""
+        place = bisect(self.indices, frame.index)
+        self.stamps.insert(place, frame.stamp)
+        self.poses.insert(place, frame.pose)
+        self.indices.insert(place, frame.index)
         self.notes.update(frame.notes)
 
     def move(self, corrections: Mapping[int, NDArray[np.float64]]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rich.console import Console
 from app.config import InputSettings, RunConfig
 from app.running.ahead import work_ahead
 from app.running.interrupt import StopRequest
-from app.running.look import END, Look, Looker
+from app.running.look import END, LATE, Look, Looker
 from app.running.mapping import map_frames
 from app.running.memory import rss_mb
 from app.running.outcome import Outcome
@@ -78,8 +79,9 @@ def map_sequence(
         confirmed = sum(track.confirmed for track in mapper.tracks)
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
+    looker = Looker(sequence, poses_of(config), mapper.perception)
     with StopRequest() as stop:
-        looks = until_stopped(work_ahead(Looker(sequence, poses_of(config), mapper.perception), [*indices, END]), stop)
+        looks = until_stopped(work_ahead(looker, chain(indices, [END], repeat(LATE))), stop)
         map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()

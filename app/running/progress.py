@@ -34,6 +34,6 @@ def _lines(items: Iterable[T], total: int, status: Callable[[], str], console: C
     tenth = 0
     for done, item in enumerate(items, start=1):
         yield item
-        if (now := TENTHS * done // total) > tenth:
+        if (now := TENTHS * min(done, total) // total) > tenth:
             tenth = now
             console.print(f"{done}/{total} frames, {status()}", soft_wrap=True)
