@@ -124,7 +124,8 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
     out, process = finished
     (line,) = process.stdout.splitlines()
     result = json.loads(line)
-    assert set(result) == {"format", "run", "frames", "used", "skipped", "lost", "instances", "timings"}
+    keys = {"format", "run", "frames", "used", "skipped", "lost", "lost_intervals", "instances", "timings"}
+    assert set(result) == keys
     assert (result["format"], result["run"]) == (1, str(out))
     assert (result["frames"], result["used"], result["skipped"], result["lost"]) == (N_FRAMES, N_FRAMES, [], 0)
     instances = json.loads((out / "instances.json").read_text())["instances"]

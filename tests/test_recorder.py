@@ -11,6 +11,7 @@ import pytest
 
 from app.running.ahead import work_ahead
 from app.running.look import Looker
+from app.running.outcome import Outcome
 from app.running.recorder import Recorder, summary
 from razer.frame import Frame, Intrinsics, UnusableFrame
 from razer.stages import stage
@@ -194,3 +195,29 @@ def test_a_stage_that_raises_is_still_counted():
 def test_summary_of_known_durations():
     assert summary([1.0, 2.0, 3.0, 4.0, 100.0]) == {"median_ms": 3.0, "p95_ms": 80.8, "total_s": 0.11}
     assert summary([]) == {"median_ms": 0.0, "p95_ms": 0.0, "total_s": 0}
+
+
+def posed(index, stamp):
+    rgb, depth = np.zeros((4, 4, 3), np.uint8), np.ones((4, 4), np.float32)
+    return Frame(index, stamp, rgb, depth, Intrinsics(4, 4, 4.0, 4.0, 1.5, 1.5), np.eye(4))
+
+
+def test_lost_frames_are_told_in_runs_until_they_come_late():
+    outcome = Outcome("clip", 12, 1.0)
+    outcome.lost.update((0, 1, 3, 5, 6, 11))
+    for index in (2, 4, 9):
+        outcome.use(posed(index, index / 30))
+    assert outcome.lost_runs() == [(0, 1), (3, 3), (5, 6), (11, 11)]
+    outcome.use(posed(3, 0.1))
+    assert outcome.lost_runs() == [(0, 1), (5, 6), (11, 11)]
+    assert outcome.indices == [2, 3, 4, 9]
+    assert outcome.stamps == sorted(outcome.stamps)
+    assert outcome.frames == 9
+    assert not outcome.notes
+
+
+def test_stamps_that_go_back_are_noted():
+    outcome = Outcome("clip", 4, 1.0)
+    for index, stamp in enumerate((0.0, 0.2, 0.1, 0.1)):
+        outcome.use(posed(index, stamp))
+    assert list(outcome.notes.values()) == [2]

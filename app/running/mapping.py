@@ -39,13 +39,12 @@ def map_frames(
                 step = mapper.fuse(look.seen)
                 outcome.use(look.seen.frame)
                 if look.late:
-                    outcome.lost -= 1
                     continue
                 with stage("log"):
                     timeline.show(look.seen.frame, step, mapper, look.stage_ms)
                 continue
             timeline.skipped(look.index, look.reason)
             if look.lost:
-                outcome.lost += 1
+                outcome.lost.add(look.index)
             else:
                 outcome.skip(look.index, look.reason)

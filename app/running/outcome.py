@@ -6,6 +6,7 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ class Outcome:
     poses: list[NDArray[np.float64]] = field(default_factory=list)
     indices: list[int] = field(default_factory=list)
     skipped: list[SkippedFrame] = field(default_factory=list)
-    lost: int = 0
+    lost: set[int] = field(default_factory=set)
     notes: Counter[str] = field(default_factory=Counter)
     interrupted: bool = False
     graph: GraphReport | None = None
@@ -47,15 +48,23 @@ class Outcome:
     @property
     def frames(self) -> int:
         """How many frames were looked at."""
-        return self.used + self.lost + len(self.skipped)
+        return self.used + len(self.lost) + len(self.skipped)
 
     def use(self, frame: Frame) -> None:
         """Count a posed frame that went into the map, be it later than its neighbours."""
+        self.lost.discard(frame.index)
         place = bisect(self.indices, frame.index)
+        if place and frame.stamp <= self.stamps[place - 1]:
+            self.notes["its stamp is not later than that of the frame used before it"] += 1
         self.stamps.insert(place, frame.stamp)
         self.poses.insert(place, frame.pose)
         self.indices.insert(place, frame.index)
         self.notes.update(frame.notes)
+
+    def lost_runs(self) -> list[tuple[int, int]]:
+        """First and last of each run of lost frames with none used between."""
+        runs = [list(run) for _, run in groupby(sorted(self.lost), key=lambda index: bisect(self.indices, index))]
+        return [(run[0], run[-1]) for run in runs]
 
     def move(self, corrections: Mapping[int, NDArray[np.float64]]) -> None:
         """Take in new poses of frames, by frame index."""

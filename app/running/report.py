@@ -40,7 +40,8 @@ def run_json(folder: Path, outcome: Outcome, instances: int, timings: dict[str, 
         "frames": outcome.frames,
         "used": outcome.used,
         "skipped": [{"frame": skipped.frame, "reason": skipped.reason} for skipped in outcome.skipped],
-        "lost": outcome.lost,
+        "lost": len(outcome.lost),
+        "lost_intervals": [list(run) for run in outcome.lost_runs()],
         "instances": instances,
         "timings": timings,
     }
@@ -69,14 +70,30 @@ def _row(item: MapObject) -> tuple[str, ...]:
 
 def print_frames(outcome: Outcome, console: Console) -> None:
     """How many frames were used, and why the others were not; repairs by the reader are counted."""
-    lost = f", {outcome.lost} lost" if outcome.lost else ""
+    lost = f", {len(outcome.lost)} lost" if outcome.lost else ""
     skipped = f", {len(outcome.skipped)} skipped" if outcome.skipped else ""
     console.print(f"{outcome.used} of {outcome.frames} frames used{lost}{skipped}")
+    _print_lost(outcome, console)
     for entry in outcome.skipped[:_REASONS]:
         console.print(f"  frame {entry.frame}: {entry.reason}", soft_wrap=True)
     if len(outcome.skipped) > _REASONS:
         console.print(f"  and {len(outcome.skipped) - _REASONS} more")
     _print_notes(outcome.notes, console)
+
+
+def _print_lost(outcome: Outcome, console: Console) -> None:
+    runs = outcome.lost_runs()
+    for first, last in runs[:_REASONS]:
+        frames = f"frame {first}" if first == last else f"frames {first} to {last}"
+        console.print(f"  {frames}: the camera could not be located", soft_wrap=True)
+    if len(runs) > _REASONS:
+        console.print(f"  and {len(runs) - _REASONS} more times")
+    if outcome.graph is not None and outcome.graph.n_adrift:
+        console.print(
+            "  some of them were located among themselves, but no view ties them to the first frame: "
+            "let the camera see the way between both places",
+            soft_wrap=True,
+        )
 
 
 def _print_notes(notes: Counter[str], console: Console) -> None:
