@@ -118,10 +118,9 @@ class Mapper:
         if follower is None or follower.is_final:
             return
         again, owners = self._anew(), []
-        for seen in follower.replays():
+        for position in range(follower.n_kept):
             with stage("rebuild"):
-                step = again.fuse(seen)
-                owners.append(step.owners)
+                owners.append(again.fuse(follower.replay(position)).owners)
                 if len(owners) == follower.n_kept:
                     self._inherit(again, owners, follower)
             yield len(owners) / follower.n_kept

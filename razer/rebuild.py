@@ -8,7 +8,7 @@ once more (`Mapper.catch_up`), since what was matched while the map lay beside t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,11 @@ class Follower:
         return len(self._poses)
 
     @property
+    def stored_bytes(self) -> int:
+        """What the kept frames take, in memory and in the file."""
+        return self._store.memory_bytes + self._store.spilled_bytes
+
+    @property
     def is_behind(self) -> bool:
         """Whether the map lies where the poses no longer are, so that what is missed in it need not be gone."""
         return self._draft is not None or self._moved
@@ -122,7 +127,7 @@ class Follower:
         for _ in range(self.settings.pace):
             if self._draft.next < self.n_kept:
                 self._earned -= 1
-                self._replay(self._draft)
+                self._fill(self._draft)
         return self._taken(self._draft) if self._draft.next >= self.n_kept else None
 
     def _compare(self) -> None:
@@ -149,31 +154,27 @@ class Follower:
         shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
         return not self._is_rough and bool(shift_voxels <= self.settings.final_shift_voxels)
 
-    def replays(self) -> Iterator[Observation]:
-        """What each kept frame showed, at its newest pose."""
-        self._draft = None
-        for position, pose in enumerate(self._poses):
-            self.n_replays += 1
-            yield unpack(self._store[position], pose, self.voxel_settings)
+    def replay(self, position: int) -> Observation:
+        """What a kept frame showed, at its newest pose."""
+        self.n_replays += 1
+        return unpack(self._store[position], self._poses[position], self.voxel_settings)
 
     def mapped_again(self, voxels: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> None:
         """Note that `voxels` were filled with all replays, whose detections went to `owners`."""
         voxels.amplify(self._stood_for / self.n_kept)
         self.owners = list(owners)
         self._fused_at = list(self._poses)
-        self._is_rough = self._moved = self._corrected = False
+        self._draft, self._is_rough, self._moved, self._corrected = None, False, False, False
         self.n_rebuilds += 1
 
-    def _replay(self, draft: _Draft) -> None:
+    def _fill(self, draft: _Draft) -> None:
         """Fuse one kept frame, and let it vote and carve, as it did at first."""
-        settings, pose = self.voxel_settings, self._poses[draft.next]
-        seen = unpack(self._store[draft.next], pose, settings)
+        settings, seen = self.voxel_settings, self.replay(draft.next)
         draft.voxels.integrate(seen.frame, seen.surface)
         vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next])
         draft.next += draft.stride
         draft.replays += 1
-        self.n_replays += 1
-        draft.poses.append(pose)
+        draft.poses.append(seen.frame.pose)
         if settings.carve_every and draft.replays % max(1, settings.carve_every // self.settings.every) == 0:
             carve(draft.voxels, seen.surface)
 

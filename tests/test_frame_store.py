@@ -20,7 +20,6 @@ from razer.lifting import Lifted
 from razer.models.oracle import OracleEmbedder, OracleSegmenter
 from razer.perception import Observation, Perception
 
-
 SETTINGS = VoxelSettings()
 
 

@@ -17,6 +17,7 @@ from data_tools.worlds.synthetic import SyntheticRoom
 from razer.config import FollowSettings, MapperConfig
 from razer.duplicates import mapped_twice, shared_votes
 from razer.frame import Frame
+from razer.inheritance import heirs, successors
 from razer.mapper import Mapper
 from razer.metrics.instance_ap import Scene, instance_ap
 from razer.metrics.surface import compare
@@ -230,3 +231,34 @@ def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
     turned = at @ pose((0, 0, 0), (0, 0.5, 0))
     # Half a degree at a little more than two metres.
     assert shifts_m(at[None], turned[None])[0] == pytest.approx(np.deg2rad(0.5) * 2.2, rel=0.1)
+
+
+def test_things_taken_for_one_while_the_map_lay_beside_the_poses_are_two_once_it_follows() -> None:
+    apart_m = 3.0  # farther than a frame shows, as in either half of the run there is but one box
+    mapper = mapper_with(FollowSettings(enabled=True, every=1))
+    steps = [0.02 * (i % 12 - 6) for i in range(24)]
+    # From the twelfth frame on the camera is in front of a second box, and the estimate still before the first.
+    for i, x_m in enumerate(steps):
+        mapper.step(wall_and_box(i, pose((x_m, 0, 0))))
+    before = {t.id for t in mapper.tracks if t.confirmed}
+    assert len(before) == 2
+    mapper.move({i: pose((x_m + apart_m, 0, 0)) for i, x_m in enumerate(steps) if i >= 12})
+    mapper.finish()
+    boxes = sorted((o for o in mapper.snapshot().objects if o.box.center[2] < 1.8), key=lambda o: o.box.center[0])
+    assert [o.box.center[0] for o in boxes] == pytest.approx([0, apart_m], abs=0.08)
+    # Half of the wall and one of the boxes are who they were.
+    after = {o.id for o in mapper.snapshot().objects}
+    assert before < after
+    assert len(after) == 4
+    # The map goes on with them.
+    step = mapper.step(wall_and_box(24, pose((0, 0, 0))).at(pose((apart_m, 0, 0))))
+    assert boxes[1].id in step.owners
+
+
+def test_after_the_second_pass_old_ids_stand_for_who_took_over_most() -> None:
+    before = np.array([1, 1, 1, 1, 1, 2, 2, 3, 4, 0], np.int32)
+    after = np.array([8, 8, 8, 9, 9, 9, 9, 9, 0, 9], np.int32)
+    # 9 got two detections of each of 1 and 2, but 8 is more of 1 than anybody.
+    assert heirs(before, after) == {8: 1, 9: 2}
+    assert successors(before, after) == {1: 8, 2: 9, 3: 9}
+    assert heirs(before[:0], after[:0]) == {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 from functools import partial
+from time import sleep
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ import pytest
 from app.running.ahead import work_ahead
 from app.running.look import Looker
 from app.running.recorder import Recorder, summary
+from razer.config import MapperConfig
 from razer.frame import Frame, Intrinsics, UnusableFrame
+from razer.rebuild import Follower
 from razer.stages import stage
 
 CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
@@ -194,3 +197,29 @@ def test_a_stage_that_raises_is_still_counted():
 def test_summary_of_known_durations():
     assert summary([1.0, 2.0, 3.0, 4.0, 100.0]) == {"median_ms": 3.0, "p95_ms": 80.8, "total_s": 0.11}
     assert summary([]) == {"median_ms": 0.0, "p95_ms": 0.0, "total_s": 0}
+
+
+def test_of_nested_stages_the_outer_counts():
+    recorder = Recorder(1, lambda: 0)
+    with recorder.frame({}), stage("rebuild"), stage("integrate"):
+        pass
+    assert list(recorder.timings()["stages"]) == ["rebuild"]
+
+
+def test_work_after_the_last_frame_is_counted_and_its_longest_pause_told():
+    def work():
+        for pause_s in (0.0, 0.05, 0.0):
+            with stage("rebuild"):
+                sleep(pause_s)
+            yield 1.0
+
+    recorder, follower = Recorder(1, lambda: 0), Follower(MapperConfig())
+    with recorder.frame({}), stage("rebuild"):
+        pass
+    assert list(recorder.afterwards(work())) == [1.0, 1.0, 1.0]
+    assert recorder.timings()["frames"] == 1
+    assert recorder.timings()["stages"]["rebuild"]["total_s"] >= 0.05
+    figures = recorder.rebuilding(follower)
+    assert 0.05 <= figures["longest_pause_s"] < 0.5
+    assert 0 < figures["share"] <= 1
+    assert figures["kb_per_stored_frame"] == 0
