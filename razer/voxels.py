@@ -27,6 +27,7 @@ from razer.survivors import Survivors
 Ints = NDArray[np.int32]
 START_BLOCKS = 1024
 GROWTH = 1.6
+SPARE = 1.1  # room of a successor, since corrected poses fill somewhat other blocks
 BLOCKS_AT_ONCE = 512  # of passes over the whole map, to bound their memory
 SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
@@ -35,7 +36,10 @@ FULL = 0.85  # share of the capacity beyond which the hash map is made larger be
 class VoxelMap:
     """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
 
-    def __init__(self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None) -> None:
+    def __init__(
+        self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None, n_blocks: int = 0
+    ) -> None:
+        """An empty volume with room for at least `n_blocks`."""
         self.settings = settings
         self.device = o3c.Device(device)
         self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
@@ -46,15 +50,16 @@ class VoxelMap:
             [o3c.SizeVector([n]) for n in (1, 1, 3, 1, slots, slots)],
             settings.voxel_size_m,
             BLOCK,
-            START_BLOCKS,
+            max(START_BLOCKS, n_blocks),
             self.device,
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._survivors = survivors or Survivors(self.torch_device)
 
     def successor(self) -> VoxelMap:
-        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both."""
-        return VoxelMap(self.settings, str(self.device), self._survivors)
+        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
+        room for as many blocks, since growing takes seconds."""
+        return VoxelMap(self.settings, str(self.device), self._survivors, int(SPARE * self.n_blocks / FULL))
 
     @property
     def n_blocks(self) -> int:
