@@ -117,7 +117,7 @@ class Mapper:
         follower = self.follower
         if follower is None or follower.is_final:
             return
-        again, owners = self._anew(), []
+        again, owners = self._anew(follower.carve_every), []
         for position in range(follower.n_kept):
             with stage("rebuild"):
                 owners.append(again.fuse(follower.replay(position)).owners)
@@ -125,14 +125,11 @@ class Mapper:
                     self._inherit(again, owners, follower)
             yield len(owners) / follower.n_kept
 
-    def _anew(self) -> Mapper:
+    def _anew(self, carve_every: int) -> Mapper:
         """A mapper that knows nothing yet and gives new ids, for frames that were kept."""
         again = copy(self)
-        every = max(1, self.config.voxels.carve_every // self.config.follow.every)
-        carve_every = every if self.config.voxels.carve_every else 0
-        again.config = self.config.model_copy(
-            update={"voxels": self.config.voxels.model_copy(update={"carve_every": carve_every})}
-        )
+        voxels = self.config.voxels.model_copy(update={"carve_every": carve_every})
+        again.config = self.config.model_copy(update={"voxels": voxels})
         again.voxels = self.voxels.successor()
         again.tracker = Tracker(again.config, self.tracker.newest_id)
         again.follower = None

@@ -74,6 +74,17 @@ class Follower:
         return len(self._poses)
 
     @property
+    def carve_every(self) -> int:
+        """Replays between passes that forget what is free space now, as often for what was seen; 0 = never."""
+        every = self.voxel_settings.carve_every
+        return max(1, round(every / self._frames_each)) if every else 0
+
+    @property
+    def _frames_each(self) -> float:
+        """How many fused frames one kept frame stands for."""
+        return self._stood_for / self.n_kept
+
+    @property
     def stored_bytes(self) -> int:
         """What the kept frames take, in memory and in the file."""
         return self._store.memory_bytes + self._store.spilled_bytes
@@ -161,7 +172,7 @@ class Follower:
 
     def mapped_again(self, voxels: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> None:
         """Note that `voxels` were filled with all replays, whose detections went to `owners`."""
-        voxels.amplify(self._stood_for / self.n_kept)
+        voxels.amplify(self._frames_each)
         self.owners = list(owners)
         self._fused_at = list(self._poses)
         self._draft, self._is_rough, self._moved, self._corrected = None, False, False, False
@@ -169,18 +180,18 @@ class Follower:
 
     def _fill(self, draft: _Draft) -> None:
         """Fuse one kept frame, and let it vote and carve, as it did at first."""
-        settings, seen = self.voxel_settings, self.replay(draft.next)
+        seen = self.replay(draft.next)
         draft.voxels.integrate(seen.frame, seen.surface)
         vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next])
         draft.next += draft.stride
         draft.replays += 1
         draft.poses.append(seen.frame.pose)
-        if settings.carve_every and draft.replays % max(1, settings.carve_every // self.settings.every) == 0:
+        if self.carve_every and draft.replays % self.carve_every == 0:
             carve(draft.voxels, seen.surface)
 
     def _taken(self, draft: _Draft) -> VoxelMap:
         """The finished volume, whose observations and votes count for the frames that were left out as well."""
-        draft.voxels.amplify(draft.stride * self._stood_for / self.n_kept)
+        draft.voxels.amplify(draft.stride * self._frames_each)
         # A frame that was left out lies where it belongs: its neighbours stand for it.
         self._fused_at = [
             pose if i % draft.stride else draft.poses[i // draft.stride] for i, pose in enumerate(self._poses)
