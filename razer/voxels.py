@@ -112,7 +112,7 @@ class VoxelMap:
         intrinsic = o3c.Tensor(frame.intrinsics.matrix)
         extrinsic = o3c.Tensor(inverse(frame.pose))
         blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
-        self._make_room(len(block_keys))
+        self._make_room(block_keys)
         self.grid.integrate(
             blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
             1.0, s.depth_max_m, s.truncation_voxels,
@@ -123,12 +123,13 @@ class VoxelMap:
         """Add blocks (B, 3) of empty voxels."""
         if len(block_keys) == 0:
             return
-        self._make_room(len(block_keys))
+        self._make_room(block_keys)
         self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
 
-    def _make_room(self, n_more: int) -> None:
+    def _make_room(self, block_keys: Ints) -> None:
         hashmap = self.grid.hashmap()
-        if hashmap.size() + n_more > FULL * hashmap.capacity():
+        room = int(FULL * hashmap.capacity()) - hashmap.size()
+        if len(block_keys) > room and (n_more := int((self._rows(block_keys) < 0).sum())) > room:
             hashmap.reserve(int(GROWTH * (hashmap.size() + n_more)) + START_BLOCKS // 2)
 
     def _rows(self, block_keys: Ints) -> Tensor:
