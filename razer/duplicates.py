@@ -3,6 +3,7 @@ shows both."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -13,37 +14,25 @@ from razer import votes
 from razer.voxels import VoxelMap
 
 Pair = tuple[int, int]
-MIN_PIXELS = 12  # of a strided id image; fewer show nobody
 # One thing stays in one piece in most frames; two things beside each other are seen together in nearly all of them.
 MAX_TOGETHER = 0.2
 
 
-class Sightings:
-    """Which instances each frame shows."""
-
-    def __init__(self) -> None:
-        self._ids: list[NDArray[np.intp]] = []
-
-    def add(self, ids: NDArray[np.int32]) -> None:
-        """Take in one id image, 0 = nobody."""
-        shown = np.flatnonzero(np.bincount(ids.ravel()) >= MIN_PIXELS)
-        self._ids.append(shown[shown > 0])
-
-    def together(self, pairs: list[Pair], voxels: VoxelMap) -> list[float]:
-        """For each pair of live instances the share of frames with both, among those of the one seen in fewer."""
-        frame = np.repeat(np.arange(len(self._ids)), [len(ids) for ids in self._ids])
-        now = np.array(voxels.alive(torch.from_numpy(np.concatenate([np.zeros(0, np.intp), *self._ids]))).tolist())
-        frames_of = {i: set(frame[now == i].tolist()) for pair in pairs for i in pair}
-        return [len(frames_of[a] & frames_of[b]) / max(1, min(len(frames_of[a]), len(frames_of[b]))) for a, b in pairs]
-
-
-def mapped_twice(voxels: VoxelMap, sightings: Sightings, min_shared: float) -> list[Pair]:
+def mapped_twice(voxels: VoxelMap, owners: Sequence[NDArray[np.int32]], min_shared: float) -> list[Pair]:
     """Pairs (older id, newer id) that share at least `min_shared` of their votes and are hardly ever seen together,
-    the surest first."""
+    the surest first; `owners` are the tracks (N,) of each frame's detections."""
     shared = {pair: share for pair, share in shared_votes(voxels).items() if share >= min_shared}
     pairs = sorted(shared, key=lambda pair: (-shared[pair], pair))
-    together = sightings.together(pairs, voxels)
+    together = seen_together(pairs, owners, voxels)
     return [pair for pair, share in zip(pairs, together, strict=True) if share <= MAX_TOGETHER]
+
+
+def seen_together(pairs: list[Pair], owners: Sequence[NDArray[np.int32]], voxels: VoxelMap) -> list[float]:
+    """For each pair of live instances the share of frames with both, among those of the one seen in fewer."""
+    frame = np.repeat(np.arange(len(owners)), [len(ids) for ids in owners])
+    now = np.array(voxels.alive(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
+    frames_of = {i: set(frame[now == i].tolist()) for pair in pairs for i in pair}
+    return [len(frames_of[a] & frames_of[b]) / max(1, min(len(frames_of[a]), len(frames_of[b]))) for a, b in pairs]
 
 
 def shared_votes(voxels: VoxelMap) -> dict[Pair, float]:

@@ -1,68 +1,128 @@
-"""A fused frame in some fifty kilobytes: what is needed to fuse it and cast its votes once more.
+"""What one frame showed, in some fifty kilobytes: all that is needed to map it once more, at another pose.
 
 Kept are the readings the map looked at (`ObservedSurface`, every `stride`-th pixel): they lie closer than voxels do
 at the farthest depth, so that pixels left out bring no voxel more. Depth is coded as inverse depth, in which the
 error of stereo and structured-light sensors is even, and then losslessly; differences of neighbours are small numbers
-whose high bytes are mostly zero. Colour is a JPEG.
+whose high bytes are mostly zero. Colour is a JPEG. Of a detection its readings are kept, and not where they lay.
 """
 
 from __future__ import annotations
 
-import struct
+import pickle
 import zlib
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.boxes import OrientedBox, PointMoments
 from razer.cells import ObservedSurface
+from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics
+from razer.lifting import Detection, Lifted, occupied
+from razer.perception import Observation
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
 JPEG_QUALITY = 90
-_HEADER = struct.Struct("<4d5I")
 
 Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
-class Replay:
-    """A frame as it was kept: its strided images without a pose, and ids (h, w) int32, the track at each pixel."""
+class _Packed:
+    """An observation without its pose; `places` are the detections' readings as pixels of the strided images, and
+    `told` what else is known of each of them: mask, number of readings, score, quality, class name."""
 
-    frame: Frame
-    ids: Ints
+    index: int
+    stamp: float
+    intrinsics: Intrinsics
+    color: bytes
+    depth: bytes
+    places: bytes
+    told: list[tuple[int, int, float, float, str | None]]
+    embeddings: NDArray[np.int8]
 
 
-def pack(frame: Frame, surface: ObservedSurface, ids: Ints) -> bytes:
-    """The frame with the surface seen in it and the strided id image (h, w) of its votes."""
+def pack(seen: Observation) -> bytes:
+    """What a frame showed, but for its pose."""
+    frame, surface, detections = seen.frame, seen.surface, seen.lifted.detections
     height, width = surface.depth.shape
     stride, matrix = surface.stride, surface.matrix
     bgr = cv2.cvtColor(np.ascontiguousarray(frame.rgb[::stride, ::stride]), cv2.COLOR_RGB2BGR)
-    color = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
-    parts = (color, _squeezed(_inverse_depth(surface.depth)), _deflated(ids.view(np.uint8).reshape(-1, 4)))
-    header = _HEADER.pack(
-        matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], width, height, *(len(part) for part in parts)
+    place = surface.rows * width + surface.columns
+    places = place[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
+    packed = _Packed(
+        index=frame.index,
+        stamp=frame.stamp,
+        intrinsics=Intrinsics(width, height, matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]),
+        color=cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes(),
+        depth=_squeezed(_inverse_depth(surface.depth)),
+        places=_deflated(np.diff(places, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
+        told=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name) for d in detections],
+        embeddings=_coarse([d.embedding for d in detections]),
     )
-    return b"".join((header, *parts))
+    return pickle.dumps(packed)
 
 
-def unpack(packed: bytes, frame_index: int) -> Replay:
-    """What `pack` packed, with depth within 0.00025 z^2 metres."""
-    fx, fy, cx, cy, width, height, *lengths = _HEADER.unpack_from(packed)
-    borders = accumulate(lengths, initial=_HEADER.size)
-    color, depth, ids = (packed[start:end] for start, end in pairwise(borders))
-    shape = (height, width)
-    rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(color, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+def unpack(packed: bytes, world_from_camera: NDArray[np.float64], settings: VoxelSettings) -> Observation:
+    """What `pack` packed, seen from a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within half a
+    degree. The frame is the strided one."""
+    kept: _Packed = pickle.loads(packed)
+    shape = (kept.intrinsics.height, kept.intrinsics.width)
+    rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(kept.color, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+    depth = _depth_m(_unsqueezed(kept.depth, shape))
+    # Not one reading may be rounded out of range, as detections count them.
+    depth = np.where(depth > 0, depth.clip(settings.depth_min_m, settings.depth_max_m), np.float32(0))
     frame = Frame(
-        index=frame_index,
-        stamp=0.0,
+        index=kept.index,
+        stamp=kept.stamp,
         rgb=rgb.astype(np.uint8, copy=False),
-        depth=_depth_m(_unsqueezed(depth, shape)),
-        intrinsics=Intrinsics(width, height, fx, fy, cx, cy),
+        depth=depth.astype(np.float32, copy=False),
+        intrinsics=kept.intrinsics,
+        world_from_camera=world_from_camera,
     )
-    return Replay(frame, np.ascontiguousarray(_inflated(ids, 4)).view(np.int32).reshape(shape))
+    surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
+    return Observation(frame, surface, _lifted(kept, surface))
+
+
+def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
+    """The detections where their readings lie now. Readings that were in a mask, but in none of its detections, are
+    not known any more."""
+    reading = np.zeros(surface.depth.size, np.int32)
+    reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
+    places = np.cumsum(np.ascontiguousarray(_inflated(kept.places, 4)).view(np.int32)[:, 0], dtype=np.int32)
+    pixels = reading[places]
+    lengths = [length for _, length, *_ in kept.told]
+    n = len(lengths)
+    member, member_cell, _ = occupied(surface, n, np.repeat(np.arange(n), lengths), pixels)
+    order = np.argsort(member, kind="stable")
+    cells_of = np.split(member_cell[order], np.searchsorted(member[order], np.arange(1, n)))
+    pixels_of = np.split(pixels, np.cumsum(lengths)[:-1])
+    embeddings = _unit(kept.embeddings)
+    detections = []
+    for i, (mask, _, score, quality, class_name) in enumerate(kept.told):
+        points = surface.cells.points[cells_of[i]]
+        moments = PointMoments.of(points)
+        box = OrientedBox.around(points, moments.axes)
+        detections.append(
+            Detection(mask, cells_of[i], pixels_of[i], moments, box, embeddings[i], score, quality, class_name)
+        )
+    masks = np.array([mask for mask, *_ in kept.told], np.int32)
+    return Lifted(tuple(detections), masks[member], member_cell)
+
+
+def _coarse(embeddings: list[NDArray[np.float32]]) -> NDArray[np.int8]:
+    """Unit vectors (N, D), the largest part of each being 127."""
+    if not embeddings:
+        return np.zeros((0, 1), np.int8)
+    vectors = np.stack(embeddings)
+    return np.rint(vectors * (127 / np.abs(vectors).max(axis=1, keepdims=True))).astype(np.int8)
+
+
+def _unit(coarse: NDArray[np.int8]) -> NDArray[np.float32]:
+    vectors = coarse.astype(np.float32)
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _inverse_depth(depth: NDArray[np.float32]) -> NDArray[np.uint16]:

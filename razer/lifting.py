@@ -96,7 +96,7 @@ def lift(
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
     mask_of, pixel_of = surface.readings_in(strided)
-    member_set, member_cell, member_of_pixel = _members(surface, len(masks), mask_of, pixel_of)
+    member_set, member_cell, member_of_pixel = occupied(surface, len(masks), mask_of, pixel_of)
     voxel_size_m = surface.cells.voxel_size_m
     radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
@@ -127,17 +127,17 @@ def lift(
     return Lifted(detections, member_set, member_cell)
 
 
-def _members(
-    surface: ObservedSurface, n_masks: int, mask_of: NDArray, pixel_of: NDArray
+def occupied(
+    surface: ObservedSurface, n_sets: int, set_of: NDArray, pixel_of: NDArray
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """The distinct (mask, cell) pairs sorted by cell, and the pair of each of the given readings."""
-    key = surface.pixel_cell[pixel_of].astype(np.int64) * n_masks + mask_of
-    occupied = np.zeros(len(surface.cells) * n_masks, bool)
-    occupied[key] = True
-    members = np.flatnonzero(occupied)
-    rank = np.zeros(len(occupied), np.int32)
+    """The distinct (set, cell) pairs of readings in sets, sorted by cell, and the pair of each of the readings."""
+    key = surface.pixel_cell[pixel_of].astype(np.int64) * n_sets + set_of
+    taken = np.zeros(len(surface.cells) * n_sets, bool)
+    taken[key] = True
+    members = np.flatnonzero(taken)
+    rank = np.zeros(len(taken), np.int32)
     rank[members] = np.arange(len(members), dtype=np.int32)
-    return (members % n_masks).astype(np.int32), (members // n_masks).astype(np.int32), rank[key]
+    return (members % n_sets).astype(np.int32), (members // n_sets).astype(np.int32), rank[key]
 
 
 def view_quality(score: float, visible_share: float, pixels: int, enough_pixels: int = 4000) -> float:

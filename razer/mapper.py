@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from razer.carving import carve
 from razer.cells import ObservedSurface
 from razer.config import MapperConfig
-from razer.duplicates import Sightings, mapped_twice
+from razer.duplicates import mapped_twice
 from razer.evidence import LabelEvidence
 from razer.frame import Frame
-from razer.lifting import Detection
+from razer.inheritance import heirs, successors
 from razer.models import Embedder, Segmenter
 from razer.panoptic_map import PanopticMap
 from razer.perception import Observation, Perception
 from razer.rebuild import Follower, Pose
 from razer.stages import stage
-from razer.step import Decision, Step
+from razer.step import Step
 from razer.support import support_ratios
 from razer.surface import extract_mesh, points_at
 from razer.track import Track
@@ -60,11 +62,13 @@ class Mapper:
             evidence = LabelEvidence.gather(self.voxels, surface.cells, lifted)
             decisions = self.tracker.update(lifted.detections, evidence, frame.index)
         with stage("vote"):
-            ids = self._vote(surface, lifted.detections, decisions)
+            owners = np.array([decision.track_id for decision in decisions], np.int32)
+            self.voxels.admit(self.tracker.newest_id)
+            ids = vote(self.voxels, surface, lifted.detections, owners)
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         before = self.voxels
-        fused += self._follow(seen, ids)
+        fused += self._follow(seen, owners)
         return Step(
             frame_index=frame.index,
             id_image=_enlarged(ids, surface.stride, frame.depth.shape),
@@ -83,22 +87,22 @@ class Mapper:
             raise ValueError("poses were corrected, but follow.enabled is off and no frames were kept")
         self.follower.move(corrections)
 
-    def _follow(self, seen: Observation, ids: NDArray[np.int32]) -> list[tuple[int, int]]:
+    def _follow(self, seen: Observation, owners: NDArray[np.int32]) -> list[tuple[int, int]]:
         """Keep the frame and rebuild a little where poses were corrected; returns duplicates that this brought to
         light, (gone, survivor)."""
         if self.follower is None:
             return []
         with stage("rebuild"):
-            self.follower.keep(seen.frame, seen.surface, ids)
+            self.follower.keep(seen, owners)
             rebuilt = self.follower.advance(self.voxels)
-            return [] if rebuilt is None else self._adopt(rebuilt, self.follower.sightings)
+            return [] if rebuilt is None else self._adopt(rebuilt, self.follower.owners)
 
-    def _adopt(self, rebuilt: VoxelMap, sightings: Sightings) -> list[tuple[int, int]]:
+    def _adopt(self, rebuilt: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> list[tuple[int, int]]:
         """Go on with a rebuilt volume: what was mapped twice is fused, boxes are renewed, misses are forgiven."""
         self.voxels = rebuilt
         fused = []
         least = self.config.follow.fuse_shared_votes
-        while duplicates := self.tracker.fuse_alike(mapped_twice(self.voxels, sightings, least)):
+        while duplicates := self.tracker.fuse_alike(mapped_twice(self.voxels, owners, least)):
             for gone, survivor in duplicates:
                 self.voxels.replace(gone, survivor)
             fused += duplicates
@@ -108,29 +112,47 @@ class Mapper:
         return fused
 
     def catch_up(self) -> Iterator[float]:
-        """Rebuild the map from all kept frames if their poses were corrected since; yields the share done, after
-        each frame. `finish` does the same in one go."""
-        if self.follower is None:
+        """Map all kept frames once more at their final poses if those were corrected since; yields the share done,
+        after each frame. `finish` does the same in one go."""
+        follower = self.follower
+        if follower is None or follower.is_final:
             return
-        for done, rebuilt in self.follower.replay_all(self.voxels):
-            if rebuilt is not None:
-                with stage("rebuild"):
-                    self._adopt(rebuilt, self.follower.sightings)
-            yield done
+        again, owners = self._anew(follower.carve_every), []
+        for position in range(follower.n_kept):
+            with stage("rebuild"):
+                owners.append(again.fuse(follower.replay(position)).owners)
+                if len(owners) == follower.n_kept:
+                    self._inherit(again, owners, follower)
+            yield len(owners) / follower.n_kept
 
-    def _vote(
-        self, surface: ObservedSurface, detections: tuple[Detection, ...], decisions: list[Decision]
-    ) -> NDArray[np.int32]:
-        """Each voxel at the observed surface takes one vote for the track that owns the pixel it projects to;
-        returns the strided id image."""
-        ids = np.zeros(surface.depth.shape, np.int32)
-        # Small things stand on or before large ones: they are painted last.
-        for decision in sorted(decisions, key=lambda d: -len(detections[d.detection].pixels)):
-            pixels = detections[decision.detection].pixels
-            ids[surface.rows[pixels], surface.columns[pixels]] = decision.track_id
-        self.voxels.admit(self.tracker.newest_id)
-        vote(self.voxels, surface, ids)
-        return ids
+    def _anew(self, carve_every: int) -> Mapper:
+        """A mapper that knows nothing yet and gives new ids, for frames that were kept."""
+        again = copy(self)
+        voxels = self.config.voxels.model_copy(update={"carve_every": carve_every})
+        again.config = self.config.model_copy(update={"voxels": voxels})
+        again.voxels = self.voxels.successor()
+        again.tracker = Tracker(again.config, self.tracker.newest_id)
+        again.follower = None
+        again._frames = 0
+        return again
+
+    def _inherit(self, again: Mapper, owners: list[NDArray[np.int32]], follower: Follower) -> None:
+        """Go on with what `again` mapped; its instances take over the ids of those they were before."""
+        before, after = (self._alive(np.concatenate(ids)) for ids in (follower.owners, owners))
+        names = heirs(before, after)
+        again.tracker.rename(names)
+        for new, old in names.items():
+            again.voxels.replace(new, old)
+        # Who has no heir is read as the one that most of it went to, if any.
+        taken = successors(before, self._alive(after))
+        for gone in set(self.tracker.tracks) - set(names.values()):
+            again.voxels.replace(gone, taken.get(gone, 0))
+        self.tracker = again.tracker
+        follower.mapped_again(again.voxels, owners)
+        self._adopt(again.voxels, owners)
+
+    def _alive(self, ids: NDArray[np.int32]) -> NDArray[np.int32]:
+        return self.voxels.alive(torch.from_numpy(ids)).cpu().numpy()
 
     def _maintain(self, surface: ObservedSurface, frame_index: int) -> tuple[list[tuple[int, int]], list[int]]:
         self._frames += 1

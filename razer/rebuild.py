@@ -2,24 +2,22 @@
 
 Open3D's volume bakes poses in, so a second one is filled beside it, a few frames at a time, and takes its place when
 it has caught up. There is no clock here: work is counted in frames replayed, and during the run earned by frames
-fused.
+fused. What is rebuilt during the run takes its votes from the tracks as they are; at the end everything is mapped
+once more (`Mapper.catch_up`), since what was matched while the map lay beside the poses may have been matched wrongly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from razer.carving import carve
-from razer.cells import ObservedSurface
 from razer.config import MapperConfig
-from razer.duplicates import Sightings
-from razer.frame import Frame
 from razer.frame_packing import pack, unpack
 from razer.frame_store import FrameStore
-from razer.stages import stage
+from razer.perception import Observation
 from razer.voting import vote
 from razer.voxels import VoxelMap
 
@@ -56,7 +54,7 @@ class Follower:
     def __init__(self, config: MapperConfig) -> None:
         self.settings, self.voxel_settings = config.follow, config.voxels
         self._store = FrameStore(config.follow.memory_mb * 10**6)
-        self.sightings = Sightings()
+        self.owners: list[NDArray[np.int32]] = []  # tracks of the detections of each kept frame
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
         self._poses: list[Pose] = []  # newest
         self._fused_at: list[Pose] = []  # in the map that is shown
@@ -76,12 +74,30 @@ class Follower:
         return len(self._poses)
 
     @property
+    def carve_every(self) -> int:
+        """Replays between passes that forget what is free space now, as often for what was seen; 0 = never."""
+        every = self.voxel_settings.carve_every
+        return max(1, round(every / self._frames_each)) if every else 0
+
+    @property
+    def _frames_each(self) -> float:
+        """How many fused frames one kept frame stands for."""
+        return self._stood_for / self.n_kept
+
+    @property
+    def stored_bytes(self) -> int:
+        """What the kept frames take, in memory and in the file."""
+        return self._store.memory_bytes + self._store.spilled_bytes
+
+    @property
     def is_behind(self) -> bool:
         """Whether the map lies where the poses no longer are, so that what is missed in it need not be gone."""
         return self._draft is not None or self._moved
 
-    def keep(self, frame: Frame, surface: ObservedSurface, ids: NDArray[np.int32]) -> None:
-        """Note a fused frame with its strided id image (h, w), and keep it if enough has changed since the last."""
+    def keep(self, seen: Observation, owners: NDArray[np.int32]) -> None:
+        """Note a fused frame with the tracks (N,) of its detections, and keep it if enough has changed since the
+        last."""
+        frame = seen.frame
         self._earned += self.settings.live_replays
         self._since_kept += 1
         if self._poses and self._since_kept < self._patience(frame.pose):
@@ -89,8 +105,8 @@ class Follower:
         self._stood_for += min(self._since_kept, self.settings.every)
         self._since_kept = 0
         self._position[frame.index] = len(self._poses)
-        self.sightings.add(ids)
-        self._store.append(pack(frame, surface, ids))
+        self.owners.append(owners)
+        self._store.append(pack(seen))
         self._poses.append(frame.pose)
         self._fused_at.append(frame.pose)
 
@@ -122,7 +138,7 @@ class Follower:
         for _ in range(self.settings.pace):
             if self._draft.next < self.n_kept:
                 self._earned -= 1
-                self._replay(self._draft)
+                self._fill(self._draft)
         return self._taken(self._draft) if self._draft.next >= self.n_kept else None
 
     def _compare(self) -> None:
@@ -141,41 +157,41 @@ class Follower:
     def _has_moved(self, poses: list[Pose], fused_at: list[Pose]) -> bool:
         return bool(self._shift_voxels(poses, fused_at).mean() > self.settings.live_shift_voxels)
 
-    def replay_all(self, voxels: VoxelMap) -> Iterator[tuple[float, VoxelMap | None]]:
-        """Rebuild from every kept frame if any has moved; yields the share done after each frame, and at last what
-        is to replace `voxels`."""
-        self._draft = None
+    @property
+    def is_final(self) -> bool:
+        """Whether the map is as good as can be: made of all kept frames, and none has moved since."""
         if not self._poses:
-            return
+            return True
         shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
-        if not (self._is_rough or shift_voxels > self.settings.final_shift_voxels):
-            return
-        draft = _Draft(voxels, 1)
-        while draft.next < self.n_kept:
-            with stage("rebuild"):
-                self._replay(draft)
-            done = draft.next == self.n_kept
-            yield draft.next / self.n_kept, self._taken(draft) if done else None
+        return not self._is_rough and bool(shift_voxels <= self.settings.final_shift_voxels)
 
-    def _replay(self, draft: _Draft) -> None:
+    def replay(self, position: int) -> Observation:
+        """What a kept frame showed, at its newest pose."""
+        self.n_replays += 1
+        return unpack(self._store[position], self._poses[position], self.voxel_settings)
+
+    def mapped_again(self, voxels: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> None:
+        """Note that `voxels` were filled with all replays, whose detections went to `owners`."""
+        voxels.amplify(self._frames_each)
+        self.owners = list(owners)
+        self._fused_at = list(self._poses)
+        self._draft, self._is_rough, self._moved, self._corrected = None, False, False, False
+        self.n_rebuilds += 1
+
+    def _fill(self, draft: _Draft) -> None:
         """Fuse one kept frame, and let it vote and carve, as it did at first."""
-        position, settings = draft.next, self.voxel_settings
-        pose = self._poses[position]
-        replay = unpack(self._store[position], position)
-        frame = replay.frame.at(pose)
-        surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
-        draft.voxels.integrate(frame, surface)
-        vote(draft.voxels, surface, replay.ids)
+        seen = self.replay(draft.next)
+        draft.voxels.integrate(seen.frame, seen.surface)
+        vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next])
         draft.next += draft.stride
         draft.replays += 1
-        self.n_replays += 1
-        draft.poses.append(pose)
-        if settings.carve_every and draft.replays % max(1, settings.carve_every // self.settings.every) == 0:
-            carve(draft.voxels, surface)
+        draft.poses.append(seen.frame.pose)
+        if self.carve_every and draft.replays % self.carve_every == 0:
+            carve(draft.voxels, seen.surface)
 
     def _taken(self, draft: _Draft) -> VoxelMap:
         """The finished volume, whose observations and votes count for the frames that were left out as well."""
-        draft.voxels.amplify(draft.stride * self._stood_for / self.n_kept)
+        draft.voxels.amplify(draft.stride * self._frames_each)
         # A frame that was left out lies where it belongs: its neighbours stand for it.
         self._fused_at = [
             pose if i % draft.stride else draft.poses[i // draft.stride] for i, pose in enumerate(self._poses)

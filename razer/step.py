@@ -50,6 +50,11 @@ class Step:
     rebuilt: bool = False
 
     @property
+    def owners(self) -> NDArray[np.int32]:
+        """The track (N,) of each detection."""
+        return np.array([d.track_id for d in self.decisions], np.int32)
+
+    @property
     def born(self) -> tuple[int, ...]:
         """Ids of the tracks that started in this frame."""
         return tuple(d.track_id for d in self.decisions if d.outcome == "born")

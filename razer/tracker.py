@@ -17,10 +17,11 @@ from razer.track import Track
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
 
-    def __init__(self, config: MapperConfig) -> None:
+    def __init__(self, config: MapperConfig, newest_id: int = 0) -> None:
+        """Ids of tracks are larger than `newest_id`."""
         self.config = config
         self.tracks: dict[int, Track] = {}
-        self.newest_id = 0
+        self.newest_id = newest_id
         self._index = BoxIndex()
         self._consensus = Consensus()
 
@@ -107,6 +108,17 @@ class Tracker:
     def refreshed(self, track: Track) -> None:
         """Tell the R-tree that a track's box was renewed."""
         self._index.put(track.id, track.box)
+
+    def rename(self, names: Mapping[int, int]) -> None:
+        """Give tracks other ids {id: new id}, which no track has."""
+        for track_id, name in names.items():
+            track = self.tracks.pop(track_id)
+            track.id = name
+            self.tracks[name] = track
+            self._index.drop(track_id)
+            self._index.put(name, track.box)
+            self._consensus.replace(track_id, name)
+        self.tracks = dict(sorted(self.tracks.items()))
 
     def fuse_duplicates(self) -> list[tuple[int, int]]:
         """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""

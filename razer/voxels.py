@@ -27,6 +27,7 @@ from razer.survivors import Survivors
 Ints = NDArray[np.int32]
 START_BLOCKS = 1024
 GROWTH = 1.6
+SPARE = 1.1  # room of a successor, since corrected poses fill somewhat other blocks
 BLOCKS_AT_ONCE = 512  # of passes over the whole map, to bound their memory
 SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
 FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
@@ -35,7 +36,10 @@ FULL = 0.85  # share of the capacity beyond which the hash map is made larger be
 class VoxelMap:
     """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
 
-    def __init__(self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None) -> None:
+    def __init__(
+        self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None, n_blocks: int = 0
+    ) -> None:
+        """An empty volume with room for at least `n_blocks`."""
         self.settings = settings
         self.device = o3c.Device(device)
         self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
@@ -46,15 +50,16 @@ class VoxelMap:
             [o3c.SizeVector([n]) for n in (1, 1, 3, 1, slots, slots)],
             settings.voxel_size_m,
             BLOCK,
-            START_BLOCKS,
+            max(START_BLOCKS, n_blocks),
             self.device,
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._survivors = survivors or Survivors(self.torch_device)
 
     def successor(self) -> VoxelMap:
-        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both."""
-        return VoxelMap(self.settings, str(self.device), self._survivors)
+        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
+        room for as many blocks, since growing takes seconds."""
+        return VoxelMap(self.settings, str(self.device), self._survivors, int(SPARE * self.n_blocks / FULL))
 
     @property
     def n_blocks(self) -> int:
@@ -107,7 +112,7 @@ class VoxelMap:
         intrinsic = o3c.Tensor(frame.intrinsics.matrix)
         extrinsic = o3c.Tensor(inverse(frame.pose))
         blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
-        self._make_room(len(block_keys))
+        self._make_room(block_keys)
         self.grid.integrate(
             blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
             1.0, s.depth_max_m, s.truncation_voxels,
@@ -118,12 +123,13 @@ class VoxelMap:
         """Add blocks (B, 3) of empty voxels."""
         if len(block_keys) == 0:
             return
-        self._make_room(len(block_keys))
+        self._make_room(block_keys)
         self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
 
-    def _make_room(self, n_more: int) -> None:
+    def _make_room(self, block_keys: Ints) -> None:
         hashmap = self.grid.hashmap()
-        if hashmap.size() + n_more > FULL * hashmap.capacity():
+        room = int(FULL * hashmap.capacity()) - hashmap.size()
+        if len(block_keys) > room and (n_more := int((self._rows(block_keys) < 0).sum())) > room:
             hashmap.reserve(int(GROWTH * (hashmap.size() + n_more)) + START_BLOCKS // 2)
 
     def _rows(self, block_keys: Ints) -> Tensor:

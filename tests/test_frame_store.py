@@ -8,16 +8,29 @@ import sys
 import numpy as np
 import pytest
 from depth_scenes import CAMERA
+from scenes import pose
 
 from data_tools.worlds.synthetic import SyntheticRoom
 from razer.cells import ObservedSurface
+from razer.config import MapperConfig, VoxelSettings
 from razer.frame import Frame
 from razer.frame_packing import pack, unpack
 from razer.frame_store import FrameStore
+from razer.lifting import Lifted
+from razer.models.oracle import OracleEmbedder, OracleSegmenter
+from razer.perception import Observation, Perception
+
+SETTINGS = VoxelSettings()
 
 
-def seen(frame: Frame) -> ObservedSurface:
-    return ObservedSurface.of(frame, 0.02, 0.1, 5.0)
+def observed(frame: Frame, noise: str = "none") -> Observation:
+    perception = Perception(MapperConfig(), OracleSegmenter(noise, seed=2), OracleEmbedder("full", seed=2))
+    return perception.observe(frame)
+
+
+def bare(frame: Frame) -> Observation:
+    surface = ObservedSurface.of(frame, SETTINGS.voxel_size_m, SETTINGS.depth_min_m, SETTINGS.depth_max_m)
+    return Observation(frame, surface, Lifted((), np.zeros(0, np.int32), np.zeros(0, np.int32)))
 
 
 @pytest.fixture(scope="module")
@@ -25,41 +38,65 @@ def room_frame() -> Frame:
     return SyntheticRoom(seed=1, n_frames=30, noise=True)[7]
 
 
-def test_a_frame_comes_back_within_the_error_of_a_sensor_and_its_ids_exactly(room_frame: Frame) -> None:
-    surface = seen(room_frame)
-    assert surface.stride == 2
-    ids = room_frame.instance_ids[::2, ::2].copy()
-    packed = pack(room_frame, surface, ids)
+@pytest.fixture(scope="module")
+def seen(room_frame: Frame) -> Observation:
+    return observed(room_frame, "full")
+
+
+def test_a_frame_comes_back_within_the_error_of_a_sensor(room_frame: Frame, seen: Observation) -> None:
+    assert seen.surface.stride == 2
+    packed = pack(seen)
     assert len(packed) < 150_000
-    replay = unpack(packed, 7)
-    assert replay.frame.index == 7
-    assert (replay.ids == ids).all()
-    back, depth = replay.frame.depth, surface.depth
+    again = unpack(packed, room_frame.pose, SETTINGS)
+    assert (again.frame.index, again.frame.stamp) == (7, room_frame.stamp)
+    back, depth = again.frame.depth, seen.surface.depth
     assert ((back > 0) == (depth > 0)).all()
     assert (np.abs(back - depth) <= 0.00026 * depth**2 + 1e-6).all()
-    assert np.abs(replay.frame.rgb.astype(int) - room_frame.rgb[::2, ::2]).mean() < 5
+    assert np.abs(again.frame.rgb.astype(int) - room_frame.rgb[::2, ::2]).mean() < 5
 
 
-def test_a_replayed_frame_shows_the_cells_it_showed_at_first(room_frame: Frame) -> None:
-    surface = seen(room_frame)
-    replay = unpack(pack(room_frame, surface, np.zeros(surface.depth.shape, np.int32)), 7)
-    again = seen(replay.frame.at(room_frame.pose))
+def test_a_frame_that_comes_back_shows_the_cells_it_showed_at_first(room_frame: Frame, seen: Observation) -> None:
+    again = unpack(pack(seen), room_frame.pose, SETTINGS).surface
     assert again.stride == 1
-    np.testing.assert_allclose(again.matrix, surface.matrix)
-    first, second = ({tuple(c) for c in s.cells.coordinates.tolist()} for s in (surface, again))
+    np.testing.assert_allclose(again.matrix, seen.surface.matrix)
+    first, second = ({tuple(c) for c in s.cells.coordinates.tolist()} for s in (seen.surface, again))
     assert len(first & second) > 0.85 * len(first | second)
 
 
-@pytest.mark.parametrize("largest_id", [0, 3, 70_000, 2**31 - 1])
-def test_ids_and_depth_at_the_edges_of_their_range(largest_id: int) -> None:
+def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(seen: Observation) -> None:
+    moved = pose((1.0, -2.0, 0.5)) @ seen.frame.pose
+    again = unpack(pack(seen), moved, SETTINGS)
+    first, second = seen.lifted.detections, again.lifted.detections
+    assert len(first) == len(second) > 5
+    for one, other in zip(first, second, strict=True):
+        assert (one.mask, one.score, one.quality, one.class_name) == (
+            other.mask,
+            other.score,
+            other.quality,
+            other.class_name,
+        )
+        assert (one.pixels == other.pixels).all()
+        assert one.embedding @ other.embedding > 0.9999
+        np.testing.assert_allclose(other.moments.mean - one.moments.mean, (1.0, -2.0, 0.5), atol=0.01)
+        assert other.n_cells == pytest.approx(one.n_cells, rel=0.15, abs=5)
+    cells = {(m, c) for m, c in zip(again.lifted.member_mask, again.lifted.member_cell, strict=True)}
+    assert cells == {(d.mask, c) for d in second for c in d.cells}
+
+
+def test_a_frame_without_detections_comes_back_without(room_frame: Frame) -> None:
+    again = unpack(pack(bare(room_frame)), room_frame.pose, SETTINGS)
+    assert again.lifted.detections == ()
+    assert len(again.lifted.member_cell) == 0
+
+
+def test_depth_at_the_edges_of_its_range_stays_in_it() -> None:
     depth = np.zeros((CAMERA.height, CAMERA.width), np.float32)
-    depth[::3], depth[1::3] = 5.0, 0.1
+    depth[::3], depth[1::3] = 4.9999, 0.10001
     frame = Frame(0, 0.0, np.zeros((*depth.shape, 3), np.uint8), depth, CAMERA, np.eye(4))
-    surface = seen(frame)
-    ids = np.full(surface.depth.shape, largest_id, np.int32)
-    replay = unpack(pack(frame, surface, ids), 0)
-    assert (replay.ids == largest_id).all()
-    np.testing.assert_allclose(replay.frame.depth, surface.depth, rtol=0.0013)
+    seen = bare(frame)
+    again = unpack(pack(seen), np.eye(4), SETTINGS)
+    assert (again.surface.rows == seen.surface.rows).all()
+    np.testing.assert_allclose(again.frame.depth, seen.surface.depth, rtol=0.0013)
 
 
 def test_beyond_the_limit_frames_go_to_a_file_and_come_back_in_order() -> None:

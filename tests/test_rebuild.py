@@ -15,8 +15,9 @@ import razer.voxels
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.worlds.synthetic import SyntheticRoom
 from razer.config import FollowSettings, MapperConfig
-from razer.duplicates import Sightings, mapped_twice, shared_votes
+from razer.duplicates import mapped_twice, shared_votes
 from razer.frame import Frame
+from razer.inheritance import heirs, successors
 from razer.mapper import Mapper
 from razer.metrics.instance_ap import Scene, instance_ap
 from razer.metrics.surface import compare
@@ -200,7 +201,7 @@ def test_no_more_is_replayed_than_was_earned() -> None:
 
 def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two() -> None:
     mapper = mapper_with(FollowSettings(enabled=True))
-    sightings = Sightings()
+    owners = []
     # 1 and 2 are one wall before and after a drift; 3, on the same voxels, is seen beside 1 all the time.
     mapper.voxels.admit(4)
     for i in range(12):
@@ -208,21 +209,18 @@ def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two(
         frame = wall_and_box(i, at)
         surface = mapper.perception.observe(frame).surface
         mapper.voxels.integrate(frame, surface)
-        wall = surface.depth > 1.9
-        votes = np.where(wall, 1 + i % 2, 4)
         mapper.voxels.vote(surface.cells, np.where(surface.cells.points[:, 2] > 1.9, 1 + i % 2, 4).astype(np.int32))
         mapper.voxels.vote(surface.cells, np.where(surface.cells.points[:, 2] > 1.9, 3, 0).astype(np.int32))
-        votes[:20, :20] = 3 if i % 2 == 0 else votes[:20, :20]
-        sightings.add(votes.astype(np.int32))
+        owners.append(np.array([1, 3, 4] if i % 2 == 0 else [2, 4], np.int32))
     shared = shared_votes(mapper.voxels)
     assert shared[1, 2] > 0.8
     assert shared[1, 3] > 0.8
     assert shared.get((1, 4), 0) < 0.1
-    found = mapped_twice(mapper.voxels, sightings, 0.3)
+    found = mapped_twice(mapper.voxels, owners, 0.3)
     assert (1, 2) in found
     assert (1, 3) not in found
     mapper.voxels.replace(2, 1)
-    assert mapped_twice(mapper.voxels, sightings, 0.3) == []
+    assert mapped_twice(mapper.voxels, owners, 0.3) == []
 
 
 def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
@@ -233,3 +231,34 @@ def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
     turned = at @ pose((0, 0, 0), (0, 0.5, 0))
     # Half a degree at a little more than two metres.
     assert shifts_m(at[None], turned[None])[0] == pytest.approx(np.deg2rad(0.5) * 2.2, rel=0.1)
+
+
+def test_things_taken_for_one_while_the_map_lay_beside_the_poses_are_two_once_it_follows() -> None:
+    apart_m = 3.0  # farther than a frame shows, as in either half of the run there is but one box
+    mapper = mapper_with(FollowSettings(enabled=True, every=1))
+    steps = [0.02 * (i % 12 - 6) for i in range(24)]
+    # From the twelfth frame on the camera is in front of a second box, and the estimate still before the first.
+    for i, x_m in enumerate(steps):
+        mapper.step(wall_and_box(i, pose((x_m, 0, 0))))
+    before = {t.id for t in mapper.tracks if t.confirmed}
+    assert len(before) == 2
+    mapper.move({i: pose((x_m + apart_m, 0, 0)) for i, x_m in enumerate(steps) if i >= 12})
+    mapper.finish()
+    boxes = sorted((o for o in mapper.snapshot().objects if o.box.center[2] < 1.8), key=lambda o: o.box.center[0])
+    assert [o.box.center[0] for o in boxes] == pytest.approx([0, apart_m], abs=0.08)
+    # Half of the wall and one of the boxes are who they were.
+    after = {o.id for o in mapper.snapshot().objects}
+    assert before < after
+    assert len(after) == 4
+    # The map goes on with them.
+    step = mapper.step(wall_and_box(24, pose((0, 0, 0))).at(pose((apart_m, 0, 0))))
+    assert boxes[1].id in step.owners
+
+
+def test_after_the_second_pass_old_ids_stand_for_who_took_over_most() -> None:
+    before = np.array([1, 1, 1, 1, 1, 2, 2, 3, 4, 0], np.int32)
+    after = np.array([8, 8, 8, 9, 9, 9, 9, 9, 0, 9], np.int32)
+    # 9 got two detections of each of 1 and 2, but 8 is more of 1 than anybody.
+    assert heirs(before, after) == {8: 1, 9: 2}
+    assert successors(before, after) == {1: 8, 2: 9, 3: 9}
+    assert heirs(before[:0], after[:0]) == {}

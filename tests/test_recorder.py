@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 from functools import partial
+from time import sleep
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from app.running.ahead import work_ahead
 from app.running.look import Looker
 from app.running.outcome import Outcome
 from app.running.recorder import Recorder, summary
+from razer.config import MapperConfig
 from razer.frame import Frame, Intrinsics, UnusableFrame
+from razer.rebuild import Follower
 from razer.stages import stage
 
 CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
@@ -221,3 +224,29 @@ def test_stamps_that_go_back_are_noted():
     for index, stamp in enumerate((0.0, 0.2, 0.1, 0.1)):
         outcome.use(posed(index, stamp))
     assert list(outcome.notes.values()) == [2]
+
+
+def test_of_nested_stages_the_outer_counts():
+    recorder = Recorder(1, lambda: 0)
+    with recorder.frame({}), stage("rebuild"), stage("integrate"):
+        pass
+    assert list(recorder.timings()["stages"]) == ["rebuild"]
+
+
+def test_work_after_the_last_frame_is_counted_and_its_longest_pause_told():
+    def work():
+        for pause_s in (0.0, 0.05, 0.0):
+            with stage("rebuild"):
+                sleep(pause_s)
+            yield 1.0
+
+    recorder, follower = Recorder(1, lambda: 0), Follower(MapperConfig())
+    with recorder.frame({}), stage("rebuild"):
+        pass
+    assert list(recorder.afterwards(work())) == [1.0, 1.0, 1.0]
+    assert recorder.timings()["frames"] == 1
+    assert recorder.timings()["stages"]["rebuild"]["total_s"] >= 0.05
+    figures = recorder.rebuilding(follower)
+    assert 0.05 <= figures["longest_pause_s"] < 0.5
+    assert 0 < figures["share"] <= 1
+    assert figures["kb_per_stored_frame"] == 0

@@ -62,6 +62,8 @@ def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, cons
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, outcome)
         timings = recorder.timings()
+        if mapper.follower is not None:
+            timings["rebuilding"] = recorder.rebuilding(mapper.follower)
         save_timings(folder, timings)
         folder.commit()
     return Finished(outcome, panoptic, timings)
@@ -85,16 +87,16 @@ def map_sequence(
         map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()
-    _catch_up(mapper, console)
+    _catch_up(mapper, recorder, console)
     mapper.finish()
     return outcome, recorder
 
 
-def _catch_up(mapper: Mapper, console: Console) -> None:
+def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
     """Let the map follow the last corrections."""
-    for number, _ in enumerate(mapper.catch_up()):
+    for number, _ in enumerate(recorder.afterwards(mapper.catch_up())):
         if number == 0:
-            console.print("rebuilding the map at the final poses")
+            console.print("mapping the kept frames once more at their final poses")
 
 
 def make_mapper(config: RunConfig) -> Mapper:

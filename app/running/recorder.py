@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from app.running.memory import peak_rss_mb, rss_mb
+from razer.rebuild import Follower
 from razer.stages import measured_by
 
 TENTHS = 10
@@ -40,6 +41,31 @@ class Recorder:
                 self._stages[name].append(ms)
             self._done += 1
             self._sample(TENTHS * self._done // max(self._frames, 1))
+
+    def afterwards(self, steps: Iterator[float]) -> Iterator[float]:
+        """Hand on the steps of what is left to do after the last frame, and add the stages within them."""
+        done: float | None = 0.0
+        while done is not None:
+            stage_ms: dict[str, float] = {}
+            with timed(stage_ms):
+                done = next(steps, None)
+            for name, ms in stage_ms.items():
+                self._stages[name].append(ms)
+            if done is not None:
+                yield done
+
+    def rebuilding(self, follower: Follower) -> dict[str, float]:
+        """What it cost that the map followed the poses: the share of the run so far, the longest pause, and what
+        the kept frames took."""
+        ms = self._stages["rebuild"]
+        return {
+            "share": round(sum(ms) / 1e3 / (perf_counter() - self._start_s), 4),
+            "longest_pause_s": round(max(ms, default=0.0) / 1e3, 3),
+            "rebuilds": follower.n_rebuilds,
+            "replayed_frames": follower.n_replays,
+            "stored_frames": follower.n_kept,
+            "kb_per_stored_frame": round(follower.stored_bytes / max(follower.n_kept, 1) / 1e3, 1),
+        }
 
     def _sample(self, up_to: int) -> None:
         while len(self._rss_mb) < up_to:
@@ -74,13 +100,14 @@ def _place(stage: str) -> int:
 
 @contextmanager
 def timed(stage_ms: dict[str, float]) -> Iterator[None]:
-    """Within this context every stage adds its milliseconds to `stage_ms`."""
+    """Within this context every stage adds its milliseconds to `stage_ms`; one within another is part of that."""
 
     @contextmanager
     def measure(name: str) -> Iterator[None]:
         start = perf_counter()
         try:
-            yield
+            with measured_by(lambda inner: nullcontext()):
+                yield
         finally:
             stage_ms[name] = stage_ms.get(name, 0.0) + 1e3 * (perf_counter() - start)
 

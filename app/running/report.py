@@ -118,3 +118,10 @@ def print_timings(timings: dict[str, Any], console: Console) -> None:
     """Frames a second, peak memory, and the median and share of each stage."""
     console.print(f"{timings['fps']:.1f} frames/s, {timings['wall_s']:.1f} s, peak {timings['peak_rss_mb']:.0f} MB")
     console.print(stage_table(timings["stages"]))
+    if "rebuilding" in timings:
+        console.print(
+            "the map followed the poses in {rebuilds} rebuilds: {share:.1%} of the run, longest pause "
+            "{longest_pause_s:.2f} s, {kb_per_stored_frame:.0f} KB for each of {stored_frames} stored frames".format(
+                **timings["rebuilding"]
+            )
+        )

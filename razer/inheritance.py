@@ -1,0 +1,35 @@
+"""Which instance of a second pass over the same detections is which of the first: the one that took over most of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int32]
+
+
+def heirs(before: Ints, after: Ints) -> dict[int, int]:
+    """{id after: id before} of those that share most detections, each id once; before (N,) and after (N,) are the
+    instances each detection was given to, 0 = nobody."""
+    result: dict[int, int] = {}
+    taken = set()
+    for old, new in _pairs(before, after):
+        if new not in result and old not in taken:
+            result[new] = old
+            taken.add(old)
+    return result
+
+
+def successors(before: Ints, after: Ints) -> dict[int, int]:
+    """{id before: id after} of the instance that got most detections of each."""
+    result: dict[int, int] = {}
+    for old, new in _pairs(before, after):
+        result.setdefault(old, new)
+    return result
+
+
+def _pairs(before: Ints, after: Ints) -> list[tuple[int, int]]:
+    """Pairs (before, after), those that share most first."""
+    somebody = (before > 0) & (after > 0)
+    pairs, shared = np.unique(np.stack([before, after])[:, somebody], axis=1, return_counts=True)
+    return [(int(old), int(new)) for old, new in pairs[:, np.argsort(-shared, kind="stable")].T]
