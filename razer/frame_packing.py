@@ -31,8 +31,12 @@ Ints = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class _Packed:
-    """An observation without its pose; `places` are the detections' readings as pixels of the strided images, and
-    `told` what else is known of each of them: mask, number of readings, score, quality, class name."""
+    """An observation without its pose.
+
+    `places` are the detections' readings as pixels of the strided images, and `told` what else is known of each
+    detection: mask, number of readings, score, quality, class name. `rest` are readings, one in each cell, of clusters
+    that are too small to be detections.
+    """
 
     index: int
     stamp: float
@@ -42,6 +46,8 @@ class _Packed:
     places: bytes
     told: list[tuple[int, int, float, float, str | None]]
     embeddings: NDArray[np.int8]
+    rest_masks: Ints
+    rest_places: Ints
 
 
 def pack(seen: Observation) -> bytes:
@@ -52,6 +58,7 @@ def pack(seen: Observation) -> bytes:
     bgr = cv2.cvtColor(np.ascontiguousarray(frame.rgb[::stride, ::stride]), cv2.COLOR_RGB2BGR)
     place = surface.rows * width + surface.columns
     places = place[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
+    rest_masks, rest_readings = _rest(surface, seen.lifted)
     packed = _Packed(
         index=frame.index,
         stamp=frame.stamp,
@@ -61,8 +68,21 @@ def pack(seen: Observation) -> bytes:
         places=_deflated(np.diff(places, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
         told=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name) for d in detections],
         embeddings=_coarse([d.embedding for d in detections]),
+        rest_masks=rest_masks,
+        rest_places=place[rest_readings],
     )
     return pickle.dumps(packed)
+
+
+def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Ints, Ints]:
+    """Masks (M,) and cells that no detection holds, a reading (M,) standing for each cell."""
+    n_cells = len(surface.cells)
+    member = lifted.member_mask.astype(np.int64) * n_cells + lifted.member_cell
+    held = np.concatenate([np.zeros(0, np.int64), *(d.mask * n_cells + d.cells for d in lifted.detections)])
+    rest = ~np.isin(member, held)
+    reading = np.zeros(n_cells, np.int32)
+    reading[surface.pixel_cell] = np.arange(len(surface.pixel_cell), dtype=np.int32)
+    return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
 
 
 def unpack(packed: bytes, world_from_camera: NDArray[np.float64], settings: VoxelSettings) -> Observation:
@@ -87,8 +107,7 @@ def unpack(packed: bytes, world_from_camera: NDArray[np.float64], settings: Voxe
 
 
 def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
-    """The detections where their readings lie now. Readings that were in a mask, but in none of its detections, are
-    not known any more."""
+    """The detections and the rests of masks where their readings lie now."""
     reading = np.zeros(surface.depth.size, np.int32)
     reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
     places = np.cumsum(np.ascontiguousarray(_inflated(kept.places, 4)).view(np.int32)[:, 0], dtype=np.int32)
@@ -109,7 +128,10 @@ def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
             Detection(mask, cells_of[i], pixels_of[i], moments, box, embeddings[i], score, quality, class_name)
         )
     masks = np.array([mask for mask, *_ in kept.told], np.int32)
-    return Lifted(tuple(detections), masks[member], member_cell)
+    rest_cells = surface.pixel_cell[reading[kept.rest_places]]
+    return Lifted(
+        tuple(detections), np.concatenate([masks[member], kept.rest_masks]), np.concatenate([member_cell, rest_cells])
+    )
 
 
 def _coarse(embeddings: list[NDArray[np.float32]]) -> NDArray[np.int8]:

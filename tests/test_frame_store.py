@@ -79,8 +79,10 @@ def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(
         assert one.embedding @ other.embedding > 0.9999
         np.testing.assert_allclose(other.moments.mean - one.moments.mean, (1.0, -2.0, 0.5), atol=0.01)
         assert other.n_cells == pytest.approx(one.n_cells, rel=0.15, abs=5)
-    cells = {(m, c) for m, c in zip(again.lifted.member_mask, again.lifted.member_cell, strict=True)}
-    assert cells == {(d.mask, c) for d in second for c in d.cells}
+    # Clusters too small for a detection still tell which mask lay over whom.
+    n_rest = [len(o.lifted.member_cell) - sum(d.n_cells for d in o.lifted.detections) for o in (seen, again)]
+    assert n_rest[0] > 0
+    assert n_rest[1] == n_rest[0]
 
 
 def test_a_frame_without_detections_comes_back_without(room_frame: Frame) -> None:
