@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,23 @@ class Embedder(Protocol):
 
     def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
         """Vectors of unit length, (N, D) float32, one for each of the N masks."""
+
+
+@runtime_checkable
+class TextSide(Protocol):
+    """An embedder whose vectors can be asked for by words: the paper's phi_text (section III-H)."""
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Vectors of unit length, (N, D) float32, in the space of `embed`; each text is embedded as it stands."""
+
+
+@runtime_checkable
+class ImageSide(Protocol):
+    """An embedder whose vectors can be asked for by a picture (section III-H)."""
+
+    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """Vector of unit length, (D,) float32, in the space of `embed`, of what a mask (H, W) covers in an image
+        (H, W, 3)."""
 
 
 def make_segmenter(name: str, options: Mapping[str, Any]) -> Segmenter:
