@@ -85,9 +85,10 @@ def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Ints, Ints]:
     return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
 
 
-def unpack(packed: bytes, world_from_camera: NDArray[np.float64], settings: VoxelSettings) -> Observation:
-    """What `pack` packed, seen from a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within half a
-    degree. The frame is the strided one."""
+def unpack(packed_at: tuple[bytes, NDArray[np.float64]], settings: VoxelSettings) -> Observation:
+    """What `pack` packed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within half a degree. The
+    frame is the strided one."""
+    packed, world_from_camera = packed_at
     kept: _Packed = pickle.loads(packed)
     shape = (kept.intrinsics.height, kept.intrinsics.width)
     rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(kept.color, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)

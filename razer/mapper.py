@@ -19,7 +19,7 @@ from razer.inheritance import heirs, successors
 from razer.models import Embedder, Segmenter
 from razer.panoptic_map import PanopticMap
 from razer.perception import Observation, Perception
-from razer.rebuild import Follower, Pose
+from razer.rebuild import Apply, Follower, Pose
 from razer.stages import stage
 from razer.step import Step
 from razer.support import support_ratios
@@ -111,16 +111,17 @@ class Mapper:
         self._refresh_tracks()
         return fused
 
-    def catch_up(self) -> Iterator[float]:
+    def catch_up(self, apply: Apply = map) -> Iterator[float]:
         """Map all kept frames once more at their final poses if those were corrected since; yields the share done,
-        after each frame. `finish` does the same in one go."""
+        after each frame. They are unpacked by `apply`. `finish` does the same in one go."""
         follower = self.follower
         if follower is None or follower.is_final:
             return
         again, owners = self._anew(follower.carve_every), []
-        for position in range(follower.n_kept):
+        replays = follower.replays(range(follower.n_kept), apply)
+        for _ in range(follower.n_kept):
             with stage("rebuild"):
-                owners.append(again.fuse(follower.replay(position)).owners)
+                owners.append(again.fuse(next(replays)).owners)
                 if len(owners) == follower.n_kept:
                     self._inherit(again, owners, follower)
             yield len(owners) / follower.n_kept

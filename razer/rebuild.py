@@ -8,7 +8,8 @@ once more (`Mapper.catch_up`), since what was matched while the map lay beside t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ from razer.voting import vote
 from razer.voxels import VoxelMap
 
 Pose = NDArray[np.float64]
+# Does pure work on each of some items, in order; `map`, or something that works ahead.
+Apply = Callable[[Callable[[tuple[bytes, Pose]], Observation], Iterable[tuple[bytes, Pose]]], Iterable[Observation]]
 
 # Where the shift of a view is measured: the middle and the corners of an image 2 m away.
 PROBES = np.array([[0, 0, 2, 1], [-1, -0.75, 2, 1], [1, -0.75, 2, 1], [-1, 0.75, 2, 1], [1, 0.75, 2, 1]]).T
@@ -165,10 +168,12 @@ class Follower:
         shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
         return not self._is_rough and bool(shift_voxels <= self.settings.final_shift_voxels)
 
-    def replay(self, position: int) -> Observation:
-        """What a kept frame showed, at its newest pose."""
-        self.n_replays += 1
-        return unpack(self._store[position], self._poses[position], self.voxel_settings)
+    def replays(self, positions: range, apply: Apply = map) -> Iterator[Observation]:
+        """What kept frames showed, at their newest poses."""
+        packed_at = ((self._store[position], self._poses[position]) for position in positions)
+        for seen in apply(partial(unpack, settings=self.voxel_settings), packed_at):
+            self.n_replays += 1
+            yield seen
 
     def mapped_again(self, voxels: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> None:
         """Note that `voxels` were filled with all replays, whose detections went to `owners`."""
@@ -180,7 +185,7 @@ class Follower:
 
     def _fill(self, draft: _Draft) -> None:
         """Fuse one kept frame, and let it vote and carve, as it did at first."""
-        seen = self.replay(draft.next)
+        (seen,) = self.replays(range(draft.next, draft.next + 1))
         draft.voxels.integrate(seen.frame, seen.surface)
         vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next])
         draft.next += draft.stride

@@ -47,7 +47,7 @@ def test_a_frame_comes_back_within_the_error_of_a_sensor(room_frame: Frame, seen
     assert seen.surface.stride == 2
     packed = pack(seen)
     assert len(packed) < 150_000
-    again = unpack(packed, room_frame.pose, SETTINGS)
+    again = unpack((packed, room_frame.pose), SETTINGS)
     assert (again.frame.index, again.frame.stamp) == (7, room_frame.stamp)
     back, depth = again.frame.depth, seen.surface.depth
     assert ((back > 0) == (depth > 0)).all()
@@ -56,7 +56,7 @@ def test_a_frame_comes_back_within_the_error_of_a_sensor(room_frame: Frame, seen
 
 
 def test_a_frame_that_comes_back_shows_the_cells_it_showed_at_first(room_frame: Frame, seen: Observation) -> None:
-    again = unpack(pack(seen), room_frame.pose, SETTINGS).surface
+    again = unpack((pack(seen), room_frame.pose), SETTINGS).surface
     assert again.stride == 1
     np.testing.assert_allclose(again.matrix, seen.surface.matrix)
     first, second = ({tuple(c) for c in s.cells.coordinates.tolist()} for s in (seen.surface, again))
@@ -65,7 +65,7 @@ def test_a_frame_that_comes_back_shows_the_cells_it_showed_at_first(room_frame: 
 
 def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(seen: Observation) -> None:
     moved = pose((1.0, -2.0, 0.5)) @ seen.frame.pose
-    again = unpack(pack(seen), moved, SETTINGS)
+    again = unpack((pack(seen), moved), SETTINGS)
     first, second = seen.lifted.detections, again.lifted.detections
     assert len(first) == len(second) > 5
     for one, other in zip(first, second, strict=True):
@@ -86,7 +86,7 @@ def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(
 
 
 def test_a_frame_without_detections_comes_back_without(room_frame: Frame) -> None:
-    again = unpack(pack(bare(room_frame)), room_frame.pose, SETTINGS)
+    again = unpack((pack(bare(room_frame)), room_frame.pose), SETTINGS)
     assert again.lifted.detections == ()
     assert len(again.lifted.member_cell) == 0
 
@@ -96,7 +96,7 @@ def test_depth_at_the_edges_of_its_range_stays_in_it() -> None:
     depth[::3], depth[1::3] = 4.9999, 0.10001
     frame = Frame(0, 0.0, np.zeros((*depth.shape, 3), np.uint8), depth, CAMERA, np.eye(4))
     seen = bare(frame)
-    again = unpack(pack(seen), np.eye(4), SETTINGS)
+    again = unpack((pack(seen), np.eye(4)), SETTINGS)
     assert (again.surface.rows == seen.surface.rows).all()
     np.testing.assert_allclose(again.frame.depth, seen.surface.depth, rtol=0.0013)
 

@@ -10,7 +10,8 @@ import pytest
 import rerun.blueprint as rrb
 from timeline_rows import chunks_of
 
-from app.running.look import END, Look, Looker
+from app.running.locator import Locator
+from app.running.look import END, Look
 from app.running.save import write_pose_covariances
 from app.timeline import entities as paths
 from app.timeline.camera_path import CameraPath
@@ -48,23 +49,18 @@ class BlindSpell:
         return frame
 
 
-class NoPerception:
-    def observe(self, frame):
-        return SimpleNamespace(frame=frame)
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """The estimation when it is done, what was looked at, and the recording."""
     path = tmp_path_factory.mktemp("poses") / "timeline.rrd"
     clip = BlindSpell()
-    looker = Looker(clip, SlamSystem, NoPerception())
+    locator = Locator(clip, SlamSystem)
     timeline = Timeline(path, clip.intrinsics, TimelineConfig(path_every=1, ellipsoid_sigmas=2.0))
-    looks = [looker(index) for index in [*range(N_FRAMES), END]]
+    looks = [locator(index) for index in [*range(N_FRAMES), END]]
     for look in looks:
         timeline.track(look)
     timeline.close()
-    return SimpleNamespace(slam=looker.poses, looks=looks, recording=chunks_of(path))
+    return SimpleNamespace(slam=locator.poses, looks=looks, recording=chunks_of(path))
 
 
 def last(run, entity, component):
@@ -302,9 +298,9 @@ def test_plots_of_the_estimation_are_there_only_where_poses_are_estimated():
 
 
 def test_given_poses_tell_no_story(tmp_path):
-    looker = Looker(BlindSpell(), GivenPoses, NoPerception())
+    locator = Locator(BlindSpell(), GivenPoses)
     timeline = Timeline(tmp_path / "given.rrd", CAMERA, TimelineConfig())
     for index in (0, 1, END):
-        timeline.track(looker(index))
+        timeline.track(locator(index))
     timeline.close()
     assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("world/poses", "plots/t"))]

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from app.running.ahead import work_ahead
-from app.running.look import Looker
+from app.running.locator import Locator
 from app.running.outcome import Outcome
+from app.running.perceiver import Perceiver
 from app.running.recorder import Recorder, summary
 from razer.config import MapperConfig
 from razer.frame import Frame, Intrinsics, UnusableFrame
@@ -71,7 +72,8 @@ class Everywhere:
 
 
 def looks(clip, indices, lost=()):
-    return list(work_ahead(Looker(clip, partial(Everywhere, lost), Nothing()), indices))
+    located = work_ahead(Locator(clip, partial(Everywhere, lost)), indices)
+    return list(work_ahead(Perceiver(Nothing()), located))
 
 
 def test_looks_come_in_order_with_the_broken_and_lost_ones_named():
@@ -125,7 +127,7 @@ def die(index):
 
 
 def test_the_death_of_the_other_process_is_said():
-    with pytest.raises(RuntimeError, match="frame 0"):
+    with pytest.raises(RuntimeError, match="item 0"):
         next(work_ahead(die, range(5)))
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.running.look import END, LATE, NOTHING_LEFT, Looker
+from app.running.locator import Locator
+from app.running.look import END, LATE, NOTHING_LEFT
 from data_tools.sequence import open_sequence
 from data_tools.worlds.scene import SyntheticScene
 from data_tools.worlds.sensor_model import SensorModel
@@ -157,27 +158,22 @@ class TwoPieces:
         return replace(self.shots[index], index=index, stamp=index / 30, world_from_camera=None)
 
 
-class Seen:
-    def observe(self, frame):
-        return frame
-
-
-def test_frames_of_a_piece_that_is_tied_later_are_seen_late_at_their_final_poses(room):
-    looker = Looker(TwoPieces(room), SlamSystem, Seen())
-    looks = [looker(index) for index in range(len(looker.sequence.shots))]
+def test_frames_of_a_piece_that_is_tied_later_come_late_at_their_final_poses(room):
+    locator = Locator(TwoPieces(room), SlamSystem)
+    looks = [locator(index) for index in range(len(locator.sequence.shots))]
     lost = [look.index for look in looks if look.lost]
     assert set(range(20, 28)) < set(lost)
-    looker(END)
+    locator(END)
     late = []
-    while (look := looker(LATE)).index != NOTHING_LEFT:
+    while (look := locator(LATE)).index != NOTHING_LEFT:
         late.append(look)
     assert all(look.late and not look.lost for look in late)
     found = [look.index for look in late]
     # All but the blank ones, and the few before the camera gave up looking for where it had been.
     assert found == [index for index in lost if index >= 18]
     for look in late:
-        np.testing.assert_allclose(look.seen.pose, looker.poses.trajectory()[look.index], atol=0.0025)
-    assert looker(LATE).index == NOTHING_LEFT
+        np.testing.assert_allclose(look.frame.pose, locator.poses.trajectory()[look.index], atol=0.0025)
+    assert locator(LATE).index == NOTHING_LEFT
 
 
 def frame_of(index, rgb, depth):

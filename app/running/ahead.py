@@ -8,36 +8,40 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any, TypeVar
 
+S = TypeVar("S")
 T = TypeVar("T")
+HUNG_UP = object()
 
 
-def work_ahead(work: Callable[[int], T], indices: Iterable[int], ahead: int = 2) -> Iterator[T]:
-    """`work(index)` for each index, in order, at most `ahead` of them asked for before they are needed.
+def work_ahead(work: Callable[[S], T], items: Iterable[S], ahead: int = 2) -> Generator[T]:
+    """`work(item)` for each item, in order, at most `ahead` of them asked for before they are needed.
 
-    `work` and what it returns travel by pickle. What it raises is raised here, at that index's turn.
+    `work`, items and what is made of them travel by pickle. What `work` raises is raised here, at that item's turn.
     """
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), name="ahead", daemon=True)
     process.start()
     theirs.close()
-    pending: deque[int] = deque()
+    n_sent = n_received = 0
     try:
         with closing(ours):
-            for index in indices:
-                ours.send(index)
-                pending.append(index)
-                if len(pending) > ahead:
-                    yield _received(ours, pending.popleft())
-            while pending:
-                yield _received(ours, pending.popleft())
+            for n_sent, item in enumerate(items, start=1):
+                ours.send(item)
+                if n_sent - n_received > ahead:
+                    yield _received(ours, n_received)
+                    n_received += 1
+            while n_received < n_sent:
+                yield _received(ours, n_received)
+                n_received += 1
     finally:
         # It ends by itself once the pipe is closed; one busy with a frame nobody waits for need not finish it.
         process.join(0.2)
@@ -45,27 +49,37 @@ def work_ahead(work: Callable[[int], T], indices: Iterable[int], ahead: int = 2)
         process.join()
 
 
-def _received(connection: Connection, index: int) -> Any:
+def _received(connection: Connection, number: int) -> Any:
     try:
         succeeded, result = connection.recv()
     except (EOFError, ConnectionResetError):
-        raise RuntimeError(f"the process that looks at frames ended while it worked on frame {index}") from None
+        raise RuntimeError(f"a process that works ahead ended while it worked on its item {number}") from None
     if succeeded:
         return result
     raise result
 
 
-def _serve(connection: Connection, work: Callable[[int], Any]) -> None:
-    """Answer indices until the other side hangs up, also because its process was killed."""
+def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
+    """Answer items until the other side hangs up, also because its process was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group, and is the parent's to handle
-    try:
-        while True:
-            index = connection.recv()
-            try:
-                answer = (True, work(index))
-            except Exception as error:
-                error.add_note("raised in the process that looks ahead")
-                answer = (False, error)
+    items: SimpleQueue[Any] = SimpleQueue()
+    # Taken in at once: two sides that both send what fills the pipe would wait for each other.
+    Thread(target=_receive, args=(connection, items), daemon=True).start()
+    while (item := items.get()) is not HUNG_UP:
+        try:
+            answer = (True, work(item))
+        except Exception as error:
+            error.add_note("raised in a process that works ahead")
+            answer = (False, error)
+        try:
             connection.send(answer)
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        sys.exit(0)
+        except (BrokenPipeError, ConnectionResetError):
+            break
+    sys.exit(0)
+
+
+def _receive(connection: Connection, items: SimpleQueue[Any]) -> None:
+    with suppress(EOFError, ConnectionResetError):
+        while True:
+            items.put(connection.recv())
+    items.put(HUNG_UP)

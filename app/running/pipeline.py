@@ -16,10 +16,12 @@ from rich.console import Console
 from app.config import InputSettings, RunConfig
 from app.running.ahead import work_ahead
 from app.running.interrupt import StopRequest
-from app.running.look import END, LATE, Look, Looker
+from app.running.locator import Locator
+from app.running.look import END, LATE, Look
 from app.running.mapping import map_frames
 from app.running.memory import rss_mb
 from app.running.outcome import Outcome
+from app.running.perceiver import Perceiver
 from app.running.progress import watch
 from app.running.recorder import Recorder
 from app.running.run_folder import TIMELINE, RunFolder
@@ -81,10 +83,10 @@ def map_sequence(
         confirmed = sum(track.confirmed for track in mapper.tracks)
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
-    looker = Looker(sequence, poses_of(config), mapper.perception)
-    with StopRequest() as stop:
-        looks = until_stopped(work_ahead(looker, chain(indices, [END], repeat(LATE))), stop)
-        map_frames(watch(looks, len(indices), status, console), mapper, timeline, recorder, outcome)
+    locating = work_ahead(Locator(sequence, poses_of(config)), chain(indices, [END], repeat(LATE)), ahead=4)
+    with StopRequest() as stop, closing(locating), closing(work_ahead(Perceiver(mapper.perception), locating)) as looks:
+        looks_shown = watch(until_stopped(looks, stop), len(indices), status, console)
+        map_frames(looks_shown, mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
     outcome.require_used()
     _catch_up(mapper, recorder, console)
@@ -94,7 +96,7 @@ def map_sequence(
 
 def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
     """Let the map follow the last corrections."""
-    for number, _ in enumerate(recorder.afterwards(mapper.catch_up())):
+    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(work_ahead))):
         if number == 0:
             console.print("mapping the kept frames once more at their final poses")
 

@@ -6,13 +6,15 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.running.memory import peak_rss_mb, rss_mb
-from razer.rebuild import Follower
 from razer.stages import measured_by
+
+if TYPE_CHECKING:
+    from razer.rebuild import Follower
 
 TENTHS = 10
 STAGES = ("decode", "pose", "integrate", "segment", "embed", "lift", "associate", "vote", "maintain", "rebuild", "log")
