@@ -61,12 +61,11 @@ def _candidate_pairs(
     if settings.association != "visible" or not pairs:
         return pairs
     ids = sorted({t for _, t in pairs})
-    boxes = [d.box.grown(settings.box_margin_m) for d in detections]
-    boxes += [tracks[t].box.grown(settings.box_margin_m) for t in ids]
+    boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
     first = np.array([i for i, _ in pairs])
     second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
     least = 1 - settings.gate / max(settings.weight_geometry, 1e-9)
-    likely = np.flatnonzero(_most_shared(boxes, first, second) > least)
+    likely = np.flatnonzero(_most_shared(boxes, settings.box_margin_m, first, second) > least)
     return sorted({pairs[i] for i in likely} | {pair for pair in evidence.shared if pair[1] in tracks})
 
 
@@ -85,30 +84,38 @@ def _overlaps(
     else:
         margin_m = settings.box_margin_m
         measure = box_iou if settings.association == "visible" else box_containment
-    boxes = [d.box.grown(margin_m) for d in detections] + [tracks[t].box.grown(margin_m) for t in ids]
+    boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
     first = np.array([i for i, _ in pairs])
     second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
     seen = np.zeros(len(pairs))
     if settings.association == "visible":
         seen[:] = [evidence.visible_iou(i, t) for i, t in pairs]
     # Boxes are compared only where that can change who passes the gate: it is the dearest step.
-    bound = _most_shared(boxes, first, second) if settings.association == "visible" else np.ones(len(pairs))
+    bound = np.ones(len(pairs))
+    if settings.association == "visible":
+        bound = _most_shared(boxes, margin_m, first, second)
     worth = np.flatnonzero(bound > np.maximum(seen, needed))
-    shared = measure([boxes[i] for i in first[worth]], [boxes[j] for j in second[worth]])
+    shared = measure(*([boxes[i].grown(margin_m) for i in of[worth]] for of in (first, second)))
     seen[worth] = np.maximum(seen[worth], shared)
     return seen
 
 
 def _most_shared(
-    boxes: Sequence[OrientedBox], first: NDArray[np.intp], second: NDArray[np.intp]
+    boxes: Sequence[OrientedBox], margin_m: float, first: NDArray[np.intp], second: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """An upper bound (P,) of the IoU of pairs of boxes: they share at most the smaller volume, and at most what
-    their axis-aligned bounds share."""
-    bounds = np.stack([box.enclosing_bounds() for box in boxes])
-    volume = np.array([box.volume for box in boxes])
-    a, b = bounds[first], bounds[second]
-    overlap = np.clip(np.minimum(a[:, 3:], b[:, 3:]) - np.maximum(a[:, :3], b[:, :3]), 0, None).prod(axis=1)
-    most = np.minimum(overlap, np.minimum(volume[first], volume[second]))
+    """An upper bound (P,) of the IoU of pairs of boxes, grown by a margin: they share at most the smaller volume, and
+    at most what their axis-aligned bounds share."""
+    center, rotation, extent = (
+        np.concatenate([getattr(box, part) for box in boxes]).reshape(len(boxes), -1, 3)
+        for part in ("center", "rotation", "extent")
+    )
+    extent = extent[:, 0] + 2 * margin_m
+    half = np.abs(rotation) @ (extent / 2)[..., None]
+    low, high = center[:, 0] - half[..., 0], center[:, 0] + half[..., 0]
+    volume = extent.prod(axis=1)
+    overlap = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
+    smaller = np.minimum(volume[first], volume[second])
+    most = np.minimum(overlap.clip(min=0).prod(axis=1), smaller)
     return most / np.maximum(volume[first] + volume[second] - most, 1e-12)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+UNIT_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +44,10 @@ class PointMoments:
     def axes(self) -> Array:
         """Principal axes as columns (3, 3), longest first, right-handed."""
         _, vectors = np.linalg.eigh(self.covariance)
-        axes = vectors[:, ::-1].copy()
         # The sign of an eigenvector is arbitrary: make its largest part positive, so that results repeat.
-        largest = np.abs(axes).argmax(axis=0)
-        axes *= np.sign(axes[largest, range(3)])
-        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-        return axes
+        u, v = (-vector if vector[np.abs(vector).argmax()] < 0 else vector for vector in (vectors[:, 2], vectors[:, 1]))
+        (a, b, c), (d, e, f) = u.tolist(), v.tolist()
+        return np.array([[a, d, b * f - c * e], [b, e, c * d - a * f], [c, f, a * e - b * d]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +78,7 @@ class OrientedBox:
 
     def corners(self) -> Array:
         """The eight corners (8, 3) in the world."""
-        signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-        return self.center + (signs * self.extent) @ self.rotation.T
+        return self.center + (UNIT_CORNERS * self.extent) @ self.rotation.T
 
     def enclosing_bounds(self, margin_m: float = 0.0) -> Array:
         """The axis-aligned box around it, (6,) as min xyz, max xyz (AABB_Enclose, eq. 7)."""
