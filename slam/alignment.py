@@ -23,8 +23,7 @@ EXPOSURE_GAP_S = 0.05
 # Depth has wrong minima a few centimetres from the right one, where most of it agrees too; so starts that lead to
 # different places are all followed to the end.
 SAME_M, SAME_DEG = 0.01, 0.3
-FEW_FEATURES = 20  # so many more or less decide nothing
-SAME_SCORE = 0.03
+SAME_FIT = 0.003  # what noise may account for
 TRIES, MANY_TRIES = 100, 1000  # to find sightings that agree; many where views are far apart and most matches wrong
 
 
@@ -73,13 +72,11 @@ def _distinct(motions: Sequence[Array]) -> list[Array]:
 
 
 def _most_plausible(starts: Sequence[Registration]) -> Registration:
-    """The one whose depth agrees best; where several agree about as well, the one that explains more features, and
-    the first unless another is clearly better. Features alone do not decide: where colour is not registered they are
-    wrong in consistent sets, and a wrong depth seldom agrees."""
-    least = max(start.score for start in starts) - SAME_SCORE
-    first, *others = [start for start in starts if start.score >= least]
-    best = max(others, key=lambda start: start.n_features, default=first)
-    return best if best.n_features > 1.2 * first.n_features + FEW_FEATURES else first
+    """The one whose depth fits best, and the first unless another is better. Features do not decide: where colour is
+    not registered they are wrong in consistent sets, and the colour camera bends to explain them at a wrong motion; a
+    wrong depth seldom fits."""
+    best = max(starts, key=lambda start: start.fit)
+    return best if best.fit > starts[0].fit + SAME_FIT else starts[0]
 
 
 def is_trusted(found: Registration, min_score: float = 0.25, min_features: int = 30) -> bool:

@@ -16,6 +16,8 @@ from slam.rigid_motion import adjoint
 EDGE_BELIEF = 0.003
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0
+# What tracking measured holds the chain together and is never let go, but pulls the less the more others contradict it.
+HUBER = 0.5
 # Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
 INFORMATION = (1.0, 1e7)
 ANCHOR_SIGMA = 1e-4
@@ -168,9 +170,10 @@ def _information(edge: Edge) -> Array:
 
 def _factor(edge: Edge) -> gtsam.BetweenFactorPose3:
     noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(_information(edge))
-    if not edge.sure:
-        noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.GemanMcClure.Create(GEMAN_MCCLURE), noise)
-    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), noise)
+    kernels = gtsam.noiseModel.mEstimator
+    kernel = kernels.Huber.Create(HUBER) if edge.sure else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
+    robust = gtsam.noiseModel.Robust.Create(kernel, noise)
+    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), robust)
 
 
 def _anchor(number: int, pose: Array, adrift: bool) -> gtsam.PriorFactorPose3:

@@ -24,6 +24,10 @@ FACING = 0.8  # least cosine between the normals of points that may be one
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
 HUBER = 1.5
 MIN_POINTS = 100
+# Squared scale of the depth residuals, in those of the sensor at rest: up to the first, nothing but noise is seen and
+# depth is not smeared; from the second on it is believed to be.
+UNSMEARED, SMEARED = 0.5, 1.0
+MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
 SOUND = 0.8  # least agreement of depth for features to tell of the colour camera
 STILL = 0.005  # most smear for that
 
@@ -48,13 +52,15 @@ class Registration:
 
     information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
     source's points that fall on the target's image; agreement, the share of those with a reading there that lie on
-    it; rms of the depth residuals in sigmas; n_features, inliers among the sightings; camera, with what was learnt.
+    it; fit, the share of all its points there, each counting the less the farther off; rms of the depth residuals in
+    sigmas; n_features, inliers among the sightings; camera, with what was learnt.
     """
 
     target_from_source: Array
     information: Array
     overlap: float
     agreement: float
+    fit: float
     rms: float
     n_features: int
     camera: ColorCamera
@@ -78,6 +84,7 @@ class _DepthTerm:
     gradient: Array
     overlap: float
     agreement: float
+    fit: float
     rms: float
 
 
@@ -92,7 +99,8 @@ def register(
 ) -> Registration:
     """Refine the guess of target_from_source by Gauss-Newton, over levels of depth, the coarsest first.
 
-    `smear` is how far off depth may be since the camera turned while it was taken, metres at one metre.
+    `smear` is how far off depth may be since the camera turned while it was taken, metres at one metre; it counts where
+    depth is found to be off.
     """
     pose, bend = guess.copy(), np.zeros(N_PARAMETERS)
     for number, level in enumerate(levels):
@@ -131,9 +139,8 @@ def _result(
     # What the features tell of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
     learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if sound else camera
-    return Registration(
-        pose, (information + information.T) / 2, depth.overlap, depth.agreement, depth.rms, n_features, learnt
-    )
+    information = (information + information.T) / 2
+    return Registration(pose, information, depth.overlap, depth.agreement, depth.fit, depth.rms, n_features, learnt)
 
 
 def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Level, smear: float) -> _DepthTerm:
@@ -152,16 +159,28 @@ def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Le
     good = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > FACING))
     agreement = len(good) / max(len(inside), 1)
     if len(good) < MIN_POINTS:
-        return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, float("inf"))
+        return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
     here, normal, distance = _columns(here, good), _columns(normal, good), np.take(distance, good)
-    scale = 1 / np.hypot(depth_sigma(here[2]), np.float32(smear) * here[2])
+    scale = 1 / _sigma(here[2], distance, smear)
     residual = distance * scale
     weight = _weight(residual, level.strict)
     jacobian = np.concatenate([_cross(here, normal), normal]) * scale
     weighted = jacobian * weight
     rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
     information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
-    return _DepthTerm(information, gradient, overlap, agreement, rms)
+    fit = overlap * float(_weight(residual, strict=True).sum()) / len(inside)
+    return _DepthTerm(information, gradient, overlap, agreement, fit, rms)
+
+
+def _sigma(z: NDArray[np.float32], distance: NDArray[np.float32], smear: float) -> NDArray[np.float32]:
+    """Deviations of depth at z metres: the sensor's own and, as far as the distances cannot be that, its smear. Where
+    a shutter is global nothing is smeared, however fast the camera turns."""
+    sigma = depth_sigma(z)
+    if smear == 0:
+        return sigma
+    scale = float(np.median(np.abs(distance[::4] / sigma[::4]))) / MEDIAN_SIGMA
+    doubt = min(max((scale**2 - UNSMEARED) / (SMEARED - UNSMEARED), 0.0), 1.0)
+    return np.hypot(sigma, np.float32(doubt * smear) * z)
 
 
 def _weight(residual: NDArray[np.float32], strict: bool) -> NDArray[np.float32]:
