@@ -80,9 +80,10 @@ class Mapper:
             rebuilt=self.voxels is not before,
         )
 
-    def move(self, corrections: Mapping[int, Pose]) -> None:
+    def move(self, corrections: Mapping[int, Pose | None]) -> None:
         """Note new world_from_camera (4, 4) of past frames, by frame index; the map follows as the run goes on, and
-        when it finishes. Raises ValueError unless `follow.enabled` is set."""
+        when it finishes. What frames showed whose pose is None is forgotten then. Raises
+        ValueError unless `follow.enabled` is set."""
         if self.follower is None:
             raise ValueError("poses were corrected, but follow.enabled is off and no frames were kept")
         self.follower.move(corrections)

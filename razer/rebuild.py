@@ -57,6 +57,7 @@ class Follower:
     def __init__(self, config: MapperConfig) -> None:
         self.settings, self.voxel_settings = config.follow, config.voxels
         self._store = FrameStore(config.follow.memory_mb * 10**6)
+        self._stored: list[int] = []  # where in the store each kept frame is
         self.owners: list[NDArray[np.int32]] = []  # tracks of the detections of each kept frame
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
         self._poses: list[Pose] = []  # newest
@@ -109,6 +110,7 @@ class Follower:
         self._since_kept = 0
         self._position[frame.index] = len(self._poses)
         self.owners.append(owners)
+        self._stored.append(len(self._store))
         self._store.append(pack(seen))
         self._poses.append(frame.pose)
         self._fused_at.append(frame.pose)
@@ -120,12 +122,27 @@ class Follower:
             return 1
         return self.settings.every * (RESTING if shift_voxels < RESTING_VOXELS else 1)
 
-    def move(self, corrections: Mapping[int, Pose]) -> None:
-        """Note new world_from_camera (4, 4) of frames by index; those that were not kept are of no concern."""
+    def move(self, corrections: Mapping[int, Pose | None]) -> None:
+        """Note new world_from_camera (4, 4) of frames by index; those that were not kept are of no concern. Frames
+        whose pose is None have no part in the map any more."""
+        self._forget({index for index, pose in corrections.items() if pose is None})
         for index, pose in corrections.items():
-            if index in self._position:
+            if pose is not None and index in self._position:
                 self._poses[self._position[index]] = pose
                 self._corrected = True
+
+    def _forget(self, frames: set[int]) -> None:
+        if not frames:
+            return
+        kept = [(index, position) for index, position in self._position.items() if index not in frames]
+        positions = [position for _, position in kept]
+        self._stood_for = round(self._stood_for * len(kept) / max(self.n_kept, 1))
+        self._position = {index: number for number, (index, _) in enumerate(kept)}
+        self.owners = [self.owners[position] for position in positions]
+        self._stored = [self._stored[position] for position in positions]
+        self._poses = [self._poses[position] for position in positions]
+        self._fused_at = [self._fused_at[position] for position in positions]
+        self._draft, self._is_rough = None, True
 
     def _shift_voxels(self, poses: list[Pose], others: list[Pose]) -> NDArray[np.float64]:
         return shifts_m(np.stack(poses), np.stack(others)) / self.voxel_settings.voxel_size_m
@@ -164,13 +181,13 @@ class Follower:
     def is_final(self) -> bool:
         """Whether the map is as good as can be: made of all kept frames, and none has moved since."""
         if not self._poses:
-            return True
+            return not self._is_rough
         shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
         return not self._is_rough and bool(shift_voxels <= self.settings.final_shift_voxels)
 
     def replays(self, positions: range, apply: Apply = map) -> Iterator[Observation]:
         """What kept frames showed, at their newest poses."""
-        packed_at = ((self._store[position], self._poses[position]) for position in positions)
+        packed_at = ((self._store[self._stored[position]], self._poses[position]) for position in positions)
         for seen in apply(partial(unpack, settings=self.voxel_settings), packed_at):
             self.n_replays += 1
             yield seen

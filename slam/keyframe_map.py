@@ -26,8 +26,8 @@ MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so mu
 
 @dataclass
 class KeyframeMap:
-    """Keyframes in pieces: piece 0 holds the first keyframe, which is the world; others are adrift until they are tied
-    to it. `version` grows with each change of the keyframes' poses."""
+    """Keyframes in pieces: piece 0, which begins with the first keyframe, is the world; others are adrift until they
+    are tied to it. `version` grows with each change of the keyframes' poses."""
 
     keyframes: Keyframes = field(default_factory=Keyframes)
     graph: PoseGraph = field(default_factory=PoseGraph)
@@ -168,6 +168,13 @@ class KeyframeMap:
             self.graph.replace(good)
             poses = self.graph.smooth()
         self._take(poses)
+
+    def make_world(self, piece: int) -> None:
+        """Let a piece that nothing ties to the world be the world, and the world adrift."""
+        for keyframe in self.keyframes.all:
+            keyframe.piece = {0: piece, piece: 0}.get(keyframe.piece, keyframe.piece)
+        self.graph.fix(next(keyframe.number for keyframe in self.keyframes.all if keyframe.piece == 0))
+        self._optimise()
 
     @property
     def n_loops(self) -> int:

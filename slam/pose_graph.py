@@ -45,6 +45,7 @@ class PoseGraph:
         self._starts: dict[int, Array] = {}
         self._guesses: dict[int, Array] = {}
         self._anchors: set[int] = set()
+        self._fixed = 0  # the keyframe that is the world
         self._restart()
 
     def _restart(self) -> None:
@@ -108,7 +109,7 @@ class PoseGraph:
         for number, pose in self.poses.items():
             values.insert(number, gtsam.Pose3(pose))
         for number in self._anchors:
-            graph.add(_anchor(number, self._guesses[number], number != 0))
+            graph.add(_anchor(number, self._guesses[number], number != self._fixed))
         for edge in self.edges:
             graph.add(_factor(edge))
         return graph, values
@@ -120,6 +121,11 @@ class PoseGraph:
             self._guesses[number] = self.poses[number]
         self.replace(self.edges)
 
+    def fix(self, number: int) -> None:
+        """Let another keyframe, the first one of a piece adrift, be the one whose pose is certain."""
+        self._fixed = number
+        self.shift(self.poses)
+
     def replace(self, edges: Iterable[Edge]) -> None:
         """Start iSAM2 anew from the present poses with other edges."""
         poses, edges = self.poses, list(edges)
@@ -128,7 +134,7 @@ class PoseGraph:
         for number, pose in poses.items():
             self._new_values.insert(number, gtsam.Pose3(pose))
             if number in self._anchors:
-                self._new_factors.add(_anchor(number, self._guesses[number], number != 0))
+                self._new_factors.add(_anchor(number, self._guesses[number], number != self._fixed))
         self.poses = dict(poses)
         for edge in edges:
             self.add_edge(edge)

@@ -18,8 +18,9 @@ class Poses(Protocol):
     def locate(self, frame: Frame) -> Pose | None:
         """world_from_camera (4, 4) of a frame, None = lost; raises UnusableFrame where it cannot tell."""
 
-    def corrections(self) -> Mapping[int, Pose]:
-        """Poses that changed since the last call, by frame index: the map must follow them."""
+    def corrections(self) -> Mapping[int, Pose | None]:
+        """Poses that changed since the last call, by frame index: the map must follow them. None = not known after
+        all: what the frame showed must be forgotten."""
 
     def finish(self) -> None:
         """No more frames will come: the last corrections can be made."""
@@ -35,7 +36,7 @@ class GivenPoses:
         """The frame's own pose; raises UnusableFrame where it has none."""
         return frame.pose
 
-    def corrections(self) -> Mapping[int, Pose]:
+    def corrections(self) -> Mapping[int, Pose | None]:
         """Nothing: given poses are final."""
         return {}
 

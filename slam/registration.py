@@ -161,7 +161,7 @@ def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Le
     if len(good) < MIN_POINTS:
         return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
     here, normal, distance = _columns(here, good), _columns(normal, good), np.take(distance, good)
-    scale = 1 / _sigma(here[2], distance, smear)
+    scale = np.reciprocal(_sigma(here[2], distance, smear))
     residual = distance * scale
     weight = _weight(residual, level.strict)
     jacobian = np.concatenate([_cross(here, normal), normal]) * scale
@@ -175,12 +175,13 @@ def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Le
 def _sigma(z: NDArray[np.float32], distance: NDArray[np.float32], smear: float) -> NDArray[np.float32]:
     """Deviations of depth at z metres: the sensor's own and, as far as the distances cannot be that, its smear. Where
     a shutter is global nothing is smeared, however fast the camera turns."""
-    sigma = depth_sigma(z)
+    sigma: NDArray[np.float32] = depth_sigma(z).astype(np.float32, copy=False)
     if smear == 0:
         return sigma
     scale = float(np.median(np.abs(distance[::4] / sigma[::4]))) / MEDIAN_SIGMA
     doubt = min(max((scale**2 - UNSMEARED) / (SMEARED - UNSMEARED), 0.0), 1.0)
-    return np.hypot(sigma, np.float32(doubt * smear) * z)
+    smeared: NDArray[np.float32] = np.hypot(sigma, np.float32(doubt * smear) * z)
+    return smeared
 
 
 def _weight(residual: NDArray[np.float32], strict: bool) -> NDArray[np.float32]:

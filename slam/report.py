@@ -34,11 +34,11 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class GraphReport:
-    """The keyframes that are tied to the first one, in the order of taking, and the edges between them.
+    """The keyframes of the world, in the order of taking, and the edges between them.
 
     frames (K,) indices and stamps (K,) seconds of the keyframes' frames; world_from_camera (K, 4, 4); edges (E, 2)
     rows of keyframes; is_odometry (E,), whether tracking led from one to the other; n_loops, edges that close a loop;
-    n_adrift, keyframes that nothing ties to the first one. covariances (6, 6) by frame index, of those keyframes that
+    n_adrift, keyframes that nothing ties to it. covariances (6, 6) by frame index, of those keyframes that
     it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own axes, that
     takes the estimated pose to the true one.
     """

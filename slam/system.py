@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -134,13 +135,18 @@ class SlamSystem:
             return None
         return found
 
-    def corrections(self) -> Mapping[int, Pose]:
-        """Poses of located frames that differ from what was told of them last, and those never told."""
+    def corrections(self) -> Mapping[int, Pose | None]:
+        """Poses of located frames that differ from what was told of them last, those never told, and None for those
+        that were told of a piece which is not the world any more."""
         if self._told_version == self.map.version:
             return {}
         self._told_version = self.map.version
-        changed = {}
-        for index, pose in self.trajectory().items():
+        poses = self.trajectory()
+        changed: dict[int, Pose | None] = {}
+        for index, located in self._located.items():
+            if located.told is not None and index not in poses:
+                changed[index] = located.told = None
+        for index, pose in poses.items():
             located = self._located[index]
             off = None if located.told is None else inverse(located.told) @ pose
             if off is None or length_m(off) > MOVED_M or angle_deg(off) > MOVED_DEG:
@@ -148,12 +154,16 @@ class SlamSystem:
         return changed
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false."""
+        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false. The piece that
+        shows most frames is the world."""
         self.map.finish(self.camera)
+        frames = Counter(self.keyframes[located.keyframe].piece for located in self._located.values())
+        if frames and (largest := max(frames, key=lambda piece: (frames[piece], -piece))):
+            self.map.make_world(largest)
         self._finished = True
 
     def trajectory(self) -> dict[int, Pose]:
-        """world_from_camera of every frame that is tied to the first one, as known now."""
+        """world_from_camera of every frame of the world, as known now."""
         return {
             index: self.map.pose(located.keyframe, located.keyframe_from_camera)
             for index, located in self._located.items()

@@ -255,6 +255,22 @@ def test_things_taken_for_one_while_the_map_lay_beside_the_poses_are_two_once_it
     assert boxes[1].id in step.owners
 
 
+def test_what_a_frame_showed_whose_pose_is_not_known_after_all_is_forgotten() -> None:
+    shown = mapper_with(FollowSettings(enabled=True, every=1))
+    only = mapper_with(FollowSettings(enabled=True, every=1))
+    for i in range(12):
+        frame = wall_and_box(i, pose((0.02 * i, 0, 0)))
+        shown.step(wall_and_box(i, pose((5 + 0.02 * i, 0, 0))) if i < 5 else frame)
+        if i >= 5:
+            only.step(frame)
+    shown.move(dict.fromkeys(range(5)))
+    for mapper in (shown, only):
+        mapper.finish()
+    vertices, expected = (np.asarray(m.snapshot().mesh.vertices) for m in (shown, only))
+    assert vertices[:, 0].max() < 3
+    assert len(vertices) == pytest.approx(len(expected), rel=0.1)
+
+
 def test_after_the_second_pass_old_ids_stand_for_who_took_over_most() -> None:
     before = np.array([1, 1, 1, 1, 1, 2, 2, 3, 4, 0], np.int32)
     after = np.array([8, 8, 8, 9, 9, 9, 9, 9, 0, 9], np.int32)

@@ -221,6 +221,17 @@ def test_lost_frames_are_told_in_runs_until_they_come_late():
     assert not outcome.notes
 
 
+def test_frames_whose_pose_is_not_known_after_all_are_lost():
+    outcome = Outcome("clip", 4, 1.0)
+    for index in range(4):
+        outcome.use(posed(index, index / 30))
+    outcome.move({1: None, 2: 2 * np.eye(4)})
+    assert outcome.lost == {1}
+    assert outcome.indices == [0, 2, 3]
+    assert outcome.stamps == [0, 2 / 30, 3 / 30]
+    assert [pose[0, 0] for pose in outcome.poses] == [1, 2, 1]
+
+
 def test_stamps_that_go_back_are_noted():
     outcome = Outcome("clip", 4, 1.0)
     for index, stamp in enumerate((0.0, 0.2, 0.1, 0.1)):

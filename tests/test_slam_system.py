@@ -147,6 +147,27 @@ def test_a_place_never_seen_is_a_piece_of_its_own_until_views_of_both_tie_it(roo
     assert root_mean_square(errors_m(found, truth)) < 0.06
 
 
+def test_the_piece_that_shows_most_frames_is_the_world_in_the_end(room):
+    slam = SlamSystem()
+    assert all(pose is not None for pose in located(slam, [room[i] for i in range(3)], 0))
+    located(slam, [blank(room[0])] * 3, 3)
+    assert located(slam, [room[i] for i in range(60, 75)], 6) == [None] * 15
+    slam.corrections()
+    slam.finish()
+    changed = slam.corrections()
+    assert [index for index, pose in changed.items() if pose is None] == [0, 1, 2]
+    found = {index: pose for index, pose in changed.items() if pose is not None}
+    assert min(found) > 5
+    assert slam.trajectory().keys() == found.keys()
+    truth = {6 + n: room[60 + n].pose for n in range(15)}
+    assert root_mean_square(errors_m(found, {n: truth[n] for n in found})) < 0.03
+    graph = slam.report().graph
+    assert graph.n_adrift == 1
+    # What is the world is certain where it begins.
+    first = min(graph.covariances)
+    assert np.trace(graph.covariances[first]) < 1e-6
+
+
 class TwoPieces:
     """A room of which the camera sees a part, nothing, another part, and then, on its way back, both."""
 

@@ -62,7 +62,9 @@ class Locator:
 
     def _take_corrections(self, look: Look) -> None:
         look.corrections, look.report = self.poses.corrections(), self.poses.report()
-        self._late.update({index: pose for index, pose in look.corrections.items() if index in self._lost})
+        for index, pose in look.corrections.items():
+            if index in self._lost and pose is not None:
+                self._late[index] = pose
 
     def _found_late(self) -> Look:
         if not self._late:

@@ -18,9 +18,9 @@ NOTHING_LEFT = -3  # the index of the answer when there is none
 @dataclass(slots=True)
 class Look:
     """What is known of one index: the posed frame until it is perceived, then what was seen, or why nothing was;
-    corrections are new poses of frames before it, by frame index;
-    given, the pose that the frame itself came with; late, whether the frame was lost when its turn came; report, what
-    the pose estimation did, if there is one; stage_ms holds milliseconds per stage."""
+    corrections are new poses of frames before it, by frame index, None where one is not known after all; given, the
+    pose that the frame itself came with; late, whether the frame was lost when its turn came; report, what the pose
+    estimation did, if there is one; stage_ms holds milliseconds per stage."""
 
     index: int
     frame: Frame | None = None
@@ -28,7 +28,7 @@ class Look:
     lost: bool = False
     late: bool = False
     reason: str = ""
-    corrections: Mapping[int, Pose] = field(default_factory=dict)
+    corrections: Mapping[int, Pose | None] = field(default_factory=dict)
     given: Pose | None = None
     report: PoseReport | None = None
     stage_ms: dict[str, float] = field(default_factory=dict)

@@ -66,9 +66,14 @@ class Outcome:
         runs = [list(run) for _, run in groupby(sorted(self.lost), key=lambda index: bisect(self.indices, index))]
         return [(run[0], run[-1]) for run in runs]
 
-    def move(self, corrections: Mapping[int, NDArray[np.float64]]) -> None:
-        """Take in new poses of frames, by frame index."""
-        self.poses = [corrections.get(i, pose) for i, pose in zip(self.indices, self.poses, strict=True)]
+    def move(self, corrections: Mapping[int, NDArray[np.float64] | None]) -> None:
+        """Take in new poses of frames, by frame index; those whose pose is None are lost after all."""
+        self.lost.update(index for index, pose in corrections.items() if pose is None)
+        moved = [corrections.get(index, pose) for index, pose in zip(self.indices, self.poses, strict=True)]
+        known = [place for place, pose in enumerate(moved) if pose is not None]
+        self.indices = [self.indices[place] for place in known]
+        self.stamps = [self.stamps[place] for place in known]
+        self.poses = [pose for pose in moved if pose is not None]
 
     def skip(self, index: int, reason: str) -> None:
         """Count an unusable frame; raises BadInput once more than max_bad of all frames are."""

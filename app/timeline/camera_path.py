@@ -27,9 +27,10 @@ class CameraPath:
         if pose is not None:
             self.poses[index] = pose
 
-    def move(self, corrections: Mapping[int, Array]) -> None:
-        """New poses of frames looked at before."""
-        self.poses.update(corrections)
+    def move(self, corrections: Mapping[int, Array | None]) -> None:
+        """New poses of frames looked at before, None where one is not known after all."""
+        moved = {**self.poses, **corrections}
+        self.poses = {index: pose for index, pose in moved.items() if pose is not None}
 
     def whole(self, world_from_path: Array) -> list[Array]:
         """All of it in another world, a line of camera positions (N, 3) for each stretch without a gap."""
