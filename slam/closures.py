@@ -19,10 +19,12 @@ from slam.registration import Registration, overlap_of
 from slam.rigid_motion import angle_deg, length_m
 
 MIN_OVERLAP = 0.3  # share of a view that the other has to see for the two to be measured against each other
-MAX_ANGLE_DEG = 60.0
+MAX_ANGLE_DEG, MAX_AWAY_M = 60.0, 3.0
 MAX_NEIGHBOURS = 12  # most overlapping first
 SHORTLIST = 3
 ALIKE = 0.15  # least likeness of a place worth checking
+# The same across pieces: one place from two sides hardly looks alike, and what fits there needs further witnesses.
+ALIKE_AT_ALL = 0.03
 MIN_FEATURES = 8  # that agree, where nothing but looks led to the pair
 MAX_CONTRADICTION = 0.02
 RECENT = 10  # keyframes that tracking itself connects
@@ -63,37 +65,31 @@ class Closures:
         earlier = self._keyframes.all[: keyframe.number]
         own = [k.number for k in earlier[: max(0, keyframe.number - RECENT)] if k.piece == keyframe.piece]
         others = [k.number for k in earlier if k.piece != keyframe.piece]
-        return self.lookalikes(keyframe.view.features, own) + self.lookalikes(keyframe.view.features, others)
+        found = self.lookalikes(keyframe.view.features, own)
+        return found + self.lookalikes(keyframe.view.features, others, ALIKE_AT_ALL)
 
-    def lookalikes(self, features: Features, among: Sequence[int], limit: int = SHORTLIST) -> list[int]:
+    def lookalikes(
+        self, features: Features, among: Sequence[int], least: float = ALIKE, limit: int = SHORTLIST
+    ) -> list[int]:
         """The keyframes, of those with the given numbers, that look most like the features, the most alike first."""
         if not among:
             return []
         numbers = np.array(among)
         alike = self._places.similar(features)[numbers]
         best = np.argsort(-alike, kind="stable")[:limit]
-        return [int(numbers[n]) for n in best if alike[n] >= ALIKE]
+        return [int(numbers[n]) for n in best if alike[n] >= least]
 
     def neighbours(self, keyframe: Keyframe, limit: int | None = MAX_NEIGHBOURS) -> list[int]:
         """Earlier keyframes of the same piece, but for the one just before, whose view overlaps with this one's."""
         found = []
         grid = self._keyframes.grids(keyframe.number)[0]
-        for other in self._in_reach(keyframe):
+        earlier = self._keyframes.all[: max(0, keyframe.number - 1)]
+        for other in in_reach(keyframe.world_from_camera, [k for k in earlier if k.piece == keyframe.piece]):
             other_from_this = inverse(other.world_from_camera) @ keyframe.world_from_camera
             share = overlap_of(grid, self._keyframes.grids(other.number)[0], other_from_this)
             if share >= MIN_OVERLAP:
                 found.append((-share, other.number))
         return [number for _, number in sorted(found)[:limit]]
-
-    def _in_reach(self, keyframe: Keyframe) -> list[Keyframe]:
-        """Those that may overlap by position and direction, before any point is looked at."""
-        if keyframe.number < 2:
-            return []
-        poses = self._keyframes.poses()[: keyframe.number - 1]
-        away = np.linalg.norm(poses[:, :3, 3] - keyframe.world_from_camera[:3, 3], axis=1)
-        cosine = (poses[:, :3, 2] @ keyframe.world_from_camera[:3, 2]).clip(-1, 1)
-        near = np.flatnonzero((away < 3.0) & (cosine > np.cos(np.radians(MAX_ANGLE_DEG))))
-        return [k for n in near if (k := self._keyframes[int(n)]).piece == keyframe.piece]
 
     def measure_next(self, camera: ColorCamera) -> Edge | None:
         """Measure the next pair; None if it came to nothing."""
@@ -116,6 +112,17 @@ class Closures:
             return None
         against = contradiction(keyframe.view, view, found.target_from_source)
         return found if against <= MAX_CONTRADICTION else None
+
+
+def in_reach(world_from_camera: Array, keyframes: Sequence[Keyframe]) -> list[Keyframe]:
+    """Those whose view may overlap by position and direction, before any point is looked at."""
+    if not keyframes:
+        return []
+    poses = np.stack([keyframe.world_from_camera for keyframe in keyframes])
+    away = np.linalg.norm(poses[:, :3, 3] - world_from_camera[:3, 3], axis=1)
+    cosine = (poses[:, :3, 2] @ world_from_camera[:3, 2]).clip(-1, 1)
+    near = np.flatnonzero((away < MAX_AWAY_M) & (cosine > np.cos(np.radians(MAX_ANGLE_DEG))))
+    return [keyframes[int(n)] for n in near]
 
 
 def plausible(a: Keyframe, b: Keyframe, a_from_b: Array) -> bool:

@@ -9,8 +9,9 @@ import numpy as np
 
 from razer.geometry import Array, inverse
 from slam.alignment import Grids
-from slam.closures import RECENT, SHORTLIST, Closures
+from slam.closures import ALIKE_AT_ALL, RECENT, SHORTLIST, Closures, in_reach
 from slam.color_camera import ColorCamera
+from slam.free_space import contradiction
 from slam.keyframes import Keyframe, Keyframes, View
 from slam.pose_graph import Edge, PoseGraph, surprise
 from slam.registration import Registration
@@ -21,6 +22,7 @@ from slam.ties import Ties, Witness
 # third is.
 ALERT, RELAXED = 20, 3
 PATIENT_SHORTLIST = 8  # places that a keyframe still adrift at the end is compared with
+MAX_AGAINST_TIE = 0.05  # mean contradiction of all views in reach; look-alikes have 0.3 or more, true ties 0.003
 MAX_SURPRISE = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
 
@@ -92,7 +94,7 @@ class KeyframeMap:
     ) -> bool:
         """Whether a view of one piece, with what was seen before, ties it to another."""
         others = [k.number for k in self.keyframes.all if k.piece != here.piece]
-        for number in self._closures.lookalikes(view.features, others, shortlist):
+        for number in self._closures.lookalikes(view.features, others, ALIKE_AT_ALL, shortlist):
             found = self._closures.seen_from(self.keyframes[number], view, grids, [], camera)
             if found is None:
                 continue
@@ -128,13 +130,27 @@ class KeyframeMap:
         home_from_piece = shift if a.piece < b.piece else inverse(shift)
         home, piece = sorted((a.piece, b.piece))
         agreeing = self._ties.hear(home, piece, Witness(frame, edge, home_from_piece, strength))
-        if not agreeing:
+        if not agreeing or self._contradicted(home, piece, agreeing[0].home_from_piece):
             return False
         self._join(home, piece, agreeing[0].home_from_piece)
         for witness in agreeing:
             self.graph.add_edge(witness.edge)
         self._optimise()
         return True
+
+    def _contradicted(self, home: int, piece: int, home_from_piece: Array) -> bool:
+        """Whether views of a piece, if it were there, stand where those of the other saw through. A look-alike is like
+        the view it was taken for, and not like the views around that one."""
+        there = [keyframe for keyframe in self.keyframes.all if keyframe.piece == home]
+        against = []
+        for here in self.keyframes.all:
+            if here.piece == piece:
+                moved = home_from_piece @ here.world_from_camera
+                against += [
+                    contradiction(other.view, here.view, inverse(other.world_from_camera) @ moved)
+                    for other in in_reach(moved, there)
+                ]
+        return bool(against) and float(np.mean(against)) > MAX_AGAINST_TIE
 
     def _join(self, home: int, piece: int, home_from_piece: Array) -> None:
         for keyframe in self.keyframes.all:

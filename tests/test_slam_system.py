@@ -18,6 +18,8 @@ from data_tools.worlds.sensor_model import SensorModel
 from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from razer.metrics.alignment import align
+from slam.features import FeatureFinder
+from slam.keyframes import View
 from slam.poses import GivenPoses
 from slam.rigid_motion import angle_deg, length_m
 from slam.system import SlamSystem
@@ -166,6 +168,18 @@ def test_the_piece_that_shows_most_frames_is_the_world_in_the_end(room):
     # What is the world is certain where it begins.
     first = min(graph.covariances)
     assert np.trace(graph.covariances[first]) < 1e-6
+
+
+def test_a_tie_is_refused_if_views_around_would_stand_where_others_saw_through(frames):
+    slam = SlamSystem()
+    located(slam, frames[:12], 0)
+    view = View.of(replace(frames[6], index=20, world_from_camera=None), FeatureFinder(), slam.camera)
+    alone = slam.map.begin_piece(view, view.grids(), 0.0)
+    true = inverse(frames[0].pose) @ frames[6].pose
+    nearer = true.copy()
+    nearer[:3, 3] -= 0.5 * true[:3, 2]
+    for where, refused in ((true, False), (nearer, True)):
+        assert slam.map._contradicted(0, alone.piece, where @ inverse(alone.world_from_camera)) == refused
 
 
 class TwoPieces:
