@@ -15,6 +15,7 @@ SEGMENTERS = {
     "geometric": "razer.models.geometric:GeometricSegmenter",
     "oracle": "razer.models.oracle:OracleSegmenter",
     "masks": "razer.models.masks_on_disk:MasksOnDisk",
+    "sam": "razer.models.sam:SamSegmenter",
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
