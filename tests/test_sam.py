@@ -13,7 +13,8 @@ from razer.frame import BadInput, Frame, Intrinsics, Masks
 from razer.models import make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.mask_filters import best_of_overlapping, mask_iou, stability
-from razer.models.sam import SamSegmenter, point_grid
+from razer.models.mask_proposals import point_grid
+from razer.models.sam import SamSegmenter
 from tests.sam_exports import EXPORTS
 
 GREYS = (10, 90, 170, 250)
@@ -218,7 +219,7 @@ def test_files_of_two_exports_do_not_go_together(tmp_path: Path) -> None:
     ("options", "message"),
     [
         ({"points": 0}, "points"),
-        ({"min_quality": 1.5}, "from 0 to 1"),
+        ({"min_quality": 1.5}, "are from 0 to 1"),
         ({"device": "tpu"}, "device is auto, cpu or cuda"),
         ({"boxes": "unheard"}, "unknown segmenter"),
         ({"fancy": 1}, "does not take these options"),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from razer.frame import BadInput
+from razer.models.model_view import ModelView
 from razer.models.onnx_graph import OnnxGraph
-from razer.models.sam_encoder import ModelView
+from razer.models.promptable import Answers
 
 OBJECT, CORNER, OPPOSITE_CORNER, NO_POINT = 1, 2, 3, -1  # what SAM calls the labels of points
 _MASKS = ("low_res_masks", "pred_masks", "masks")  # the first one there is; the last may have the image's size
@@ -50,20 +51,15 @@ class SamDecoder:
         self.pads_boxes = self.nested and not pads_itself
         self.takes_boxes = not self.nested or "input_boxes" in names
 
-    def at_points(
-        self, features: Mapping[str, NDArray], view: ModelView, points: NDArray[np.float64]
-    ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
-        """For each batch of points (N, 2) in the image: logits (P, M, h, w) over the image at any resolution, and
-        the quality that the model expects of them, (P, M)."""
+    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
         prompts, labels = points[:, None], np.full((len(points), 1), OBJECT)
         for logits, scores in self._run(features, view, prompts, labels, self.pads_points):
             several = slice(1, None) if logits.shape[1] == _WITH_SINGLE else slice(None)
             yield logits[:, several], scores[:, several]
 
-    def in_boxes(
-        self, features: Mapping[str, NDArray], view: ModelView, boxes: NDArray[np.float64]
-    ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
-        """The same for boxes (N, 4) in the image: left, top, right, bottom. Raises BadInput if the export has none."""
+    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
         if not self.takes_boxes:
             raise BadInput(f"{self.graph.file} takes points only: leave out option boxes, or use another export")
         labels = np.tile([CORNER, OPPOSITE_CORNER], (len(boxes), 1))
@@ -71,7 +67,7 @@ class SamDecoder:
 
     def _run(
         self, features: Mapping[str, NDArray], view: ModelView, points: NDArray, labels: NDArray, pad: bool
-    ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    ) -> Answers:
         wanted = self.n_points or points.shape[1] + pad
         placed = _filled_up(view.coordinates(points), wanted, axis=1, value=0)
         labels = _filled_up(labels, wanted, axis=1, value=NO_POINT)
