@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from razer.frame import BadInput, Frame, Masks
 from razer.models.checkpoint import Checkpoint, torch_device
 from razer.models.onnx_graph import Device
+from razer.models.panoptic_masks import panoptic_masks
 
 _KINDS = {"mask2former", "oneformer", "maskformer"}
 _TASK = "the task is panoptic"  # what OneFormer is told to do, in the words of its training
@@ -38,18 +39,13 @@ class PanopticSegmenter:
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame with the names of their classes; they do not overlap."""
         outputs = self._outputs(frame.rgb)
-        found = self._processor.post_process_panoptic_segmentation(
-            outputs, threshold=self.confidence, label_ids_to_fuse=set(), target_sizes=[frame.depth.shape]
-        )[0]
-        ids, segments = found["segmentation"].cpu().numpy(), found["segments_info"]
-        if not segments:
-            return Masks.none(*frame.depth.shape)
-        names = self._model.config.id2label
-        return Masks(
-            np.stack([ids == segment["id"] for segment in segments]),
-            np.array([segment["score"] for segment in segments], np.float32),
-            tuple(names[segment["label_id"]] for segment in segments),
+        size = (frame.intrinsics.height, frame.intrinsics.width)
+        masks, scores, classes = panoptic_masks(
+            outputs.class_queries_logits[0].float(), outputs.masks_queries_logits[0].float(), size, self.confidence
         )
+        names = self._model.config.id2label
+        found = tuple(names[number] for number in classes.tolist())
+        return Masks(masks.cpu().numpy(), scores.cpu().numpy(), found)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name not in ("_model", "_processor", "_task")}

@@ -17,6 +17,7 @@ from razer.models.onnx_graph import Device
 ONE_SENTENCE = {"grounding-dino", "mm-grounding-dino"}  # read all words at once, as "cup. red chair."
 WORD_BY_WORD = {"owlvit", "owlv2"}
 _SENTENCE_TOKENS = 256
+_WORD_TOKENS = 16
 _WORDS_AT_A_TIME = 64  # of models that take words apart
 
 
@@ -86,13 +87,16 @@ class WordDetector:
         by_token = outputs.logits[0].sigmoid().float().cpu().numpy()
         by_word = np.stack([by_token[:, span].max(axis=1) for span in spans_between_stops(tokens)], axis=1)
         height, width = rgb.shape[:2]
-        centre, size = np.split(outputs.pred_boxes[0].double().cpu().numpy() * [width, height] * 2, 2, axis=1)
+        relative = outputs.pred_boxes[0].double().cpu().numpy().reshape(-1, 2, 2)  # centre and size, of the image's
+        centre, size = (relative * (width, height)).transpose(1, 0, 2)
         boxes = np.concatenate([centre - size / 2, centre + size / 2], axis=1)
         sure = by_word.max(axis=1) > self.confidence
         return WordBoxes(boxes[sure], by_word.max(axis=1)[sure], np.array(numbers)[by_word.argmax(axis=1)[sure]])
 
     def _word_by_word(self, rgb: NDArray[np.uint8], numbers: list[int]) -> WordBoxes:
-        _, outputs = self._outputs(rgb, [[self.words[number] for number in numbers]])
+        length = self.checkpoint.config.get("text_config", {}).get("max_position_embeddings", _WORD_TOKENS)
+        filled_up = {"padding": "max_length", "truncation": True, "max_length": length}
+        _, outputs = self._outputs(rgb, [[self.words[number] for number in numbers]], **filled_up)
         found = self._processor.post_process_grounded_object_detection(
             outputs, threshold=self.confidence, target_sizes=[rgb.shape[:2]]
         )[0]
@@ -100,8 +104,8 @@ class WordDetector:
         return WordBoxes(found["boxes"].double().cpu().numpy(), found["scores"].float().cpu().numpy(), words)
 
     @torch.inference_mode()
-    def _outputs(self, rgb: NDArray[np.uint8], text: Any) -> tuple[Any, Any]:
-        inputs = self._processor(images=rgb, text=text, return_tensors="pt").to(torch_device(self.device))
+    def _outputs(self, rgb: NDArray[np.uint8], text: Any, **options: Any) -> tuple[Any, Any]:
+        inputs = self._processor(images=rgb, text=text, return_tensors="pt", **options).to(torch_device(self.device))
         return inputs, self._model(**inputs)
 
 
