@@ -40,14 +40,14 @@ class WordDetector:
         torch_device(device)
 
     def find(self, rgb: NDArray[np.uint8]) -> WordBoxes:
-        """All boxes of an image (H, W, 3) that are sure enough, each for the word it suits best."""
+        """All boxes within an image (H, W, 3) that are sure enough, each for the word it suits best."""
         find = self._in_sentence if self.checkpoint.kind in ONE_SENTENCE else self._word_by_word
         parts = [find(rgb, numbers) for numbers in self._portions]
-        return WordBoxes(
-            np.concatenate([part.boxes for part in parts]),
-            np.concatenate([part.scores for part in parts]),
-            np.concatenate([part.words for part in parts]),
-        )
+        height, width = rgb.shape[:2]
+        boxes = np.concatenate([part.boxes for part in parts]).clip(0, [width, height, width, height])
+        inside = (boxes[:, 2:] > boxes[:, :2]).all(axis=1)
+        scores, words = (np.concatenate([getattr(part, name) for part in parts]) for name in ("scores", "words"))
+        return WordBoxes(boxes[inside], scores[inside], words[inside])
 
     def __getstate__(self) -> dict[str, Any]:
         loaded = ("_model", "_processor", "_portions")
