@@ -12,11 +12,13 @@ from collections import namedtuple
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pytest
 from huggingface_hub import constants, file_download
 
+from app.models import pull
 from razer.frame import BadInput
 from razer.models import download
 from razer.models.catalogue import CatalogueEntry, catalogue, entry
@@ -178,6 +180,21 @@ def test_a_disk_that_fills_up_is_told_and_resumed_later(hub: Hub, monkeypatch: p
     hub.log.clear()
     assert fetch(ONE)[0].read_bytes() == WEIGHTS
     assert hub.gets()[0][1] == "bytes=5000-"
+
+
+def test_ctrl_c_keeps_what_came(hub: Hub, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def stopped(url: str, target: BinaryIO, **options: object) -> None:
+        target.write(WEIGHTS[:10_000])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.models.entry", lambda name: ONE)
+    with monkeypatch.context() as during:
+        during.setattr(download, "http_get", stopped)
+        assert pull("one") == 130
+    assert "to go on" in capsys.readouterr().err
+    assert pull("one") == 0
+    assert [part for _, part in hub.gets()] == ["bytes=10000-"]
+    assert capsys.readouterr().out.strip() == str(cached_model(ONE))
 
 
 @pytest.mark.parametrize(

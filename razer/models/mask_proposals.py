@@ -12,6 +12,8 @@ from razer.frame import BadInput
 from razer.models.mask_filters import best_of_overlapping, stability
 from razer.models.promptable import Promptable
 
+_OVERLAP_RASTER = 128  # columns on which overlaps are measured, about: enough for a threshold, and four times as fast
+
 
 @dataclass(frozen=True)
 class ProposalLimits:
@@ -37,16 +39,16 @@ def masks_of_everything(
     """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the quality expected of each."""
     features, view = model.encode(rgb)
     height, width = rgb.shape[:2]
-    logits: list[NDArray[np.float32]] = []
-    quality: list[NDArray[np.float32]] = []
+    parts: list[tuple[NDArray[np.float32], ...]] = []
     for found, scores in model.at_points(features, view, point_grid(height, width, limits.points)):
         good = scores >= limits.min_quality
-        stable = stability(found[good]) >= limits.min_stability
-        logits.append(found[good][stable])
-        quality.append(scores[good][stable])
-    all_logits, all_quality = np.concatenate(logits), np.concatenate(quality)
-    order = best_of_overlapping(all_logits > 0, all_quality * stability(all_logits), limits.most_iou)
-    return masks_at_size(all_logits[order], height, width), all_quality[order].clip(0, 1)
+        candidates, quality, firmness = found[good], scores[good], stability(found[good])
+        stable = firmness >= limits.min_stability
+        parts.append((candidates[stable], quality[stable], firmness[stable]))
+    logits, quality, firmness = (np.concatenate(column) for column in zip(*parts, strict=True))
+    step = max(1, logits.shape[-1] // _OVERLAP_RASTER)
+    order = best_of_overlapping(logits[:, ::step, ::step] > 0, quality * firmness, limits.most_iou)
+    return masks_at_size(logits[order], height, width), quality[order].clip(0, 1)
 
 
 def masks_in_boxes(model: Promptable, rgb: NDArray[np.uint8], boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
