@@ -20,11 +20,12 @@ from huggingface_hub import constants, file_download
 
 from app.models import pull
 from razer.frame import BadInput
-from razer.models import download
+from razer.models import download, make_segmenter
 from razer.models.catalogue import CatalogueEntry, catalogue, entry
 from razer.models.hub_cache import cached_model
 from razer.models.model_file import model_file
 from tests.hub_server import COMMIT, Hub, serving
+from tests.sam_exports import EXPORTS
 
 REPO = "someone/some-model"
 WEIGHTS = np.random.default_rng(0).bytes(50_000)
@@ -252,6 +253,18 @@ def test_a_name_resolves_to_what_was_fetched(hub: Hub, monkeypatch: pytest.Monke
 def test_a_hub_id_resolves_to_its_folder(hub: Hub) -> None:
     folder, _ = fetch(PAIR)
     assert model_file(REPO) == folder
+
+
+def test_a_segmenter_takes_a_pulled_pair_by_its_name(hub: Hub, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    export = EXPORTS["sam2.1"]
+    export.write(tmp_path)
+    names = (export.encoder, export.decoder)
+    hub.repos[REPO] = {name: (tmp_path / name).read_bytes() for name in names}
+    monkeypatch.setattr("razer.models.model_file.catalogue", lambda: {"tiny": replace(PAIR, name="tiny", files=names)})
+    with pytest.raises(BadInput, match="razer models pull tiny"):
+        make_segmenter("sam", {"weights": "tiny"})
+    fetch(replace(PAIR, files=names))
+    assert make_segmenter("sam", {"weights": "tiny"}).limits.points == 16
 
 
 def test_every_entry_is_complete() -> None:
