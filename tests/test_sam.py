@@ -59,13 +59,13 @@ def test_batches_do_not_change_the_masks(tmp_path: Path, export: str) -> None:
 
 
 class Boxes:
-    """A detector that knows two rectangles."""
+    """A detector that knows two rectangles, and a thing that it does not see."""
 
     def segment(self, frame: Frame) -> Masks:
-        masks = np.zeros((2, *frame.depth.shape), bool)
+        masks = np.zeros((3, *frame.depth.shape), bool)
         masks[0, 20:100, 40:200] = True
-        masks[1, 150:230, 10:90] = np.eye(80, dtype=bool)
-        return Masks(masks, np.array([0.5, 0.75], np.float32), ("desk", "cup"))
+        masks[2, 150:230, 10:90] = np.eye(80, dtype=bool)
+        return Masks(masks, np.array([0.5, 0.9, 0.75], np.float32), ("desk", "lamp", "cup"))
 
 
 class Blind:

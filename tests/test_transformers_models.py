@@ -149,7 +149,7 @@ def test_panoptic_with_nothing_sure_is_no_mask(tmp_path: Path) -> None:
 
 def test_words_of_grounding_dino_take_the_score_of_their_best_token(tmp_path: Path) -> None:
     theirs = tiny.grounding_dino(tmp_path)
-    rgb, words = frame_of(96, 64).rgb, ("cup", "red chair", "table")
+    rgb, words = frame_of(96, 64).rgb, ("cup.", "Red chair", "table")  # the stop is not the word's
     found = WordDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu").find(rgb)
     processor = transformers.GroundingDinoProcessor.from_pretrained(tmp_path)
     inputs = processor(images=rgb, text="cup. red chair. table.", return_tensors="pt")

@@ -28,9 +28,9 @@ class PromptedSegmenter:
 
     weights: a checkpoint of the `transformers` library, by folder, name of the catalogue or hub id. words: what to look
     for: a list, a text with commas, or a vocabulary by name or file. mask_weights: the SAM that a detector needs, in
-    ONNX format or as a checkpoint. confidence: least score. Lower: more things, and more that are none. most_iou:
-    overlap above which the lesser of two masks is dropped. batch: boxes at a time. device: auto, cpu or cuda. Raises
-    BadInput.
+    ONNX format or as a checkpoint. confidence: least score; OWLv2 is seldom as sure as the others, and wants about
+    0.15. Lower: more things, and more that are none. most_iou: overlap above which the lesser of two masks is dropped.
+    batch: boxes at a time. device: auto, cpu or cuda. Raises BadInput.
     """
 
     def __init__(

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from razer.frame import BadInput, Frame, Masks
 from razer.models import Segmenter, make_segmenter
 from razer.models.mask_boxes import mask_boxes
@@ -45,4 +47,5 @@ class SamSegmenter:
         if self.detector is None:
             return Masks(*masks_of_everything(self.model, frame.rgb, self.limits))
         found = self.detector.segment(frame)
+        found = found.select(np.flatnonzero(found.masks.any(axis=(1, 2))))  # what covers nothing has no box
         return Masks(masks_in_boxes(self.model, frame.rgb, mask_boxes(found.masks)), found.scores, found.class_names)

@@ -36,10 +36,11 @@ class SamDecoder:
         self.points, self.labels = ("input_points", "input_labels") if self.nested else ("point_coords", "point_labels")
         masks = [name for name in _MASKS if name in graph.outputs]
         scores = [name for name in _SCORES if name in graph.outputs]
-        if not {self.points, self.labels} <= names or not masks or not scores:
+        ranks_fit = self.points in names and len(graph.inputs[self.points].shape) == 3 + self.nested
+        if not ranks_fit or self.labels not in names or not masks or not scores:
             raise BadInput(
-                f"{graph.file} is no SAM decoder: it takes {', '.join(graph.inputs)} and gives "
-                f"{', '.join(graph.outputs)}"
+                f"{graph.file} is no SAM decoder: it takes {', '.join(map(str, graph.inputs.values()))} and gives "
+                f"{', '.join(map(str, graph.outputs.values()))}"
             )
         self.masks, self.scores = masks[0], scores[0]
         self.features = _matched(graph, names - _NOT_FEATURES, encoder_outputs)

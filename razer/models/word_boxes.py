@@ -81,7 +81,7 @@ class WordDetector:
 
     def _in_sentence(self, rgb: NDArray[np.uint8], numbers: list[int]) -> WordBoxes:
         """Each token of a sentence has its score: a word's is that of its best token."""
-        sentence = " ".join(f"{self.words[number].lower()}." for number in numbers)
+        sentence = " ".join(f"{self.words[number].lower().replace('.', ' ')}." for number in numbers)
         inputs, outputs = self._outputs(rgb, sentence)
         tokens = self._processor.tokenizer.convert_ids_to_tokens(inputs["input_ids"][0].tolist())
         by_token = outputs.logits[0].sigmoid().float().cpu().numpy()
