@@ -235,9 +235,7 @@ def test_sam3_masks_are_the_librarys_for_each_word(tmp_path: Path) -> None:
     theirs = tiny.sam3(tmp_path)
     rgb, words = frame_of(56, 56).rgb, ("cup", "chair")
     masks, scores, numbers = WordMasks(Checkpoint.of(tmp_path), words, 0.0, "cpu").find(rgb)
-    pixels = torch.from_numpy(
-        ((rgb / 255 - np.array([0.485, 0.456, 0.406])) / [0.229, 0.224, 0.225]).transpose(2, 0, 1)
-    )
+    pixels = torch.from_numpy(((rgb / 255 - 0.5) / 0.5).transpose(2, 0, 1))
     tokenizer = tiny.clip_tokenizer()
     for number, word in enumerate(words):
         text = tokenizer(word, padding="max_length", max_length=32, return_tensors="pt")
@@ -313,6 +311,7 @@ def test_colours_come_from_either_file_of_settings(tmp_path: Path) -> None:
     assert Checkpoint.of(tmp_path).colours() == ((0.5,) * 3, (0.25,) * 3)
     (tmp_path / "preprocessor_config.json").write_text(json.dumps({"image_mean": [0.1, 0.2, 0.3]}))
     assert Checkpoint.of(tmp_path).colours()[0] == (0.1, 0.2, 0.3)
+    assert Checkpoint(tmp_path / "none", {"model_type": "sam3_video"}).colours() == ((0.5,) * 3, (0.5,) * 3)
     (tmp_path / "preprocessor_config.json").write_text("{")
     with pytest.raises(BadInput, match="cannot be read"):
         Checkpoint.of(tmp_path).colours()

@@ -16,6 +16,7 @@ from razer.models.model_file import model_file
 from razer.models.model_view import DEVIATION, MEAN
 from razer.models.onnx_graph import Device
 
+_HALF = (0.5, 0.5, 0.5)  # what SAM 3 has where its settings say nothing
 _PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
 
 
@@ -48,12 +49,13 @@ class Checkpoint:
 
     def colours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Mean and standard deviation that its images are normalised with, of colours in [0, 1]."""
+        settings: dict[str, Any] = {}
         for name in _PREPROCESSING:
-            if (self.folder / name).is_file():
+            if not settings and (self.folder / name).is_file():
                 settings = _read_json(self.folder / name)
-                settings = settings.get("image_processor", settings)
-                return tuple(settings.get("image_mean", MEAN)), tuple(settings.get("image_std", DEVIATION))
-        return MEAN, DEVIATION
+        settings = settings.get("image_processor", settings)
+        mean, deviation = (_HALF, _HALF) if self.kind.startswith("sam3") else (MEAN, DEVIATION)
+        return tuple(settings.get("image_mean", mean)), tuple(settings.get("image_std", deviation))
 
     def load(self, loader: str, device: Device) -> Any:
         """The model, by one of the library's classes, ready to compute on the device; raises BadInput."""
