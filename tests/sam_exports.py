@@ -1,8 +1,9 @@
 """ONNX graphs with the signatures of SAM's exports, and so simple an inside that the right masks are known.
 
 The features hold the image's brightness at a quarter of the model's resolution. Asked at a point, the decoder gives
-what is as bright as the point; asked in a box, the box. Of its masks for a point one is right, one is the same again
-with less quality, one has no firm border, and, where there are four, the first is for prompts of several points only.
+what is as bright as the point; asked in a box, the box; and the opposite of both if the prompt does not end as this
+export wants it. Of its masks for a point one is right, one is the same again with less quality, one has no firm border,
+and, where there are four, the first is for prompts of several points only.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ class Export:
         outputs = ", ".join(f"{kind} {name}" for name, kind in self._outputs().items())
         first = next(iter(self.features))
         body = _unpacked(_id(first), self.features[first]) + self._prompt() + _ANSWER
-        body += _SIX if self.family in ("meta", "edge") else _THREE
+        body += _FOUR if self.family in ("meta", "edge") else _THREE
         body += self._named_outputs()
         return _parsed(
             f"decoder ({', '.join([*features, *self._prompt_inputs()])}) => ({outputs}) {{{body}}}", list(self.features)
@@ -223,7 +224,11 @@ _ANSWER = """
     inside = Min(across, down)
     boxed = Unsqueeze(isbox, spread)
     good = Where(boxed, inside, alike)
-    as_four = Unsqueeze(good, one_axis)
+    doubled = Add(ended, ended)
+    plus_or_minus = Sub(doubled, unit)
+    sign = Unsqueeze(plus_or_minus, spread)
+    right_way_round = Mul(good, sign)
+    as_four = Unsqueeze(right_way_round, one_axis)
     tenth = Constant<value_float=0.05>()
     vague = Mul(as_four, tenth)
 """
@@ -236,7 +241,7 @@ _THREE = """
     expected = Where(boxed_column, box_qualities, qualities)
     quality = Mul(ended_column, expected)
 """
-_SIX = """
+_FOUR = """
     nothing = Neg(as_four)
     answers = Concat<axis=1>(nothing, as_four, as_four, vague)
     qualities = Constant<value_floats=[1.0,0.95,0.9,0.99]>()

@@ -14,6 +14,7 @@ from razer.models import make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.mask_filters import best_of_overlapping, mask_iou, stability
 from razer.models.mask_proposals import point_grid
+from razer.models.model_view import ModelView
 from razer.models.sam import SamSegmenter
 from tests.sam_exports import EXPORTS
 
@@ -48,6 +49,25 @@ def test_each_thing_is_found_once_where_it_is(tmp_path: Path, export: str, size:
     for mask, one in zip(masks.masks, mostly, strict=True):
         assert iou(mask, part == one) > 0.95  # the decoder's borders lie on a raster of a quarter of the resolution
     np.testing.assert_allclose(masks.scores, 0.95)
+
+
+@pytest.mark.parametrize("export", EXPORTS)
+def test_sam_keeps_the_shape_of_an_image_and_sam2_stretches_it(tmp_path: Path, export: str) -> None:
+    frame, _ = frame_of(640, 480)
+    model = SamSegmenter(EXPORTS[export].write(tmp_path)).model
+    _, view = model.encode(frame.rgb)
+    stretched = export in ("sam2", "sam2.1")
+    assert (view.side, view.columns, view.rows) == (1024, 1024, 1024 if stretched else 768)
+    corner = view.coordinates(np.array([[640.0, 480.0]]))
+    np.testing.assert_allclose(corner, [[view.columns, view.rows]])
+
+
+def test_an_image_lies_normalised_at_the_top_left_of_its_square() -> None:
+    rgb = np.full((10, 20, 3), [0, 128, 255], np.uint8)
+    square = ModelView.of(10, 20, 40, stretched=False).square(rgb, (0.5, 0.5, 0.5), (0.25, 0.5, 0.5))
+    assert square.shape == (1, 3, 40, 40)
+    np.testing.assert_allclose(square[0, :, :20, :].reshape(3, -1).T, [[-2, 0.0039216, 1]] * 800, atol=1e-5)
+    assert (square[0, :, 20:] == 0).all()
 
 
 @pytest.mark.parametrize("export", ["sam2", "slim-sam", "sam2.1"])
