@@ -30,6 +30,12 @@ app.command("app.ablate:ablate", name="ablate", help="Measure what each part of 
 app.command("app.bench:bench", name="bench", help="Measure time per stage and memory, beside plain TSDF fusion.")
 app.command("app.demo:demo", name="demo", help="Map a small synthetic room, no data needed.")
 
+models = App(name="models", help="List and fetch 2D models.", help_format="plaintext")
+models.command("app.models:list_models", name="list", help="Show the models that can be fetched by name.")
+models.command("app.models:info", name="info", help="Show a model's source, licence, files, and whether it is here.")
+models.command("app.models:pull", name="pull", help="Fetch a model, or go on where a download broke off.")
+app.command(models)
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and exit: 0 done, 2 unusable input or usage (one plain line), 130 interrupted."""

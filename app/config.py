@@ -45,7 +45,9 @@ class InputSettings(Settings):
 class SegmenterSettings(Settings):
     """What finds masks."""
 
-    name: str = Field("geometric", description="geometric, oracle, masks, or an outside module:Class.")
+    name: str = Field(
+        "geometric", description="geometric, oracle, masks, sam, prompted, panoptic, or an outside module:Class."
+    )
     options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
 
 

@@ -16,7 +16,16 @@ ROOMS = ("app", "razer", "slam", "data_tools")
 FILES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
 BORDER = {"razer.frame", "razer.geometry", "razer.plugins", "razer.vocabulary"}
 ONE_FILE_FENCES = ("gtsam", "rtree", "rerun", "rosbags")
-MODEL_LIBRARIES = {"onnxruntime", "ultralytics", "transformers", "open_clip", "clip", "torchvision", "timm"}
+MODEL_LIBRARIES = {
+    "onnxruntime",
+    "huggingface_hub",
+    "ultralytics",
+    "transformers",
+    "open_clip",
+    "clip",
+    "torchvision",
+    "timm",
+}
 # Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
 MAY_COPY_TO_HOST = {"razer/surface.py", "razer/storage.py"}
 ATTRIBUTE_READERS = {"attribute", "labels_at", "histograms_at"}

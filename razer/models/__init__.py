@@ -15,6 +15,9 @@ SEGMENTERS = {
     "geometric": "razer.models.geometric:GeometricSegmenter",
     "oracle": "razer.models.oracle:OracleSegmenter",
     "masks": "razer.models.masks_on_disk:MasksOnDisk",
+    "panoptic": "razer.models.panoptic:PanopticSegmenter",
+    "prompted": "razer.models.prompted:PromptedSegmenter",
+    "sam": "razer.models.sam:SamSegmenter",
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",

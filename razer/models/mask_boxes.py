@@ -1,0 +1,17 @@
+"""The upright rectangles around masks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def mask_boxes(masks: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Left, top, right and bottom edge of each of N masks (N, H, W), as (N, 4), the latter two behind the last pixel;
+    zeros for an empty mask."""
+    boxes = np.zeros((len(masks), 4))
+    for box, mask in zip(boxes, masks, strict=True):
+        columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
+        if len(rows):
+            box[:] = columns[0], rows[0], columns[-1] + 1, rows[-1] + 1
+    return boxes

@@ -1,0 +1,108 @@
+"""An ONNX file as a function of named arrays: checked where it is named, loaded where it is used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import onnxruntime
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+
+Device = Literal["auto", "cpu", "cuda"]
+CUDA, CPU = "CUDAExecutionProvider", "CPUExecutionProvider"
+_TYPES = {
+    "tensor(float)": np.float32, "tensor(float16)": np.float16, "tensor(uint8)": np.uint8,
+    "tensor(int32)": np.int32, "tensor(int64)": np.int64,
+}  # fmt: skip
+_ONLY_FATAL = 4  # ONNX Runtime would print what is raised anyway
+
+
+@dataclass(frozen=True)
+class Port:
+    """An input or output of a graph; a side that may vary is None."""
+
+    name: str
+    shape: tuple[int | None, ...]
+    type: str
+
+    @classmethod
+    def of(cls, node: Any) -> Port:
+        """What ONNX Runtime tells of an input or output, where a side that varies is a name or nothing."""
+        return cls(node.name, tuple(side if isinstance(side, int) else None for side in node.shape), node.type)
+
+    def __str__(self) -> str:
+        return f"{self.name} {'x'.join('?' if side is None else str(side) for side in self.shape)}"
+
+
+class OnnxGraph:
+    """A graph with its `inputs` and `outputs` by name. device "auto" takes CUDA where ONNX Runtime has it.
+
+    The file is read once to check it; the session that computes is opened on first use, so that the graph can travel
+    to another process. Raises BadInput.
+    """
+
+    def __init__(self, file: Path, device: Device = "auto") -> None:
+        self.file, self.device, self.providers = file, device, _providers(device)
+        session = self._opened(optimised=False)
+        self.inputs = {node.name: Port.of(node) for node in session.get_inputs()}
+        self.outputs = {node.name: Port.of(node) for node in session.get_outputs()}
+        for port in self.inputs.values():
+            if port.type not in _TYPES:
+                raise BadInput(f"{file} takes {port} as {port.type}, which no known model does")
+
+    def __call__(self, feeds: Mapping[str, NDArray]) -> dict[str, NDArray]:
+        """All outputs by name for inputs by name; numbers are brought to the types the graph wants, and float16 back
+        to float32. Raises BadInput where the graph does not take the shapes."""
+        given = {name: np.ascontiguousarray(array, _TYPES[self.inputs[name].type]) for name, array in feeds.items()}
+        session = self._session
+        try:
+            outputs = session.run(None, given)
+        except Exception as error:  # ONNX Runtime's errors have no base class of their own
+            shapes = ", ".join(f"{name} {'x'.join(map(str, array.shape))}" for name, array in feeds.items())
+            raise BadInput(f"{self.file} cannot compute {shapes}: {_first_line(error)}") from error
+        half = (np.asarray(output) for output in outputs)
+        return {
+            name: array.astype(np.float32) if array.dtype == np.float16 else array
+            for name, array in zip(self.outputs, half, strict=True)
+        }
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_session"}
+
+    @cached_property
+    def _session(self) -> onnxruntime.InferenceSession:
+        session = self._opened(optimised=True)
+        if self.device == "cuda" and CUDA not in session.get_providers():
+            raise BadInput("ONNX Runtime cannot start CUDA here: install CUDA's libraries, or set option device to cpu")
+        return session
+
+    def _opened(self, *, optimised: bool) -> onnxruntime.InferenceSession:
+        options = onnxruntime.SessionOptions()
+        options.log_severity_level = _ONLY_FATAL
+        # Threads that spin while they wait take the cores from the process that maps.
+        options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+        if not optimised:
+            options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
+        try:
+            return onnxruntime.InferenceSession(self.file, options, self.providers if optimised else [CPU])
+        except Exception as error:  # as in __call__
+            raise BadInput(f"{self.file} is no ONNX model, or is damaged: {_first_line(error)}") from error
+
+
+def _providers(device: Device) -> list[str]:
+    if device not in ("auto", "cpu", "cuda"):
+        raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
+    has_cuda = CUDA in onnxruntime.get_available_providers()
+    if device == "cuda" and not has_cuda:
+        raise BadInput("this ONNX Runtime has no CUDA: pip install onnxruntime-gpu, or set option device to cpu")
+    return [CPU] if device == "cpu" or not has_cuda else [CUDA, CPU]
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

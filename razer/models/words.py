@@ -1,0 +1,19 @@
+"""The words that a segmenter is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from razer.frame import BadInput
+from razer.vocabulary import vocabulary
+
+
+def asked_words(words: str | Sequence[str]) -> tuple[str, ...]:
+    """The words of a list, of a text with commas, or of a vocabulary by name or file (see `vocabulary`), without
+    repetitions; raises BadInput if there are none."""
+    if isinstance(words, str):
+        words = words.split(",") if "," in words else vocabulary(words).names
+    cleaned = tuple(dict.fromkeys(word.strip() for word in words if word.strip()))
+    if not cleaned:
+        raise BadInput("option words is empty: give the names of things to look for, or a vocabulary such as scannet20")
+    return cleaned
