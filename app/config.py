@@ -45,14 +45,14 @@ class InputSettings(Settings):
 class SegmenterSettings(Settings):
     """What finds masks."""
 
-    name: str = Field("geometric", description="geometric, oracle, masks, or an outside module:Class.")
+    name: str = Field("geometric", description="geometric, yolo, oracle, masks, or an outside module:Class.")
     options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
 
 
 class EmbedderSettings(Settings):
     """What describes masks by vectors."""
 
-    name: str = Field("appearance", description="appearance, oracle, or an outside module:Class.")
+    name: str = Field("appearance", description="appearance, names, oracle, or an outside module:Class.")
     options: dict[str, Any] = Field({}, description="Its named arguments.")
 
 

@@ -15,9 +15,11 @@ SEGMENTERS = {
     "geometric": "razer.models.geometric:GeometricSegmenter",
     "oracle": "razer.models.oracle:OracleSegmenter",
     "masks": "razer.models.masks_on_disk:MasksOnDisk",
+    "yolo": "razer.models.yolo:YoloSegmenter",
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
+    "names": "razer.models.names:NamesEmbedder",
     "oracle": "razer.models.oracle:OracleEmbedder",
 }
 
