@@ -62,14 +62,16 @@ class YoloDecoder:
     def masks(self, predictions: Floats, prototypes: Floats, letterbox: Letterbox) -> Masks:
         """Masks at the size of the image, best first, from predictions (1, rows, columns) and prototypes
         (1, M, h, w); raises BadInput."""
-        layout = self.layout(*predictions.shape[1:], prototypes.shape[1])
-        if layout == "dense":
+        _, rows, columns = predictions.shape
+        if self.layout(rows, columns, prototypes.shape[1]) == "dense":
             found = without_doubles(dense(predictions[0], prototypes.shape[1], self.confidence), self.iou)
         else:
             found = end_to_end(predictions[0], self.confidence)
         found = found.select(np.argsort(-found.scores, kind="stable")[: self.max_masks])
         masks = prototype_masks(found.coefficients, prototypes[0], found.boxes, letterbox)
-        return Masks(masks, found.scores.clip(0, 1), self._names(found.classes)).select(masks.any(axis=(1, 2)))
+        filled: NDArray[np.bool_] = masks.any(axis=(1, 2))
+        named = Masks(masks, found.scores.clip(0, 1), self._names(found.classes))
+        return named if filled.all() else named.select(filled)
 
     def _names(self, classes: NDArray[np.int64]) -> tuple[str, ...] | None:
         if self.class_names is None:

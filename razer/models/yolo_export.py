@@ -80,8 +80,10 @@ def _whole_numbers(model: OnnxModel, key: str, default: int) -> tuple[int, int]:
 
 def _literal(model: OnnxModel, key: str, default: Any) -> Any:
     """Metadata written as a Python value."""
-    text = model.metadata.get(key)
+    if key not in model.metadata:
+        return default
+    text = model.metadata[key]
     try:
-        return default if text is None else ast.literal_eval(text)
+        return ast.literal_eval(text)
     except (ValueError, SyntaxError) as error:
         raise BadInput(f"{model.file}: its metadata '{key}' cannot be read: {text[:40]!r}") from error
