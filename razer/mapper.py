@@ -16,7 +16,7 @@ from razer.duplicates import mapped_twice
 from razer.evidence import LabelEvidence
 from razer.frame import Frame
 from razer.inheritance import heirs, successors
-from razer.models import Embedder, Segmenter
+from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.panoptic_map import PanopticMap
 from razer.perception import Observation, Perception
 from razer.rebuild import Follower, Pose
@@ -39,7 +39,7 @@ class Mapper:
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
         self.voxels = VoxelMap(config.voxels, device)
-        self.tracker = Tracker(config)
+        self.tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self.follower = Follower(config) if config.follow.enabled else None
         self._frames = 0
         self._last_index = 0
@@ -131,7 +131,7 @@ class Mapper:
         voxels = self.config.voxels.model_copy(update={"carve_every": carve_every})
         again.config = self.config.model_copy(update={"voxels": voxels})
         again.voxels = self.voxels.successor()
-        again.tracker = Tracker(again.config, self.tracker.newest_id)
+        again.tracker = Tracker(again.config, self.tracker.newest_id, self.tracker.unrelated_cosine)
         again.follower = None
         again._frames = 0
         return again

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,11 @@ class NamesEmbedder:
     def known_names(self) -> tuple[str, ...]:
         """The names of the table, synonyms left out; none where any name is known."""
         return self._source.names
+
+    @cached_property
+    def unrelated_cosine(self) -> float:
+        """The cosine that the vectors of any two names have, in the middle."""
+        return self._source.unrelated_cosine()
 
     def embed_texts(self, texts: Sequence[str]) -> Vectors:
         """Unit vectors (N, D) of names, no sentences; raises BadInput for a word that the table lacks."""

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.models import TextSide
-from razer.models.text_table import plain
+from razer.models.text_table import median_cosine, plain
 
 Vectors = NDArray[np.float32]
 # What the captions themselves say is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
 _UNNAMED = "thing"
+_UNLIKE = ("person", "chair", "wall", "cup", "car", "tree", "shoe", "lamp", "book", "sky", "dog", "bread")
 
 
 class PromptedText:
@@ -34,3 +35,7 @@ class PromptedText:
     def embed_class(self, name: str) -> Vectors:
         """The unit vector (D,) of a class; without a name it is just a thing."""
         return self.embed_texts([name or _UNNAMED])[0]
+
+    def unrelated_cosine(self) -> float:
+        """The median of the cosines between a dozen unlike names."""
+        return median_cosine(self.embed_texts(_UNLIKE))

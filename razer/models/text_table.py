@@ -52,6 +52,10 @@ class TextTable:
         vector = self._quiet @ np.random.default_rng(seed).standard_normal(self._quiet.shape[1])
         return (vector / np.linalg.norm(vector)).astype(np.float32)
 
+    def unrelated_cosine(self) -> float:
+        """The median of the cosines between names."""
+        return median_cosine(self.vectors)
+
     @cached_property
     def _quiet(self) -> NDArray[np.float64]:
         """Unit directions (D, K), those with the least of the table's vectors in them."""
@@ -63,6 +67,12 @@ class TextTable:
         close = difflib.get_close_matches(plain(text), self._rows, n=3, cutoff=0)
         names = ", ".join(dict.fromkeys(self.names[self._rows[word]] for word in close))
         return f"the nearest names it knows are {names}; other words take an embedder with a text encoder"
+
+
+def median_cosine(vectors: Vectors) -> float:
+    """The median cosine of any two of (N, D) unit vectors; 0 for a single one."""
+    cosines = (vectors @ vectors.T)[np.triu_indices(len(vectors), 1)]
+    return float(np.median(cosines)) if len(cosines) else 0.0
 
 
 def plain(text: str) -> str:
