@@ -4,6 +4,7 @@ assignment of each connected group (section III-C, eq. 8)."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from razer.index import BoxIndex
 from razer.lifting import Detection
 from razer.step import Candidate
 from razer.track import Track
+
+Cosines = TypeVar("Cosines", float, NDArray[np.float64])
 
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
 FORBIDDEN = 1e3
@@ -50,7 +53,7 @@ def find_candidates(
     return [tuple(sorted(row, key=lambda c: (c.cost, c.track_id))) for row in found]
 
 
-def likeness(cosine: NDArray[np.float64], unrelated_cosine: float) -> NDArray[np.float64]:
+def likeness(cosine: Cosines, unrelated_cosine: float) -> Cosines:
     """The cosine as it were if unlike things were at right angles; in the embedder's space their cosine is
     `unrelated_cosine`, 0.8 among class names in CLIP's, where no two vectors are ever far apart."""
     return (cosine - unrelated_cosine) / (1 - unrelated_cosine)

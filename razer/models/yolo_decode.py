@@ -69,7 +69,7 @@ class YoloDecoder:
             found = end_to_end(predictions[0], self.confidence)
         found = found.select(np.argsort(-found.scores, kind="stable")[: self.max_masks])
         masks = prototype_masks(found.coefficients, prototypes[0], found.boxes, letterbox)
-        filled: NDArray[np.bool_] = masks.any(axis=(1, 2))
+        filled = np.array([mask.any() for mask in masks], np.bool_)
         named = Masks(masks, found.scores.clip(0, 1), self._names(found.classes))
         return named if filled.all() else named.select(filled)
 
