@@ -48,6 +48,11 @@ class VoxelSettings(Settings):
         ge=0,
         description="Frames between passes that forget what is free space now; 0 = never: moved objects leave ghosts.",
     )
+    withdraw_votes: bool = Field(
+        True,
+        description="Whether a voxel loses a vote for an instance that the frame shows elsewhere. Off: what a mask "
+        "spilled over stays, and small things detected now and then belong to what they stand on.",
+    )
     surface_weight: float = Field(
         3.0,
         ge=0,

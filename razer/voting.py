@@ -4,24 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from razer.cells import ObservedSurface
 from razer.lifting import Detection
 from razer.voxels import VoxelMap
 
+# So near to an instance's pixels, at 640x480, a voxel may be of it: masks are shrunk, and their borders unsure.
+BORDER_PIXELS = 8
+
 
 def vote(
     voxels: VoxelMap, surface: ObservedSurface, detections: Sequence[Detection], owners: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to; `owners` (N,) are
-    the tracks of the detections. Returns the strided id image (h, w), 0 = nobody."""
+    the tracks of the detections. It loses one of each instance that the frame shows, but elsewhere: what a mask
+    spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns the strided
+    id image (h, w), 0 = nobody."""
+    owners = np.array(voxels.alive(torch.from_numpy(owners)).tolist(), np.int32)
     ids = _painted(surface, detections, owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
     row, column, z, on_image = surface.pixels_of(surface.cells.points)
-    near = np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m
-    voxels.vote(surface.cells, np.where(on_image & near, ids[row, column], 0))
+    near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
+    shown = np.unique(ids[ids > 0])
+    if voxels.settings.withdraw_votes and len(shown):
+        elsewhere = np.stack([near & ~reached[row, column] for reached in _reach(ids, shown)])
+        voxels.withdraw(surface.cells, shown, elsewhere)
+    voxels.vote(surface.cells, np.where(near, ids[row, column], 0))
     return ids
 
 
@@ -32,3 +44,10 @@ def _painted(surface: ObservedSurface, detections: Sequence[Detection], owners: 
         pixels = detections[i].pixels
         ids[surface.rows[pixels], surface.columns[pixels]] = owners[i]
     return ids
+
+
+def _reach(ids: NDArray[np.int32], shown: NDArray[np.int32]) -> list[NDArray[np.bool_]]:
+    """For each instance the pixels (h, w) that lie in it or near it."""
+    size = 2 * round(BORDER_PIXELS * len(ids) / 480) + 1
+    kernel = np.ones((size, size), np.uint8)
+    return [cv2.dilate((ids == i).view(np.uint8), kernel).view(np.bool_) for i in shown]

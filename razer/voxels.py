@@ -200,6 +200,19 @@ class VoxelMap:
         cast = self.alive(self._tensor(ids)[known])
         self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
 
+    def withdraw(self, cells: Cells, ids: Ints, denied: NDArray[np.bool_]) -> None:
+        """Take one vote for each of live instances (T,) from the cells (T, C) that are denied to it. Labels are not
+        renewed: a vote follows."""
+        addresses, known = self._addresses(cells)
+        row_of = torch.full((self.newest_id + 1,), len(ids), device=self.torch_device)
+        row_of[self._tensor(ids)] = torch.arange(len(ids), device=self.torch_device)
+        # A last row, of nobody, for all instances that are not concerned.
+        table = torch.from_numpy(np.vstack([denied, np.zeros_like(denied[:1])])).to(self.torch_device)[:, known]
+        slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
+        rows = row_of[self.alive(slot_ids[addresses]).long()]
+        lost = table[rows, torch.arange(len(addresses), device=self.torch_device)[:, None]]
+        slot_counts[addresses] = (slot_counts[addresses] - lost.to(slot_counts.dtype)).clamp_(min=0)
+
     def relabel(self, addresses: Tensor) -> None:
         """Renew the labels of voxels whose votes were changed from outside."""
         self._rewrite(addresses, votes.merge_equal)
