@@ -133,6 +133,7 @@ def test_it_travels_to_another_process_used_or_not(tmp_path: Path) -> None:
         (dense(8400, []), {"metadata": {"task": "detect"}}, "to detect"),
         (dense(8400, []), {"metadata": {"names": "{0: 'chair'"}}, "'names' cannot be read"),
         (dense(8400, []), {"metadata": {"names": "{1: 'chair'}"}}, "number the classes from 0"),
+        (dense(8400, []), {"metadata": {"names": "{0: 'chair', 'x': 'cup'}"}}, "number the classes from 0"),
         (dense(8400, []), {"metadata": {"imgsz": "large"}, "input_shape": (1, 3, "h", "w")}, "'imgsz' cannot be read"),
         (dense(8400, []), {"metadata": {"stride": "0"}}, "'stride' is 0"),
         (dense(8400, []), {"input_shape": (1, 1, 640, 640)}, "1x1x640x640"),

@@ -48,8 +48,10 @@ def _class_names(model: OnnxModel) -> tuple[str, ...] | None:
     names = _literal(model, "names", None)
     if isinstance(names, list):
         names = dict(enumerate(names))
-    if names is None or (isinstance(names, dict) and sorted(names) == list(range(len(names)))):
-        return None if names is None else tuple(str(names[i]) for i in range(len(names)))
+    if names is None:
+        return None
+    if isinstance(names, dict) and set(names) == set(range(len(names))):
+        return tuple(str(names[number]) for number in range(len(names)))
     raise BadInput(f"{model.file}: its metadata 'names' should number the classes from 0, as in {{0: 'chair'}}")
 
 
