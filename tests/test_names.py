@@ -12,7 +12,7 @@ import pytest
 from razer.frame import BadInput, Frame, Intrinsics, Masks
 from razer.models import TextSide, make_embedder, unrelated_cosine
 from razer.models.names import NamesEmbedder
-from razer.models.text_table import plain
+from razer.models.text_table import median_cosine, plain
 
 NAMES = ("chair", "dining table", "cell phone", "cup")
 SYNONYMS = ("chair|seat", "dining table", "cell phone|mobile_phone", "cup|seat")
@@ -124,6 +124,8 @@ def test_the_cosine_of_unlike_names_is_told(table: Path) -> None:
     vectors = unit(TEXT.astype(np.float64))
     cosines = [vectors[i] @ vectors[j] for i in range(4) for j in range(i)]
     assert unrelated_cosine(NamesEmbedder(table)) == pytest.approx(np.median(cosines), abs=1e-6)
+    assert median_cosine(unit(np.array([[1, 0], [1, 0], [1, 1]], np.float32))) == pytest.approx(np.sqrt(0.5))
+    assert median_cosine(np.ones((3, 1), np.float32)) == 0
     near, far = (NamesEmbedder(embedder=f"{__name__}:Encoder", embedder_options={"constant": c}) for c in (30, 1))
     assert unrelated_cosine(near) > unrelated_cosine(far) > 0
     assert unrelated_cosine(make_embedder("appearance", {})) == 0

@@ -37,7 +37,7 @@ class NamesEmbedder:
     ) -> None:
         if (table is None) == (embedder is None):
             raise BadInput("the names embedder takes either option table, a file of text vectors, or option embedder")
-        self._source = TextTable(table) if table else _encoder(str(embedder), embedder_options or {})
+        self._source = _encoder(str(embedder), embedder_options or {}) if table is None else TextTable(table)
         self._seen: dict[str, Vectors] = {}
 
     @property

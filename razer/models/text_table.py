@@ -19,6 +19,7 @@ from razer.frame import BadInput
 Vectors = NDArray[np.float32]
 _PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
 _ARTICLE = re.compile(r"^(a|an|the)\s+")
+_SAME = 0.99  # two names for one thing
 _QUIET_SHARE = 8  # one in so many directions counts as one in which the names of a table hardly differ
 
 
@@ -70,8 +71,9 @@ class TextTable:
 
 
 def median_cosine(vectors: Vectors) -> float:
-    """The median cosine of any two of (N, D) unit vectors; 0 for a single one."""
+    """The median cosine of any two of (N, D) unit vectors that differ; 0 if there are none."""
     cosines = (vectors @ vectors.T)[np.triu_indices(len(vectors), 1)]
+    cosines = cosines[cosines < _SAME]
     return float(np.median(cosines)) if len(cosines) else 0.0
 
 
