@@ -19,7 +19,7 @@ from razer.frame import BadInput
 Vectors = NDArray[np.float32]
 _PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
 _ARTICLE = re.compile(r"^(a|an|the)\s+")
-_SAME = 0.99  # two names for one thing
+_SAME = 0.999  # two names for one thing
 _QUIET_SHARE = 8  # one in so many directions counts as one in which the names of a table hardly differ
 
 
