@@ -64,7 +64,7 @@ class Mapper:
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
-            ids = vote(self.voxels, surface, lifted.detections, owners)
+            ids = vote(self.voxels, surface, lifted.detections, owners, self.config.maintenance.withdraw_votes)
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         before = self.voxels

@@ -18,18 +18,22 @@ BORDER_PIXELS = 8
 
 
 def vote(
-    voxels: VoxelMap, surface: ObservedSurface, detections: Sequence[Detection], owners: NDArray[np.int32]
+    voxels: VoxelMap,
+    surface: ObservedSurface,
+    detections: Sequence[Detection],
+    owners: NDArray[np.int32],
+    withdraw: bool = True,
 ) -> NDArray[np.int32]:
     """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to; `owners` (N,) are
-    the tracks of the detections. It loses one of each instance that the frame shows, but elsewhere: what a mask
-    spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns the strided
-    id image (h, w), 0 = nobody."""
+    the tracks of the detections. If `withdraw`, it loses one of each instance that the frame shows, but elsewhere:
+    what a mask spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns
+    the strided id image (h, w), 0 = nobody."""
     owners = np.array(voxels.alive(torch.from_numpy(owners)).tolist(), np.int32)
     ids = _painted(surface, detections, owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
     row, column, z, on_image = surface.pixels_of(surface.cells.points)
     near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
-    sure = near & _far_from_borders(ids)[row, column] & voxels.settings.withdraw_votes
+    sure = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
     voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), sure)
     return ids
 

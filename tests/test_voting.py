@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,15 +18,15 @@ THING, TABLE, BOOK = 1, 2, 3
 EVERYTHING, LEFT, MIDDLE = (slice(None), slice(0, 160)), (slice(None), slice(0, 60)), (slice(40, 80), slice(60, 100))
 
 
-def mapped(settings: Mapping[str, object] | None = None) -> tuple[VoxelMap, ObservedSurface]:
-    voxels = VoxelMap(COARSE.model_copy(update={"histogram_slots": 8} | dict(settings or {})))
+def mapped() -> tuple[VoxelMap, ObservedSurface]:
+    voxels = VoxelMap(COARSE.model_copy(update={"histogram_slots": 8}))
     surface = look(WALL)
     voxels.integrate(WALL, surface)
     voxels.admit(9)
     return voxels, surface
 
 
-def show(voxels: VoxelMap, surface: ObservedSurface, **masks: object) -> np.ndarray:
+def show(voxels: VoxelMap, surface: ObservedSurface, withdraw: bool = True, **masks: object) -> np.ndarray:
     """One frame with masks {id as "i1": part of the image}."""
     found = []
     for part in masks.values():
@@ -35,7 +34,7 @@ def show(voxels: VoxelMap, surface: ObservedSurface, **masks: object) -> np.ndar
         inside[part] = True
         pixels = np.flatnonzero(inside[surface.rows, surface.columns]).astype(np.int32)
         found.append(replace(detection(axis_box((0, 0, 2), (1, 1, 1))), pixels=pixels))
-    return vote(voxels, surface, found, np.array([int(name[1:]) for name in masks], np.int32))
+    return vote(voxels, surface, found, np.array([int(name[1:]) for name in masks], np.int32), withdraw)
 
 
 def labels_at(voxels: VoxelMap, surface: ObservedSurface, row: int, column: int) -> int:
@@ -71,11 +70,11 @@ def test_the_border_of_a_mask_is_unsure_and_keeps_its_votes() -> None:
 
 def test_a_book_found_in_few_frames_is_not_the_table_it_lies_on() -> None:
     def label(withdraw: bool) -> int:
-        voxels, surface = mapped({"withdraw_votes": withdraw})
+        voxels, surface = mapped()
         for _ in range(6):
-            show(voxels, surface, i2=EVERYTHING)
+            show(voxels, surface, withdraw, i2=EVERYTHING)
         for _ in range(4):
-            show(voxels, surface, i2=EVERYTHING, i3=MIDDLE)
+            show(voxels, surface, withdraw, i2=EVERYTHING, i3=MIDDLE)
         assert labels_at(voxels, surface, 60, 20) == TABLE
         return labels_at(voxels, surface, 60, 80)
 
