@@ -46,7 +46,7 @@ class SegmenterSettings(Settings):
     """What finds masks."""
 
     name: str = Field(
-        "geometric", description="geometric, oracle, masks, sam, prompted, panoptic, or an outside module:Class."
+        "geometric", description="geometric, yolo, sam, prompted, panoptic, oracle, masks, or an outside module:Class."
     )
     options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
 
@@ -54,7 +54,7 @@ class SegmenterSettings(Settings):
 class EmbedderSettings(Settings):
     """What describes masks by vectors."""
 
-    name: str = Field("appearance", description="appearance, oracle, or an outside module:Class.")
+    name: str = Field("appearance", description="appearance, names, oracle, or an outside module:Class.")
     options: dict[str, Any] = Field({}, description="Its named arguments.")
 
 

@@ -4,6 +4,7 @@ assignment of each connected group (section III-C, eq. 8)."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from razer.lifting import Detection
 from razer.step import Candidate
 from razer.track import Track
 
+Cosines = TypeVar("Cosines", float, NDArray[np.float64])
+
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
 FORBIDDEN = 1e3
 
@@ -31,22 +34,29 @@ def find_candidates(
     index: BoxIndex,
     evidence: LabelEvidence,
     settings: AssociationSettings,
+    unrelated_cosine: float = 0.0,
 ) -> list[tuple[Candidate, ...]]:
-    """For each detection the tracks it may belong to, cheapest first."""
+    """For each detection the tracks it may belong to, cheapest first; for unrelated_cosine see `likeness`."""
     pairs = _candidate_pairs(detections, tracks, index, evidence, settings)
     if not pairs:
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
     known = sorted(set(ids))
     cosines = bank_similarity([tracks[t].bank for t in known], np.stack([d.embedding for d in detections]))
-    cosine = cosines[np.searchsorted(known, ids), rows]
-    allowed = (settings.gate - settings.weight_semantic * (1 - cosine)) / max(settings.weight_geometry, 1e-9)
+    alike = likeness(cosines[np.searchsorted(known, ids), rows], unrelated_cosine)
+    allowed = (settings.gate - settings.weight_semantic * (1 - alike)) / max(settings.weight_geometry, 1e-9)
     overlap = _overlaps(detections, tracks, pairs, evidence, 1 - allowed, settings)
-    cost = settings.weight_geometry * (1 - overlap) + settings.weight_semantic * (1 - cosine)
+    cost = settings.weight_geometry * (1 - overlap) + settings.weight_semantic * (1 - alike)
     found: list[list[Candidate]] = [[] for _ in detections]
-    for (i, t), v, s, m in zip(pairs, 1 - overlap, 1 - cosine, cost, strict=True):
+    for (i, t), v, s, m in zip(pairs, 1 - overlap, 1 - alike, cost, strict=True):
         found[i].append(Candidate(t, float(v), float(s), float(m)))
     return [tuple(sorted(row, key=lambda c: (c.cost, c.track_id))) for row in found]
+
+
+def likeness(cosine: Cosines, unrelated_cosine: float) -> Cosines:
+    """The cosine as it were if unlike things were at right angles; in the embedder's space their cosine is
+    `unrelated_cosine`, 0.8 among class names in CLIP's, where no two vectors are ever far apart."""
+    return (cosine - unrelated_cosine) / (1 - unrelated_cosine)
 
 
 def _candidate_pairs(

@@ -149,7 +149,7 @@ class BankSettings(Settings):
 
 
 class MaintenanceSettings(Settings):
-    """Support, pruning and fusion of duplicates (section III-E)."""
+    """Votes, support, pruning and fusion of duplicates (section III-E)."""
 
     every: int = Field(10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time.")
     confirm_hits: int = Field(3, ge=1, description="Observations until a tentative track counts as an instance.")
@@ -169,6 +169,11 @@ class MaintenanceSettings(Settings):
         ge=0,
         le=1,
         description="tau_conf: tracks with a hypothesis this dominant and well seen are kept despite low support.",
+    )
+    withdraw_votes: bool = Field(
+        True,
+        description="Whether a voxel loses a vote for an instance that the frame shows elsewhere. Off: what a mask "
+        "spilled over stays, and small things detected now and then belong to what they stand on.",
     )
     fuse_consensus: float = Field(
         0.6,

@@ -16,7 +16,7 @@ from razer.duplicates import mapped_twice
 from razer.evidence import LabelEvidence
 from razer.frame import Frame
 from razer.inheritance import heirs, successors
-from razer.models import Embedder, Segmenter
+from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.panoptic_map import PanopticMap
 from razer.perception import Observation, Perception
 from razer.rebuild import Apply, Follower, Pose
@@ -39,7 +39,7 @@ class Mapper:
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
         self.voxels = VoxelMap(config.voxels, device)
-        self.tracker = Tracker(config)
+        self.tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self.follower = Follower(config) if config.follow.enabled else None
         self._frames = 0
         self._last_index = 0
@@ -64,7 +64,7 @@ class Mapper:
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
-            ids = vote(self.voxels, surface, lifted.detections, owners)
+            ids = vote(self.voxels, surface, lifted.detections, owners, self.config.maintenance.withdraw_votes)
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         before = self.voxels
@@ -133,7 +133,7 @@ class Mapper:
         voxels = self.config.voxels.model_copy(update={"carve_every": carve_every})
         again.config = self.config.model_copy(update={"voxels": voxels})
         again.voxels = self.voxels.successor()
-        again.tracker = Tracker(again.config, self.tracker.newest_id)
+        again.tracker = Tracker(again.config, self.tracker.newest_id, self.tracker.unrelated_cosine)
         again.follower = None
         again._frames = 0
         return again

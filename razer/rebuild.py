@@ -56,6 +56,7 @@ class Follower:
 
     def __init__(self, config: MapperConfig) -> None:
         self.settings, self.voxel_settings = config.follow, config.voxels
+        self._withdraw_votes = config.maintenance.withdraw_votes
         self._store = FrameStore(config.follow.memory_mb * 10**6)
         self._stored: list[int] = []  # where in the store each kept frame is
         self.owners: list[NDArray[np.int32]] = []  # tracks of the detections of each kept frame
@@ -204,7 +205,7 @@ class Follower:
         """Fuse one kept frame, and let it vote and carve, as it did at first."""
         (seen,) = self.replays(range(draft.next, draft.next + 1))
         draft.voxels.integrate(seen.frame, seen.surface)
-        vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next])
+        vote(draft.voxels, seen.surface, seen.lifted.detections, self.owners[draft.next], self._withdraw_votes)
         draft.next += draft.stride
         draft.replays += 1
         draft.poses.append(seen.frame.pose)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from razer.association import assign, find_candidates
+from razer.association import assign, find_candidates, likeness
 from razer.config import MaintenanceSettings, MapperConfig
 from razer.consensus import MIN_VISIBLE_CELLS, Consensus
 from razer.evidence import LabelEvidence
@@ -17,9 +17,10 @@ from razer.track import Track
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
 
-    def __init__(self, config: MapperConfig, newest_id: int = 0) -> None:
-        """Ids of tracks are larger than `newest_id`."""
+    def __init__(self, config: MapperConfig, newest_id: int = 0, unrelated_cosine: float = 0.0) -> None:
+        """Ids of tracks are larger than `newest_id`; unrelated_cosine is that of the embedder (see `likeness`)."""
         self.config = config
+        self.unrelated_cosine = unrelated_cosine
         self.tracks: dict[int, Track] = {}
         self.newest_id = newest_id
         self._index = BoxIndex()
@@ -28,7 +29,7 @@ class Tracker:
     def update(self, detections: Sequence[Detection], evidence: LabelEvidence, frame_index: int) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one."""
         settings = self.config.association
-        candidates = find_candidates(detections, self.tracks, self._index, evidence, settings)
+        candidates = find_candidates(detections, self.tracks, self._index, evidence, settings, self.unrelated_cosine)
         pairs = assign(candidates, settings.gate)
         mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
         decisions = []
@@ -146,7 +147,8 @@ class Tracker:
         return gone, survivor
 
     def _similarity(self, a: int, b: int) -> float:
-        return max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
+        cosine = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
+        return likeness(cosine, self.unrelated_cosine)
 
     def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
         for a, b in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):

@@ -30,6 +30,12 @@ def cast(ids: Tensor, counts: Tensor, votes: Tensor) -> tuple[Tensor, Tensor]:
     return torch.where(counts > 0, torch.where(gain, votes, ids), 0), counts
 
 
+def withdraw(ids: Tensor, counts: Tensor, lost: Tensor) -> tuple[Tensor, Tensor]:
+    """Histograms (K, n) after slots that are `lost` (K, n) gave up one vote."""
+    counts = (counts - lost.to(counts.dtype)).clamp_(min=0)
+    return torch.where(counts > 0, ids, 0), counts
+
+
 def merge_equal(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
     """Add up slots that name the same instance, as after two instances were fused; id 0 is emptied."""
     counts = torch.where(ids > 0, counts, 0)

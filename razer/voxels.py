@@ -194,11 +194,23 @@ class VoxelMap:
         """All that was `gone` is `survivor` from now on; survivor 0 forgets it. Voxels follow lazily."""
         self._survivors.replace(gone, survivor)
 
-    def vote(self, cells: Cells, ids: Ints) -> None:
-        """One vote (C,) for each cell that the map has; 0 = none. Votes for who is gone go to the survivor."""
+    def vote(self, cells: Cells, ids: Ints, shown: Ints | None = None, sure: NDArray[np.bool_] | None = None) -> None:
+        """One vote (C,) for each cell that the map has; 0 = none. Votes for who is gone go to the survivor. Cells that
+        are `sure` (C,) of their vote lose one of each other live instance `shown` (T,) in the frame."""
         addresses, known = self._addresses(cells)
         cast = self.alive(self._tensor(ids)[known])
-        self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
+        if shown is None or sure is None:
+            self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
+            return
+        is_shown = torch.zeros(self.newest_id + 1, dtype=torch.bool, device=self.torch_device)
+        is_shown[self._tensor(shown)] = True
+        settled = torch.from_numpy(sure).to(self.torch_device)[known]
+
+        def change(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
+            ids, counts = votes.merge_equal(ids, counts)
+            return votes.cast(*votes.withdraw(ids, counts, is_shown[ids.long()] & (ids != cast) & settled), cast)
+
+        self._rewrite(addresses, change)
 
     def relabel(self, addresses: Tensor) -> None:
         """Renew the labels of voxels whose votes were changed from outside."""

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
 
-from razer.association import assign, find_candidates
+from razer.association import assign, find_candidates, likeness
 from razer.box_overlap import box_containment, box_iou
 from razer.config import AssociationSettings, BankSettings
 from razer.evidence import LabelEvidence
@@ -69,6 +69,31 @@ def test_no_pair_within_the_gate_assigns_nothing() -> None:
     assert assign([[], []], 0.5) == {}
     assert assign([[Candidate(1, 1, 1, 0.51)]], 0.5) == {}
     assert assign([[Candidate(1, 1, 1, 0.5)]], 0.5) == {0: 1}
+
+
+def test_likeness_is_the_cosine_between_what_sets_vectors_apart_from_a_common_part() -> None:
+    # Vectors with the same large part in common: without it they are at 0, 60 and 90 degrees.
+    common, own = np.sqrt(0.8), np.sqrt(0.2)
+    first = np.array([common, own, 0])
+    for degrees in (0, 60, 90):
+        angle = np.radians(degrees)
+        second = np.array([common, own * np.cos(angle), own * np.sin(angle)])
+        assert likeness(float(first @ second), 0.8) == pytest.approx(np.cos(angle))
+    assert likeness(0.3, 0.0) == 0.3
+
+
+def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
+    book, table = unit(1, 0.3, 0), unit(1, 0, 0.3)
+    known, index = make_tracks(detection(axis_box((0, 0, 0), (1, 1, 1)), table))
+    found = [detection(axis_box((0.2, 0, 0), (1, 1, 1)), book)]
+    settings = AssociationSettings(association="paper")
+
+    def cost(unrelated_cosine: float) -> float:
+        (row,) = find_candidates(found, known, index, NO_EVIDENCE, settings, unrelated_cosine)
+        return row[0].cost
+
+    assert cost(0.0) < settings.gate < cost(float(book @ table))
+    assert cost(float(book @ table)) - cost(0.0) == pytest.approx(0.4 * (book @ table), abs=1e-6)
 
 
 def test_the_detection_that_fits_worse_takes_its_second_choice() -> None:

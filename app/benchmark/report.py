@@ -31,6 +31,11 @@ def print_bench(result: dict[str, Any]) -> None:
     console.print(
         f"evaluation of {size['predictions']} masks on {size['vertices']} vertices: {size['cpu_s']:.1f} s of processor"
     )
+    decoding = result["yolo_decoding"]
+    console.print(
+        f"decoding of {decoding['masks']} YOLO masks: {decoding['median_ms']:.1f} ms, "
+        f"{decoding['to_enlarging']:.2f}x enlarging whole masks"
+    )
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

@@ -32,6 +32,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "association: box containment": {"association.association": "containment"},
     "bank: one hypothesis": {"bank.hypotheses": 1},
     "no fusion of duplicates": {"maintenance.fuse_frames": _NEVER},
+    "votes never withdrawn": {"maintenance.withdraw_votes": False},
     "no pruning": {"maintenance.max_misses": _NEVER, "maintenance.min_support": 0},
 }
 COLUMNS = ("ap50", "aware_ap50", "miou", "duplicates_percent", "missed", "instances")

@@ -18,9 +18,11 @@ SEGMENTERS = {
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
     "prompted": "razer.models.prompted:PromptedSegmenter",
     "sam": "razer.models.sam:SamSegmenter",
+    "yolo": "razer.models.yolo:YoloSegmenter",
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
+    "names": "razer.models.names:NamesEmbedder",
     "oracle": "razer.models.oracle:OracleEmbedder",
 }
 
@@ -66,3 +68,8 @@ def make_embedder(name: str, options: Mapping[str, Any]) -> Embedder:
     """The embedder called `name` (see EMBEDDERS) or "module:Class"; raises BadInput."""
     embedder: Embedder = load("embedder", name, EMBEDDERS, options)
     return embedder
+
+
+def unrelated_cosine(embedder: Embedder) -> float:
+    """The cosine that vectors of unlike things have in the embedder's space: its `unrelated_cosine`, else 0."""
+    return float(getattr(embedder, "unrelated_cosine", 0.0))

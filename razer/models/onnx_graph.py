@@ -41,7 +41,7 @@ class Port:
 
 
 class OnnxGraph:
-    """A graph with its `inputs` and `outputs` by name. device "auto" takes CUDA where ONNX Runtime has it.
+    """A graph with its `inputs` and `outputs` by name, and what else the file says. device "auto" takes CUDA where ONNX Runtime has it.
 
     The file is read once to check it; the session that computes is opened on first use, so that the graph can travel
     to another process. Raises BadInput.
@@ -52,6 +52,7 @@ class OnnxGraph:
         session = self._opened(optimised=False)
         self.inputs = {node.name: Port.of(node) for node in session.get_inputs()}
         self.outputs = {node.name: Port.of(node) for node in session.get_outputs()}
+        self.metadata: dict[str, str] = dict(session.get_modelmeta().custom_metadata_map)
         for port in self.inputs.values():
             if port.type not in _TYPES:
                 raise BadInput(f"{file} takes {port} as {port.type}, which no known model does")

@@ -1,0 +1,101 @@
+"""Text vectors of names, from a file: words without a text encoder."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import re
+import zipfile
+import zlib
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+
+Vectors = NDArray[np.float32]
+_PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
+_ARTICLE = re.compile(r"^(a|an|the)\s+")
+_SAME = 0.999  # two names for one thing
+_QUIET_SHARE = 8  # one in so many directions counts as one in which the names of a table hardly differ
+
+
+class TextTable:
+    """A NumPy archive with `names` (N,), `text` (N, D) and, if known, `synonyms` (N,) separated by '|'.
+
+    A name or synonym is found in any case, with spaces or underscores, with or without an article or "a photo of".
+    Raises BadInput.
+    """
+
+    def __init__(self, file: str | Path) -> None:
+        self.file = Path(file).expanduser()
+        self.names, self.vectors, synonyms = _read(self.file)
+        self._rows = {plain(word): row for row, words in enumerate(synonyms) for word in words.split("|")}
+        self._rows |= {plain(name): row for row, name in enumerate(self.names)}
+
+    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+        """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other word."""
+        for text in texts:
+            if plain(text) not in self._rows:
+                raise BadInput(f"{self.file} has no '{text}': {self._nearest(text)}")
+        return self.vectors[[self._rows[plain(text)] for text in texts]]
+
+    def embed_class(self, name: str) -> Vectors:
+        """The unit vector (D,) of a class. One that the table lacks has a vector of its own, in directions in which
+        the names of the table are shortest, and so is like none of them."""
+        row = self._rows.get(plain(name))
+        if row is not None:
+            return self.vectors[row]
+        seed = np.frombuffer(hashlib.sha256(plain(name).encode()).digest()[:16], "<u8")
+        vector = self._quiet @ np.random.default_rng(seed).standard_normal(self._quiet.shape[1])
+        return (vector / np.linalg.norm(vector)).astype(np.float32)
+
+    def unrelated_cosine(self) -> float:
+        """The median of the cosines between names."""
+        return median_cosine(self.vectors)
+
+    @cached_property
+    def _quiet(self) -> NDArray[np.float64]:
+        """Unit directions (D, K), those with the least of the table's vectors in them."""
+        vectors = self.vectors.astype(np.float64)
+        directions: NDArray[np.float64] = np.linalg.eigh(vectors.T @ vectors)[1]
+        return directions[:, : -(-len(directions) // _QUIET_SHARE)]
+
+    def _nearest(self, text: str) -> str:
+        close = difflib.get_close_matches(plain(text), self._rows, n=3, cutoff=0)
+        names = ", ".join(dict.fromkeys(self.names[self._rows[word]] for word in close))
+        return f"the nearest names it knows are {names}; other words take an embedder with a text encoder"
+
+
+def median_cosine(vectors: Vectors) -> float:
+    """The median cosine of any two of (N, D) unit vectors that differ; 0 if there are none."""
+    cosines = (vectors @ vectors.T)[np.triu_indices(len(vectors), 1)]
+    cosines = cosines[cosines < _SAME]
+    return float(np.median(cosines)) if len(cosines) else 0.0
+
+
+def plain(text: str) -> str:
+    """A name as it is compared: lower case, single spaces, without what only makes a phrase of it."""
+    words = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
+    return _ARTICLE.sub("", _PROMPT.sub("", words))
+
+
+def _read(file: Path) -> tuple[tuple[str, ...], Vectors, list[str]]:
+    """Names, unit vectors and synonyms ('' = none known); raises BadInput."""
+    if not file.is_file():
+        raise BadInput(f"no file {file}: set option table to a NumPy archive with names and text")
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            names, text = archive["names"], archive["text"].astype(np.float64)
+            synonyms = archive.get("synonyms", names)
+    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+        raise BadInput(f"{file} is no NumPy archive with names and text: {error}") from error
+    if text.ndim != 2 or not len(text) or names.shape != text.shape[:1] or synonyms.shape != names.shape:
+        raise BadInput(f"{file}: names {names.shape}, synonyms {synonyms.shape} and text {text.shape} do not fit")
+    length = np.linalg.norm(text, axis=1, keepdims=True)
+    if not (np.isfinite(length).all() and length.all()):
+        raise BadInput(f"{file}: each row of text must be finite and not zero")
+    return tuple(map(str, names)), (text / length).astype(np.float32), list(map(str, synonyms))
