@@ -18,6 +18,7 @@ SEGMENTERS = {
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
+    "clip": "razer.models.clip:ClipEmbedder",
     "oracle": "razer.models.oracle:OracleEmbedder",
 }
 
