@@ -34,7 +34,7 @@ class ClipEmbedder:
     background: share in [0, 1] with which the rest of a crop shows. 0 looks unlike any picture the model was trained
     on, 1 does not say which of the things in the crop is meant; HOV-SG too takes about half of each.
     map_scale: shorter side of the frame for "dense" and "tokens", over the size of pictures that the model was
-    trained with. Larger: finer features, and time grows with the fourth power.
+    trained with. Larger: finer features, and time grows at least with the square.
     batch: pictures or texts encoded at a time. Larger: faster on a GPU, more memory.
 
     The files are looked for at once, and loaded on first use, so that the embedder can travel to another process.
@@ -43,7 +43,7 @@ class ClipEmbedder:
 
     def __init__(
         self,
-        weights: str | Path,
+        weights: str | Path | None = None,
         *,
         vectors: Kind = "crops",
         crop_scale: float = 1.2,
@@ -53,6 +53,8 @@ class ClipEmbedder:
         architecture: str | None = None,
         device: Device = "auto",
     ) -> None:
+        if weights is None:
+            raise BadInput("embedder clip needs a model: set embedder option weights to a folder, a file or a hub id")
         _require(vectors in get_args(Kind), f"vectors is crops, dense or tokens, not '{vectors}'")
         _require(0.5 <= crop_scale <= 5, f"crop_scale {crop_scale} is not in 0.5 to 5")
         _require(0 <= background <= 1, f"background {background} is not in 0 to 1")
