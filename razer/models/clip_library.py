@@ -52,12 +52,15 @@ def _library_of_file(file: Path, architecture: str | None) -> Library:
 def _library_of_folder(folder: Path) -> Library:
     config = folder / "config.json"
     described = read_json(config) if config.is_file() else {}
-    if {"vision_config", "text_config"} <= described.keys() and _has_weights(folder):
+    has_both_sides = {"vision_config", "text_config"} <= described.keys()
+    if has_both_sides and _has_weights(folder):
         return "transformers"
     if (folder / "open_clip_config.json").is_file():
         return "open_clip"
     if OnnxPair.is_in(folder):
         return "onnx"
+    if has_both_sides:
+        raise BadInput(f"{folder} describes an image-text model, but has no weights: model.safetensors is missing")
     kind = f" but a {described['model_type']}" if "model_type" in described else ""
     raise BadInput(
         f"{folder} is no image-text model{kind}: it needs config.json of CLIP or SigLIP with its weights, "

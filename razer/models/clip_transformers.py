@@ -76,19 +76,21 @@ class TransformersTowers:
 
 
 def _loaded(folder: Path) -> Any:
+    logging.set_verbosity_error()
     logging.disable_progress_bar()
+    # The library fills what is missing or does not fit with random numbers, and says so in a table.
+    choices = {"local_files_only": True, "ignore_mismatched_sizes": True, "output_loading_info": True}
     try:
-        model, info = AutoModel.from_pretrained(
-            folder, dtype=torch.float32, local_files_only=True, output_loading_info=True
-        )
+        model, info = AutoModel.from_pretrained(folder, dtype=torch.float32, **choices)
     except _DAMAGED as error:
         raise BadInput(f"{folder} cannot be loaded as an image-text model: {_first_line(error)}") from error
     if not (hasattr(model, "get_image_features") and hasattr(model, "get_text_features")):
         raise BadInput(f"{folder} is a {model.config.model_type}, which does not bring images and texts together")
-    # The library fills what is missing with random numbers.
     if info["missing_keys"]:
+        raise BadInput(f"{folder} lacks weights of the model, among them {min(info['missing_keys'])}")
+    if info["mismatched_keys"]:
         raise BadInput(
-            f"{folder} lacks {len(info['missing_keys'])} weights of the model: {min(info['missing_keys'])} ..."
+            f"{folder}: weights are not of the size that config.json says, {min(info['mismatched_keys'])[0]}"
         )
     return model
 
