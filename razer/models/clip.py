@@ -24,7 +24,7 @@ Kind = Literal["crops", "dense", "tokens"]
 
 class ClipEmbedder:
     """One vector for each mask, one for each text, in the space of the model in `weights`: a folder, a file or a hub
-    id (see clip_library), with open_clip's name of the `architecture` where a file holds weights alone.
+    id (see clip_library); `architecture` is open_clip's MODEL or MODEL:TAG where a file holds weights alone.
 
     vectors: "crops" encodes a picture of each mask; "dense" encodes the frame once and takes the mean over the mask's
     pixels of features that texts can be held against (MaskCLIP's value path, or a model made for it): quicker, and

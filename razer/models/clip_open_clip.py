@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import Any
@@ -17,6 +16,7 @@ from safetensors import SafetensorError
 from razer.frame import BadInput
 from razer.models.clip_towers import Device
 from razer.models.image_input import ImageInput
+from razer.models.open_clip_training import choices_for
 from razer.models.torch_device import torch_device
 
 Vectors = NDArray[np.float32]
@@ -24,8 +24,8 @@ _DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, UnpicklingErr
 
 
 class OpenClipTowers:
-    """Towers from a folder with open_clip_config.json, or from a file of weights of a named architecture; raises
-    BadInput."""
+    """Towers from a folder with open_clip_config.json, or from a file of weights of a named architecture (see
+    choices_for); raises BadInput."""
 
     patch: int | None = None
 
@@ -60,17 +60,11 @@ def _loaded(weights: Path, architecture: str | None) -> tuple[Any, Any]:
         if weights.is_dir():
             name = f"local-dir:{weights}"
             return open_clip.create_model(name, require_pretrained=True), open_clip.get_tokenizer(name)
-        if architecture not in open_clip.list_models():
-            raise BadInput(f"open_clip knows no architecture '{architecture}': it has {_alike(architecture)}")
-        model = open_clip.create_model(architecture, pretrained=str(weights))
-        return model, open_clip.get_tokenizer(architecture)
+        choices = choices_for(architecture or "")
+        model = open_clip.create_model(**choices, pretrained=str(weights))
+        return model, open_clip.get_tokenizer(choices["model_name"])
     except _DAMAGED as error:
         if isinstance(error, BadInput):
             raise
         first_line = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{weights} cannot be loaded by open_clip: {first_line}") from error
-
-
-def _alike(architecture: str | None) -> str:
-    known = open_clip.list_models()
-    return ", ".join(get_close_matches(architecture or "", known, cutoff=0.3) or known[:5])
