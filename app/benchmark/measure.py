@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
 from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
@@ -27,7 +28,7 @@ ROOM_FRAMES = 120
 
 def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
-    it, how fast synthetic frames are rendered, and how long an evaluation takes."""
+    it, how fast synthetic frames are rendered, and how long an evaluation and the description of masks take."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # the yardstick has no others
@@ -47,6 +48,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         "ratios": ratios(timings, plain),
         "synth": measure_synth(),
         "evaluation": measure_evaluation(),
+        "describing": measure_describing(),
     }
 
 

@@ -31,6 +31,11 @@ def print_bench(result: dict[str, Any]) -> None:
     console.print(
         f"evaluation of {size['predictions']} masks on {size['vertices']} vertices: {size['cpu_s']:.1f} s of processor"
     )
+    describing = result["describing"]
+    console.print(
+        f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
+        f"map, {describing['crops_ms']:.1f} ms to cut crops"
+    )
 
 
 def _memory_table(result: dict[str, Any]) -> Table:
