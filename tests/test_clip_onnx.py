@@ -133,7 +133,7 @@ def test_dense_features_of_a_model_made_for_it(tmp_path, frame, masks):
 
 def test_padding_is_told_to_graphs_that_ask_and_numbers_may_be_short(tmp_path):
     """A text tower that adds up the vectors of words: padding must not be among them."""
-    table = np.random.default_rng(0).normal(size=(32, 6)).astype(np.float32)
+    table = np.random.default_rng(0).normal(size=(32, 3)).astype(np.float32)
     nodes = [
         helper.make_node("Gather", ["table", "input_ids"], ["vectors"]),
         helper.make_node("Cast", ["attention_mask"], ["count"], to=FLOAT),
@@ -143,7 +143,7 @@ def test_padding_is_told_to_graphs_that_ask_and_numbers_may_be_short(tmp_path):
     ]
     taken = [("input_ids", INT32, ["batch", "n"]), ("attention_mask", INT64, ["batch", "n"])]
     weights = {"table": table, "last": np.array([2], np.int64), "axis": np.array([1], np.int64)}
-    saved(tmp_path / "text_model.onnx", taken, [("sum", FLOAT, ["batch", 6])], nodes, weights)
+    saved(tmp_path / "text_model.onnx", taken, [("sum", FLOAT, ["batch", 3])], nodes, weights)
     means_of_colours(tmp_path / "vision_model.onnx")
     with_preprocessor(tmp_path)
     source = tiny.siglip_folder(tmp_path / "torch")
@@ -224,6 +224,13 @@ def test_what_an_export_cannot_give(pair, frame, masks):
         ClipEmbedder(pair[1], vectors="dense").embed(frame, masks)
     with pytest.raises(BadInput, match="set embedder option vectors to crops or dense"):
         ClipEmbedder(pair[1], vectors="tokens").embed(frame, masks)
+
+
+def test_towers_of_different_models(pair, tmp_path):
+    export = shutil.copytree(pair[1], tmp_path / "export")
+    means_of_colours(export / "onnx" / "vision_model.onnx")
+    with pytest.raises(BadInput, match="are of different models: their vectors differ in length"):
+        ClipEmbedder(export).embed_texts(TEXTS)
 
 
 def test_pictures_of_a_size_the_graph_does_not_take(tmp_path, frame, masks):

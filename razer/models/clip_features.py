@@ -8,20 +8,22 @@ from typing import Any
 import torch
 
 
-def aligned_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor | None:
-    """Features (patches, D) in the space of texts; None where the image tower is of neither known kind."""
+def has_aligned_features(model: Any) -> bool:
+    """Whether the image tower is built like CLIP's or like SigLIP's."""
     vision = model.vision_model
-    if hasattr(vision, "head"):
-        return _pooled_alone(vision, pixels)
-    if hasattr(model, "visual_projection") and hasattr(vision, "post_layernorm"):
-        return _value_path(model, pixels)
-    return None
+    return hasattr(vision, "head") or (hasattr(model, "visual_projection") and hasattr(vision, "post_layernorm"))
+
+
+def aligned_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor:
+    """Features (patches, D) in the space of texts."""
+    has_head = hasattr(model.vision_model, "head")
+    return _pooled_alone(model.vision_model, pixels) if has_head else _value_path(model, pixels)
 
 
 def own_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor:
     """The last tokens (patches, width), that of the whole image left out."""
     tokens = model.vision_model(**pixels).last_hidden_state[0]
-    return tokens if hasattr(model.vision_model, "head") else tokens[1:]
+    return tokens[1:] if hasattr(model.vision_model.embeddings, "class_embedding") else tokens
 
 
 def _value_path(model: Any, pixels: dict[str, Any]) -> torch.Tensor:

@@ -13,6 +13,7 @@ from razer.frame import BadInput
 from razer.models.clip_tokens import ClipTokens
 from razer.models.clip_towers import Device
 from razer.models.image_input import ImageInput
+from razer.models.one_line import one_line
 from razer.models.onnx_pair import OnnxPair
 
 Vectors = NDArray[np.float32]
@@ -53,7 +54,7 @@ class OnnxTowers:
             self._text = self._opened_text()
         graph, tokens = self._text
         ids, attention = tokens(texts)
-        return graph(ids, 2, attention)
+        return graph(ids, 2, attention_mask=attention)
 
     def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
         """See Towers: an image tower with an output (1, D, h, w) was made to be held against texts at each pixel."""
@@ -69,6 +70,11 @@ class OnnxTowers:
         graph = _Graph(self._pair.text, self._device)
         if len(graph.shape) != 2 or graph.type not in ("tensor(int64)", "tensor(int32)"):
             raise BadInput(f"{self._pair.text} does not take token numbers (N, length)")
+        theirs, ours = self._image.dimensions, graph.dimensions
+        if theirs and ours and not theirs & ours:
+            raise BadInput(
+                f"{self._pair.image} and {self._pair.text} are of different models: their vectors differ in length"
+            )
         length = graph.shape[1] if isinstance(graph.shape[1], int) else None
         return graph, ClipTokens(self._pair.text, length)
 
@@ -82,18 +88,17 @@ class _Graph:
         inputs = self._session.get_inputs()
         first = next((node for node in inputs if node.name in ("pixel_values", "input_ids")), inputs[0])
         self.name, self.shape, self.type = first.name, list(first.shape), first.type
-        self._with_attention = any(node.name == "attention_mask" for node in inputs)
-        surplus = {node.name for node in inputs} - {self.name, "attention_mask"}
+        self._types = {node.name: node.type for node in inputs}
+        surplus = self._types.keys() - {self.name, "attention_mask" if len(self.shape) == 2 else self.name}
         if surplus:
             raise BadInput(f"{file} also wants {', '.join(sorted(surplus))}: give an export with one graph per tower")
 
-    def __call__(self, batch: NDArray, rank: int, attention: NDArray[np.int64] | None = None) -> Vectors:
-        """The output of all rows; a graph made for a single row gets one at a time."""
+    def __call__(self, batch: NDArray, rank: int, **more: NDArray) -> Vectors:
+        """The output of that rank for all rows; a graph made for a single row gets one at a time."""
         output = self._output(rank)
-        feed = {self.name: batch.astype(_NUMPY[self.type], copy=False)}
-        if self._with_attention and attention is not None:
-            feed["attention_mask"] = attention
-        rows = 1 if self.shape[0] == 1 else max(1, len(batch))
+        given = {self.name: batch, **more}
+        feed = {name: given[name].astype(_NUMPY[kind], copy=False) for name, kind in self._types.items()}
+        rows = 1 if self.shape[0] == 1 else len(batch)
         parts = [
             self._run(output, {name: values[start : start + rows] for name, values in feed.items()})
             for start in range(0, len(batch), rows)
@@ -105,7 +110,13 @@ class _Graph:
             return self._session.run([output], feed)[0]
         except Exception as error:  # ONNX Runtime's errors have no base class of their own
             shape = "x".join(map(str, feed[self.name].shape))
-            raise BadInput(f"{self._file} cannot compute an input of {shape}: {_first_line(error)}") from error
+            raise BadInput(f"{self._file} cannot compute an input of {shape}: {one_line(error)}") from error
+
+    @property
+    def dimensions(self) -> set[int]:
+        """Lengths that its vectors may have; none where the graph does not say."""
+        shapes = [node.shape for node in self._session.get_outputs() if len(node.shape or ()) in (2, 4)]
+        return {shape[1] for shape in shapes if isinstance(shape[1], int)}
 
     def _output(self, rank: int) -> str:
         of_rank = [node.name for node in self._session.get_outputs() if len(node.shape or ()) == rank]
@@ -131,8 +142,4 @@ def _session(file: Path, device: Device) -> onnxruntime.InferenceSession:
     try:
         return onnxruntime.InferenceSession(file, options, [*providers, "CPUExecutionProvider"])
     except Exception as error:  # as in _run
-        raise BadInput(f"{file} is no ONNX model, or is damaged: {_first_line(error)}") from error
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{file} is no ONNX model, or is damaged: {one_line(error)}") from error

@@ -16,6 +16,7 @@ from safetensors import SafetensorError
 from razer.frame import BadInput
 from razer.models.clip_towers import Device
 from razer.models.image_input import ImageInput
+from razer.models.one_line import one_line
 from razer.models.open_clip_training import choices_for
 from razer.models.torch_device import torch_device
 
@@ -66,5 +67,4 @@ def _loaded(weights: Path, architecture: str | None) -> tuple[Any, Any]:
     except _DAMAGED as error:
         if isinstance(error, BadInput):
             raise
-        first_line = (str(error).splitlines() or [type(error).__name__])[0]
-        raise BadInput(f"{weights} cannot be loaded by open_clip: {first_line}") from error
+        raise BadInput(f"{weights} cannot be loaded by open_clip: {one_line(error)}") from error

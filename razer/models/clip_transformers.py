@@ -14,9 +14,10 @@ from transformers import AutoModel, AutoTokenizer
 from transformers.utils import logging
 
 from razer.frame import BadInput
-from razer.models.clip_features import aligned_features, own_features
+from razer.models.clip_features import aligned_features, has_aligned_features, own_features
 from razer.models.clip_towers import Device
 from razer.models.image_input import ImageInput
+from razer.models.one_line import one_line
 from razer.models.torch_device import torch_device
 
 Vectors = NDArray[np.float32]
@@ -31,12 +32,13 @@ class TransformersTowers:
         self._device = torch_device(device)
         self._model = _loaded(folder).eval().to(self._device)
         vision = self._model.config.vision_config
-        self.patch: int | None = vision.patch_size
+        self.patch: int | None = getattr(vision, "patch_size", None)
         # SigLIP 2 with images of any shape has no size, but a number of patches it was trained with.
         self._flat = not hasattr(vision, "image_size")
         size = round(vision.num_patches**0.5) * vision.patch_size if self._flat else vision.image_size
         self.image_input = ImageInput.beside(folder, size=size)
         self._tokenizer = _tokenizer(folder)
+        self._is_siglip = self._model.config.model_type.startswith("siglip")
 
     @torch.inference_mode()
     def encode_images(self, batch: Vectors) -> Vectors:
@@ -45,29 +47,31 @@ class TransformersTowers:
 
     @torch.inference_mode()
     def encode_texts(self, texts: Sequence[str]) -> Vectors:
-        """See Towers. Texts are padded to full length: SigLIP was trained so, and CLIP ignores what follows the end."""
-        length = self._model.config.text_config.max_position_embeddings
+        """See Towers. SigLIP was trained on small letters, padded to full length, with the padding attended to; the
+        others see no padding."""
+        longest = min(self._model.config.text_config.max_position_embeddings, self._tokenizer.model_max_length)
         tokens = self._tokenizer(
-            [text.lower() for text in texts],
-            padding="max_length",
+            [text.lower() for text in texts] if self._is_siglip else list(texts),
+            padding="max_length" if self._is_siglip else True,
             truncation=True,
-            max_length=length,
+            max_length=longest,
             return_tensors="pt",
-        )
-        return _array(self._model.get_text_features(input_ids=tokens["input_ids"].to(self._device)).pooler_output)
+        ).to(self._device)
+        given = {"input_ids": tokens["input_ids"]}
+        if not self._is_siglip:
+            given["attention_mask"] = tokens["attention_mask"]
+        return _array(self._model.get_text_features(**given).pooler_output)
 
     @torch.inference_mode()
     def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
         """See Towers."""
+        if self.patch is None or (aligned and not has_aligned_features(self._model)):
+            raise BadInput(f"{self._folder} has no such features at each pixel: set embedder option vectors to crops")
         pixels = self._pixels(image[None])
         if not self._flat:
             pixels["interpolate_pos_encoding"] = True
         tokens = aligned_features(self._model, pixels) if aligned else own_features(self._model, pixels)
-        if tokens is None:
-            raise BadInput(
-                f"{self._folder} has no features for text at each pixel: set embedder option vectors to crops"
-            )
-        rows, columns = (side // self._model.config.vision_config.patch_size for side in image.shape[1:])
+        rows, columns = (side // self.patch for side in image.shape[1:])
         return _array(tokens).reshape(rows, columns, -1)
 
     def _pixels(self, batch: Vectors) -> dict[str, Any]:
@@ -83,7 +87,7 @@ def _loaded(folder: Path) -> Any:
     try:
         model, info = AutoModel.from_pretrained(folder, dtype=torch.float32, **choices)
     except _DAMAGED as error:
-        raise BadInput(f"{folder} cannot be loaded as an image-text model: {_first_line(error)}") from error
+        raise BadInput(f"{folder} cannot be loaded as an image-text model: {one_line(error)}") from error
     if not (hasattr(model, "get_image_features") and hasattr(model, "get_text_features")):
         raise BadInput(f"{folder} is a {model.config.model_type}, which does not bring images and texts together")
     if info["missing_keys"]:
@@ -99,7 +103,7 @@ def _tokenizer(folder: Path) -> Any:
     try:
         return AutoTokenizer.from_pretrained(folder, local_files_only=True)
     except (*_DAMAGED, ImportError) as error:
-        raise BadInput(f"the tokenizer of {folder} cannot be loaded: {_first_line(error)}") from error
+        raise BadInput(f"the tokenizer of {folder} cannot be loaded: {one_line(error)}") from error
 
 
 def _flattened(pixels: torch.Tensor, patch: int) -> dict[str, Any]:
@@ -117,7 +121,3 @@ def _flattened(pixels: torch.Tensor, patch: int) -> dict[str, Any]:
 
 def _array(tensor: torch.Tensor) -> Vectors:
     return tensor.float().cpu().numpy()
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
