@@ -160,7 +160,7 @@ def test_value_path_is_a_last_block_where_patches_attend_to_themselves_only(fold
 def test_dense_siglip_pools_each_patch_alone(folders, frame, name):
     embedder = ClipEmbedder(folders[name], vectors="dense", map_scale=1)
     picture = frame.rgb[:32, :32]
-    image = embedder._towers.image_input.batch(picture[None].astype(np.float32))[0]
+    image = embedder._towers.image_input.batch(picture[None])[0]
     tokens = embedder._towers.feature_map(image, aligned=False)
     aligned = embedder._towers.feature_map(image, aligned=True)
     head = transformers.AutoModel.from_pretrained(folders[name]).eval().vision_model.head

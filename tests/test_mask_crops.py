@@ -7,7 +7,7 @@ import pytest
 
 from razer.models.mask_crops import mask_crops
 
-FILL = np.array([10, 20, 30], np.float32)
+FILL = np.array([10, 20, 30], np.uint8)
 
 
 def picture(height=40, width=60):
@@ -33,7 +33,8 @@ def test_pixels_outside_the_mask_do_not_count_without_background():
     rgb, mask = picture(), box(slice(5, 25), slice(10, 24))
     changed = np.where(mask[..., None], rgb, 255 - rgb)
     np.testing.assert_array_equal(crop(rgb, mask, 13, scale=1.5), crop(changed, mask, 13, scale=1.5))
-    assert np.abs(crop(rgb, mask, 13, 1.5, 0.3) - crop(changed, mask, 13, 1.5, 0.3)).max() > 10
+    different = [crop(image, mask, 13, 1.5, 0.3).astype(int) for image in (rgb, changed)]
+    assert np.abs(np.subtract(*different)).max() > 10
 
 
 @pytest.mark.parametrize("background", [0.0, 0.25, 1.0])
@@ -42,7 +43,7 @@ def test_background_shows_with_its_share(background):
     result = crop(rgb, mask, 20, background=background)
     around = background * rgb[10:30, 15:35].astype(float) + (1 - background) * FILL
     expected = np.where(mask[10:30, 15:35, None], rgb[10:30, 15:35], around)
-    np.testing.assert_allclose(result, expected, atol=1e-3)
+    np.testing.assert_allclose(result, expected, atol=0.51)
 
 
 def test_what_lies_beyond_the_image_is_filled():
@@ -50,7 +51,7 @@ def test_what_lies_beyond_the_image_is_filled():
     result = crop(rgb, mask, 20, scale=2, background=1.0)
     np.testing.assert_allclose(result[:5], np.broadcast_to(FILL, (5, 20, 3)))
     np.testing.assert_allclose(result[:, :5], np.broadcast_to(FILL, (20, 5, 3)))
-    np.testing.assert_allclose(result[5:, 5:], rgb[:15, :15], atol=1e-3)
+    np.testing.assert_array_equal(result[5:, 5:], rgb[:15, :15])
 
 
 def test_larger_things_are_averaged_not_sampled():
@@ -58,13 +59,6 @@ def test_larger_things_are_averaged_not_sampled():
     rgb[:, ::2] = 200
     result = crop(rgb, box(slice(0, 40), slice(0, 40)), 10)
     np.testing.assert_allclose(result, 100)
-
-
-def test_enlarged_crops_stay_within_the_range_of_colours():
-    rgb = np.where(picture() > 127, 255, 0).astype(np.uint8)
-    result = crop(rgb, box(slice(3, 9), slice(3, 9)), 50)
-    assert result.min() >= 0
-    assert result.max() <= 255
 
 
 def test_a_mask_without_pixels_shows_the_whole_image():

@@ -25,7 +25,7 @@ def measure_describing() -> dict[str, float]:
     masks = _ellipses(rng)
     features = rng.standard_normal(_FEATURES).astype(np.float32)
     rgb = rng.integers(0, 256, (_HEIGHT, _WIDTH, 3), dtype=np.uint8)
-    grey = np.full(3, 127, np.float32)
+    grey = np.full(3, 127, np.uint8)
     return {
         "masks": _MASKS,
         "pooling_ms": _median_ms(lambda: pool_masks(features, masks)),

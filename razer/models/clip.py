@@ -105,7 +105,7 @@ class ClipEmbedder:
         height, width = _map_size(rgb.shape[:2], wanted.size, self._towers.patch, self.map_scale)
         smaller = height < rgb.shape[0]
         resized = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
-        image = wanted.batch(resized[None].astype(np.float32))[0]
+        image = wanted.batch(resized[None])[0]
         return pool_masks(self._towers.feature_map(image, aligned=self.vectors == "dense"), masks)
 
     def _in_batches(self, n: int, encode: Callable[[slice], Vectors]) -> Vectors:

@@ -30,13 +30,14 @@ class ImageInput:
             raise BadInput(f"pictures of {self.size} pixels, mean {self.mean}, deviation {self.std}: impossible")
 
     @property
-    def neutral(self) -> NDArray[np.float32]:
-        """The colour (3,) in 0 to 255 that the encoder sees as zero."""
-        return 255 * np.asarray(self.mean, np.float32)
+    def neutral(self) -> NDArray[np.uint8]:
+        """The colour (3,) that the encoder sees as about zero."""
+        return np.rint(255 * np.asarray(self.mean)).astype(np.uint8)
 
-    def batch(self, pictures: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Pictures (N, H, W, 3) with values 0 to 255 as the encoder takes them, (N, 3, H, W) float32."""
-        scaled = (pictures - self.neutral) / (255 * np.asarray(self.std, np.float32))
+    def batch(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Pictures (N, H, W, 3) uint8 as the encoder takes them, (N, 3, H, W) float32."""
+        mean, std = (255 * np.asarray(values, np.float32) for values in (self.mean, self.std))
+        scaled = (pictures - mean) / std
         return np.ascontiguousarray(scaled.transpose(0, 3, 1, 2))
 
     @classmethod
