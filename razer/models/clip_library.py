@@ -69,4 +69,4 @@ def _library_of_folder(folder: Path) -> Library:
 
 
 def _has_weights(folder: Path) -> bool:
-    return any(next(folder.glob(name), None) for name in ("*.safetensors", "pytorch_model*.bin"))
+    return any(next(folder.glob(name), None) for name in ("model*.safetensors", "pytorch_model*.bin"))
