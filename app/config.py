@@ -54,7 +54,7 @@ class SegmenterSettings(Settings):
 class EmbedderSettings(Settings):
     """What describes masks by vectors."""
 
-    name: str = Field("appearance", description="appearance, names, oracle, or an outside module:Class.")
+    name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")
     options: dict[str, Any] = Field({}, description="Its named arguments.")
 
 

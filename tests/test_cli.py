@@ -418,6 +418,7 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert result["evaluation"]["cpu_s"] > 0
     assert result["yolo_decoding"]["masks"] == 30
     assert result["yolo_decoding"]["median_ms"] > 0
+    assert min(result["describing"].values()) > 0
     assert listing(tmp_path) == []
 
 

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from app.benchmark.decoding import measure_decoding
+from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
 from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
@@ -28,7 +29,7 @@ ROOM_FRAMES = 120
 
 def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
-    it, how fast synthetic frames are rendered, and how long evaluation and the decoding of masks take."""
+    it, how fast synthetic frames are rendered, and how long evaluation, the decoding and the description of masks take."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # the yardstick has no others
@@ -49,6 +50,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         "synth": measure_synth(),
         "evaluation": measure_evaluation(),
         "yolo_decoding": measure_decoding(),
+        "describing": measure_describing(),
     }
 
 

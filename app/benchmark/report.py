@@ -36,6 +36,11 @@ def print_bench(result: dict[str, Any]) -> None:
         f"decoding of {decoding['masks']} YOLO masks: {decoding['median_ms']:.1f} ms, "
         f"{decoding['to_enlarging']:.2f}x enlarging whole masks"
     )
+    describing = result["describing"]
+    console.print(
+        f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
+        f"map, {describing['crops_ms']:.1f} ms to cut crops"
+    )
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

@@ -22,6 +22,7 @@ SEGMENTERS = {
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
+    "clip": "razer.models.clip:ClipEmbedder",
     "names": "razer.models.names:NamesEmbedder",
     "oracle": "razer.models.oracle:OracleEmbedder",
 }

@@ -1,0 +1,26 @@
+"""Small files that belong to a model's weights and lie beside them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from razer.frame import BadInput
+
+
+def nearest(weights: Path, name: str) -> Path | None:
+    """The file of that name in the folder of the weights (or that is the weights), or else in the one above."""
+    own = weights if weights.is_dir() else weights.parent
+    return next((folder / name for folder in (own, own.parent) if (folder / name).is_file()), None)
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """The object that a JSON file holds; raises BadInput."""
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{file} cannot be read: {error}") from error
+    if not isinstance(content, dict):
+        raise BadInput(f"{file} is not a JSON object")
+    return content

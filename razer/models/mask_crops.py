@@ -1,0 +1,48 @@
+"""What each mask shows, cut out as a square picture for an image encoder."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.uint8]
+
+
+def mask_crops(
+    rgb: Image, masks: NDArray[np.bool_], size: int, *, scale: float, background: float, fill: NDArray[np.uint8]
+) -> Image:
+    """Pictures (N, size, size, 3) uint8 of the square about each mask (N, H, W) of an image (H, W, 3).
+
+    The square's side is `scale` times the longer side of the mask's bounds. What is not the mask shows with a
+    share of `background` in [0, 1] over the colour `fill` (3,), and what is not the image is `fill`. A mask without
+    pixels counts as the whole image.
+    """
+    crops = np.empty((len(masks), size, size, 3), np.uint8)
+    dimmed = cv2.LUT(rgb, _dimming(background, fill))
+    for mask, crop in zip(masks, crops, strict=True):
+        shown = mask if mask.any() else np.ones_like(mask)
+        square = _square(rgb, dimmed, shown, scale, fill)
+        smaller = len(square) > size
+        cv2.resize(square, (size, size), dst=crop, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
+    return crops
+
+
+def _dimming(background: float, fill: NDArray[np.uint8]) -> Image:
+    """What each value of each colour becomes outside the mask, (1, 256, 3)."""
+    values = np.arange(256)[:, None]
+    return np.rint(background * values + (1 - background) * fill).astype(np.uint8)[None]
+
+
+def _square(rgb: Image, dimmed: Image, mask: NDArray[np.bool_], scale: float, fill: NDArray[np.uint8]) -> Image:
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    side = max(1, round(scale * max(width, height)))
+    left, top = x + (width - side) // 2, y + (height - side) // 2
+    rows = slice(max(top, 0), min(top + side, rgb.shape[0]))
+    columns = slice(max(left, 0), min(left + side, rgb.shape[1]))
+    square = np.empty((side, side, 3), np.uint8)
+    square[:] = fill
+    inside = square[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+    inside[:] = dimmed[rows, columns]
+    cv2.copyTo(rgb[rows, columns], mask[rows, columns].view(np.uint8), dst=inside)
+    return square
