@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from razer.boxes import OrientedBox
 from razer.surface import LabelledMesh
 from razer.track import Track
+from razer.views import View
 
 
 @dataclass(frozen=True)
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
-    length with weights (J,) adding up to 1."""
+    length with weights (J,) adding up to 1; views, the frames that show it best, the best first."""
 
     id: int
     class_name: str | None
@@ -29,6 +30,7 @@ class MapObject:
     last_frame: int
     embeddings: NDArray[np.float32]
     weights: NDArray[np.float64]
+    views: tuple[View, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,4 +64,5 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         last_frame=track.last_frame,
         embeddings=track.bank.embeddings,
         weights=track.bank.confidences,
+        views=track.views,
     )

@@ -102,6 +102,10 @@ def _instance(found: MapObject) -> dict[str, object]:
         "observations": found.observations,
         "first_frame": found.first_frame,
         "last_frame": found.last_frame,
+        "best_views": [
+            {"frame": v.frame, "box": list(v.region.box), "pixels": v.region.pixels, "whole": v.region.whole}
+            for v in found.views
+        ],
     }
 
 

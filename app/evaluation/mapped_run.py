@@ -20,6 +20,7 @@ from razer.metrics.scene_pair import TimedPoses
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.storage import read_mesh_ply
 from razer.surface import LabelledMesh
+from razer.views import Region, View
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def _object(
 ) -> MapObject:
     own = ids == entry["id"]
     box = OrientedBox(*(np.array(entry[part], np.float64) for part in ("center", "rotation", "extent")))
-    counts = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
+    counts: dict[str, Any] = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
     return MapObject(
         id=int(entry["id"]),
         class_name=entry["class"],
@@ -95,8 +96,14 @@ def _object(
         n_vertices=int((mesh.instances == entry["id"]).sum()),
         embeddings=embeddings[own],
         weights=weights[own],
+        views=tuple(_view(view) for view in entry.get("best_views", ())),
         **counts,
     )
+
+
+def _view(entry: dict[str, Any]) -> View:
+    x, y, width, height = (int(number) for number in entry["box"])
+    return View(int(entry["frame"]), Region((x, y, width, height), int(entry["pixels"]), bool(entry["whole"])))
 
 
 def _trajectory(folder: Path) -> TimedPoses:
