@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 # Cosine between the directions of two slots, their noise taken out, from which they are one thing. Swept on CLIP
-# vectors (`razer bench --queries`): 0.90 to 0.96 do the same; neighbouring classes of LVIS are at 0.84.
+# vectors (`razer ablate --queries`): 0.90 to 0.96 do the same; neighbouring classes of LVIS are at 0.84.
 ONE_THING = 0.93
 
 
