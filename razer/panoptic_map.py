@@ -60,6 +60,10 @@ class Answer:
         """Whether what was asked for is in the map at all."""
         return bool(self.hits)
 
+    def best(self, k: int) -> Answer:
+        """The same with the first k hits only."""
+        return Answer(self.hits[:k], self.threshold)
+
 
 @dataclass(frozen=True)
 class PanopticMap:

@@ -20,8 +20,8 @@ Values = NDArray[np.float64]
 
 # CLIP is trained with products of 100; names are told apart best a little above.
 SHARPNESS = 150.0
-# Half of what the instances of a map have in common is taken out of each: it says nothing about one of them.
-COMMON_SHARE = 0.5
+# What the instances of a map have in common says little about one of them, and in part is taken out of each.
+COMMON_SHARE = 0.4
 # Where there are fewer instances than this, what they have in common is rather what they are.
 FEW_INSTANCES = 10
 # Weaker hypotheses are often a neighbour's: one of half the strongest's share is e^-5.5 as good.

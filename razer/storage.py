@@ -6,6 +6,7 @@ import json
 import re
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from razer.config import VoxelSettings
 from razer.frame import BadInput
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.surface import LabelledMesh
+from razer.views import View
 from razer.voxels import VoxelMap
 
 FORMAT = 1
@@ -78,18 +80,24 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
     )
 
 
-def write_instances_json(path: Path, panoptic: PanopticMap, up: NDArray[np.float64] | None = None) -> None:
-    """All instances with their boxes; `up` (3,) is the world's upward direction where it is known."""
+def write_instances_json(
+    path: Path,
+    panoptic: PanopticMap,
+    up: NDArray[np.float64] | None = None,
+    stamps: Mapping[int, float] | None = None,
+) -> None:
+    """All instances with their boxes; `up` (3,) is the world's upward direction where it is known, and `stamps` the
+    seconds of frames by their index."""
     content = {
         "format": FORMAT,
         "frame": "world, metres, right-handed",
         "up": None if up is None else _rounded(up),
-        "instances": [_instance(o) for o in panoptic.objects],
+        "instances": [_instance(o, stamps or {}) for o in panoptic.objects],
     }
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def _instance(found: MapObject) -> dict[str, object]:
+def _instance(found: MapObject, stamps: Mapping[int, float]) -> dict[str, object]:
     return {
         "id": found.id,
         "class": found.class_name,
@@ -102,10 +110,18 @@ def _instance(found: MapObject) -> dict[str, object]:
         "observations": found.observations,
         "first_frame": found.first_frame,
         "last_frame": found.last_frame,
-        "best_views": [
-            {"frame": v.frame, "box": list(v.region.box), "pixels": v.region.pixels, "whole": v.region.whole}
-            for v in found.views
-        ],
+        "best_views": [_view(view, stamps.get(view.frame, view.stamp)) for view in found.views],
+    }
+
+
+def _view(view: View, stamp: float | None) -> dict[str, object]:
+    region = view.region
+    return {
+        "frame": view.frame,
+        "stamp": stamp,
+        "box": list(region.box),
+        "pixels": region.pixels,
+        "whole": region.whole,
     }
 
 

@@ -35,10 +35,11 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A region of the frame with this index in the recording."""
+    """A region of the frame with this index in the recording; stamp, its seconds where they are known."""
 
     frame: int
     region: Region
+    stamp: float | None = None
 
     @property
     def worth(self) -> float:
