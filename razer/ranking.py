@@ -67,6 +67,11 @@ class TextRanking:
         others = self._any_name[:, None] + np.log1p(-own_share) - np.log(n_others)
         return self._hypotheses.best(self._likeness(queries) - others + self._prior[:, None])
 
+    def likeness(self, texts: Vectors) -> Values:
+        """Which of N texts (N, D) suits an instance best is where a row of (M, N) is largest."""
+        relative = self._likeness(texts) - self._any_name[:, None] + self._prior[:, None]
+        return self._hypotheses.best(relative)
+
     def nearest_names(self) -> list[str]:
         """The name of the contrast that the strongest hypothesis of each instance is nearest to."""
         strongest = self._hypotheses.vectors[self._hypotheses.starts]

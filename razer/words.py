@@ -48,12 +48,22 @@ class Words:
         side = self.text_side
         if not texts or not all(text.strip() for text in texts):
             raise BadInput("an empty text means nothing: give a name or a short description")
-        if isinstance(side, NameTable):
-            return side.embed_texts(texts)
         bare = [_ARTICLE.sub("", text.strip()) for text in texts]
+        if isinstance(side, NameTable):
+            return side.embed_texts(bare)
         prompts = [template.format(text) for text in bare for template in TEMPLATES]
         means = side.embed_texts(prompts).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
         return means / np.linalg.norm(means, axis=1, keepdims=True)
+
+    def knows(self, name: str) -> bool:
+        """Whether a name has a vector: a table does not have all of them."""
+        if not isinstance(self.text_side, NameTable):
+            return True
+        try:
+            self.vectors([name])
+        except BadInput:
+            return False
+        return True
 
     @property
     def contrast_names(self) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from app.glb import vertex_normals, write_glb
+from app.glb import write_glb
 from app.palette import instance_colors, tinted
+from razer.normals import vertex_normals
 from razer.surface import LabelledMesh
 
 

@@ -9,6 +9,7 @@ from rich.table import Table
 from app.consoles import result_console
 from app.querying.best_frames import BestFrames
 from razer.panoptic_map import Answer, Hit
+from razer.storage import box_entry
 
 
 def told(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:
@@ -19,14 +20,11 @@ def told(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any
 
 def _told(hit: Hit, frames: BestFrames | None) -> dict[str, Any]:
     """One hit: centre and extent in metres, rotation world from box, the frames that show it best."""
-    box = hit.object.box
     return {
         "id": hit.object.id,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
-        "center": [round(float(value), 5) for value in box.center],
-        "extent": [round(float(value), 5) for value in box.extent],
-        "rotation": [[round(float(value), 8) for value in row] for row in box.rotation],
+        **box_entry(hit.object.box),
         "best_frames": frames.of(hit.object) if frames else [],
     }
 

@@ -24,10 +24,9 @@ def highlighted(
     grey = 255 * (1 - _GREY) + _GREY * mesh.colors.mean(axis=1, keepdims=True).repeat(3, axis=1)
     hit = np.isin(mesh.instances, [h.object.id for h in hits])
     colors = np.where(hit[:, None], instance_colors(mesh.instances), grey).astype(np.uint8)
-    panels = [sight.panel(mesh.colors, blend=True), sight.panel(colors, blend=False)]
-    for panel in panels:
-        _write_labels(panel, sight, hits)
-    return np.concatenate(panels, axis=1)
+    panel = sight.panel(colors, blend=False)
+    _write_labels(panel, sight, hits)
+    return np.concatenate([sight.panel(mesh.colors, blend=True), panel], axis=1)
 
 
 def _write_labels(panel: NDArray[np.uint8], sight: Sight, hits: Sequence[Hit]) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from app.config import RunConfig
-from app.glb import write_glb
+from app.glb import instance_names, write_glb
 from app.running import run_folder as names
 from app.running.outcome import Outcome
 from app.running.run_folder import RunFolder
@@ -40,7 +40,8 @@ def save_run(
         upward(panoptic.mesh, camera_up(outcome.poses)),
         dict(zip(outcome.indices, outcome.stamps, strict=True)),
     )
-    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up))
+    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
+    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
     folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic, up, stamps))
     folder.write(names.EMBEDDINGS, lambda path: storage.write_embeddings_npz(path, panoptic))
     folder.write(names.VOXELS, lambda path: storage.save_voxels(path, mapper.voxels))
