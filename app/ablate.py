@@ -71,14 +71,14 @@ def ablate(
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:
     from app.evaluation.exemplars import Exemplars
-    from app.evaluation.query_ablation import figures, measure_queries, query_table
+    from app.evaluation.query_ablation import figures, measure_queries, presence_table, retrieval_table
 
     if draws < 1:
         raise BadInput(f"--draws {draws}: give at least 1")
-    scores = measure_queries(Exemplars.read(path), draws, progress_console())
-    rows = {name: figures(of_draws) for name, of_draws in scores.items()}
+    rows = {name: figures(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
     if json:
         print(dumps({"queries": str(path), "draws": draws, "banks": rows}))
-    else:
-        result_console().print(query_table(rows, f"{path.name}, mean of {draws} draws, %"))
+        return 0
+    result_console().print(retrieval_table(rows))
+    result_console().print(presence_table(rows))
     return 0

@@ -13,6 +13,8 @@ BEST_VIEWS = 3
 FRAMES_APART = 15
 # What the image border cuts is seen in part.
 CUT_WORTH = 0.5
+# What shows much less than the best one need not be looked at.
+LEAST_WORTH = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,8 @@ def best_views(views: Iterable[View]) -> tuple[View, ...]:
     """At most BEST_VIEWS of them, FRAMES_APART from each other, the best first."""
     kept: list[View] = []
     for view in sorted(views, key=lambda v: (-v.worth, v.frame)):
-        if len(kept) < BEST_VIEWS and all(abs(view.frame - other.frame) >= FRAMES_APART for other in kept):
+        if len(kept) == BEST_VIEWS or (kept and view.worth < LEAST_WORTH * kept[0].worth):
+            break
+        if all(abs(view.frame - other.frame) >= FRAMES_APART for other in kept):
             kept.append(view)
     return tuple(kept)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from app.evaluation.exemplars import Exemplars
@@ -19,19 +18,19 @@ from app.evaluation.query_protocol import (
     presence_curve,
     query_score,
 )
-from app.running.progress import watch
 from razer.config import BankSettings
 
-SHARES = {"own observations": 0.0, "a third of a neighbour": 1 / 3}
-BANKS = {"bank": BankSettings(), "running mean": BankSettings(hypotheses=1)}
+# Of how many of an object's observations another one is the object.
+SHARES = {"own": 0.0, "with neighbour": 1 / 3}
+BANKS = {"bank": BankSettings(), "mean": BankSettings(hypotheses=1)}
 RECALLS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
-Scores = dict[str, list[QueryScore]]
+MEANS = {"top1": "name top-1", "top5": "top-5", "text_top1": "text top-1"}
 
 
-def measure_queries(exemplars: Exemplars, draws: int, console: Console) -> Scores:
+def measure_queries(exemplars: Exemplars, draws: int) -> dict[str, list[QueryScore]]:
     """The scores of each bank under each kind of observations, one for each draw."""
-    result: Scores = {}
-    for draw in watch(range(draws), draws, lambda: "", console):
+    result: dict[str, list[QueryScore]] = {}
+    for draw in range(draws):
         rng = np.random.default_rng(draw)
         present, absent = exemplars.present_and_absent(Protocol.n_objects, rng)
         banks = {"without noise": clean_banks(exemplars, present)}
@@ -46,20 +45,32 @@ def measure_queries(exemplars: Exemplars, draws: int, console: Console) -> Score
 def figures(scores: list[QueryScore]) -> dict[str, Any]:
     """Means over draws, precision and recall of the answer "present", and precision at some recalls."""
     curve, (precision, recall) = presence_curve(scores), presence_at(scores)
-    means = {part: float(np.mean([getattr(s, part) for s in scores])) for part in ("top1", "top5", "text_top1")}
+    means = {part: float(np.mean([getattr(s, part) for s in scores])) for part in MEANS}
     at = {f"{level:g}": float(curve.precision[curve.recall >= level].max()) for level in RECALLS}
     return {**means, "present_precision": precision, "present_recall": recall, "precision_at_recall": at}
 
 
-def query_table(rows: dict[str, dict[str, Any]], title: str) -> Table:
-    """Percentages, a row for each bank."""
+def retrieval_table(rows: dict[str, dict[str, Any]]) -> Table:
+    """How often the right name or instance comes first, percent, a row for each bank."""
+    values = {name: [row[part] for part in MEANS] for name, row in rows.items()}
+    return _percentages(list(MEANS.values()), values, "names of instances, instances of texts, %")
+
+
+def presence_table(rows: dict[str, dict[str, Any]]) -> Table:
+    """Precision and recall of the answer "present", percent, and precision over recall."""
+    heads = ["precision", "recall", *(f"R {level:g}" for level in RECALLS)]
+    values = {
+        name: [row["present_precision"], row["present_recall"], *row["precision_at_recall"].values()]
+        for name, row in rows.items()
+    }
+    return _percentages(heads, values, "answer 'present' as it is given, and precision at recalls R, %")
+
+
+def _percentages(heads: list[str], rows: dict[str, list[float]], title: str) -> Table:
     table = Table(title=title, title_justify="left")
-    table.add_column("bank")
-    heads = ("name top-1", "top-5", "text top-1", "present: precision", "recall")
-    for head in (*heads, *(f"P at R {level:g}" for level in RECALLS)):
+    table.add_column("bank, observations")
+    for head in heads:
         table.add_column(head, justify="right")
-    for name, row in rows.items():
-        parts = ("top1", "top5", "text_top1", "present_precision", "present_recall")
-        values = (*(row[part] for part in parts), *row["precision_at_recall"].values())
+    for name, values in rows.items():
         table.add_row(name, *(f"{100 * value:.1f}" for value in values))
     return table
