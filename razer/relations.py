@@ -25,7 +25,8 @@ HEADROOM_M = 0.6  # what is under something is at most this far below
 _CONTACTS = 3
 _INSIDE = 0.7
 _COVERED = 0.5
-_SECTORS, _SIDES, _ALL_ROUND = 8, 4, 6
+# Of the directions round a thing: legs of a table stand in few of them.
+_SECTORS, _HALF_ROUND, _ALL_ROUND = 24, 0.5, 0.75
 _SHARED_HEIGHT = 0.3
 
 
@@ -95,8 +96,8 @@ def is_in(thing: Placed, place: Placed) -> bool:
         return False
     if box_containment([thing.box], [place.box])[0] < _INSIDE:
         return False
-    sides = _sides(thing, place)
-    return sides >= _ALL_ROUND or (sides >= _SIDES and _covered(thing, place) >= _COVERED)
+    around = _surrounded(thing, place)
+    return around >= _ALL_ROUND or (around >= _HALF_ROUND and _covered(thing, place) >= _COVERED)
 
 
 def is_under(thing: Placed, place: Placed) -> bool:
@@ -141,13 +142,13 @@ def _covered(thing: Placed, place: Placed) -> float:
     return len(hit) / len(cells)
 
 
-def _sides(thing: Placed, place: Placed) -> int:
-    """In how many of eight directions round `thing` there is surface of `place` at its height."""
+def _surrounded(thing: Placed, place: Placed) -> float:
+    """In which share of the directions round `thing` there is surface of `place` at its height."""
     low, _, high = thing.heights_m
     around = place.points[(place.points[:, 2] >= low) & (place.points[:, 2] <= high)]
     toward = around[:, :2] - thing.box.center[:2]
     angle = np.arctan2(toward[:, 1], toward[:, 0])
-    return len(np.unique(np.floor((angle + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS))
+    return len(np.unique(np.floor((angle / (2 * np.pi) + 0.5) * _SECTORS) % _SECTORS)) / _SECTORS
 
 
 def _close_by(points: NDArray[np.float64], thing: Placed, above_m: float = 0.0) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from app.benchmark.evaluating import measure_evaluation
+from app.benchmark.ranking import measure_ranking
 from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
 from app.config import RunConfig
@@ -27,7 +28,7 @@ ROOM_FRAMES = 120
 
 def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
-    it, how fast synthetic frames are rendered, and how long an evaluation takes."""
+    it, how fast synthetic frames are rendered, and how long an evaluation and a query take."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # the yardstick has no others
@@ -47,6 +48,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         "ratios": ratios(timings, plain),
         "synth": measure_synth(),
         "evaluation": measure_evaluation(),
+        "ranking": measure_ranking(),
     }
 
 

@@ -31,6 +31,8 @@ def print_bench(result: dict[str, Any]) -> None:
     console.print(
         f"evaluation of {size['predictions']} masks on {size['vertices']} vertices: {size['cpu_s']:.1f} s of processor"
     )
+    ranked = result["ranking"]
+    console.print(f"a query over {ranked['instances']} instances: {ranked['query_ms']:.1f} ms")
 
 
 def _memory_table(result: dict[str, Any]) -> Table:
