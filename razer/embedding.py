@@ -38,6 +38,12 @@ class EmbeddingBank:
         masses = self._hypotheses.masses
         return masses / masses.sum() if len(masses) else masses
 
+    def settled(self) -> tuple[Vectors, NDArray[np.float64]]:
+        """What queries are answered by: embeddings (J, D) and confidences (J,) without those of a single observation,
+        the strongest first. Association still wants these, as what was seen once may be seen again."""
+        slots = self._slots.settled()
+        return slots.directions.astype(np.float32), slots.masses / max(slots.masses.sum(), 1e-12)
+
     @property
     def mass(self) -> float:
         """Confidence mass of all observations fused so far."""

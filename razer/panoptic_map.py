@@ -131,6 +131,7 @@ class PanopticMap:
 
 
 def _frozen(track: Track, n_vertices: int) -> MapObject:
+    embeddings, weights = track.bank.settled()
     return MapObject(
         id=track.id,
         class_name=track.class_name,
@@ -141,7 +142,7 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         observations=track.hits,
         first_frame=track.first_frame,
         last_frame=track.last_frame,
-        embeddings=track.bank.embeddings,
-        weights=track.bank.confidences,
+        embeddings=embeddings,
+        weights=weights,
         views=track.views,
     )

@@ -69,9 +69,24 @@ class Slots:
 
         |sum|^2 holds the cosine of each observation with itself, whose share is taken out."""
         pairs = self.masses**2 - self.squares
-        several = pairs > 1e-9 * self.masses**2
+        several = self.several
         cosine = ((self.sums**2).sum(axis=1) - self.squares) / np.where(several, pairs, 1.0)
         return np.where(several, np.clip(cosine, 1e-3, 1.0), 1.0)
+
+    @property
+    def several(self) -> NDArray[np.bool_]:
+        """Which slots (J,) hold more than one observation."""
+        return self.masses**2 - self.squares > 1e-9 * self.masses**2
+
+    def settled(self) -> Slots:
+        """`distinct` slots, those of a single observation taken into the most alike: alone they are mostly noise. Where
+        there are no others, this is the running mean."""
+        slots = self.distinct()
+        while len(slots) > 1 and not slots.several.all():
+            row = int(np.flatnonzero(~slots.several)[-1])
+            rest, one = slots.select(np.arange(len(slots)) != row), slots.select([row])
+            slots = rest.merged(int(rest.mean_cosines(one).argmax()), one).distinct()
+        return slots
 
     def distinct(self) -> Slots:
         """Slots of one thing taken together, the most alike first; those left by mass, the largest first."""

@@ -416,6 +416,7 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert len(result["rss_mb_at_tenths"]) == 10
     assert result["synth"]["fps"] > 0
     assert result["evaluation"]["cpu_s"] > 0
+    assert result["ranking"]["query_ms"] > 0
     assert listing(tmp_path) == []
 
 

@@ -103,3 +103,32 @@ def test_the_order_of_two_banks_does_not_matter_to_what_both_hold():
     assert banks[0].mass == pytest.approx(sum(masses))
     assert len(banks[0].embeddings) == 1
     assert banks[0].embeddings[0] @ centre > 0.95
+
+
+def test_few_noisy_observations_are_read_as_their_mean():
+    rng = np.random.default_rng(6)
+    centre = direction(rng)
+    observations = [turned(centre, 0.7, rng).astype(np.float32) for _ in range(3)]
+    bank = EmbeddingBank(BankSettings(), DIMENSION)
+    for each in observations:
+        bank.add(each, 0.5)
+    assert len(bank.embeddings) == 3  # they may be of different things
+    (mean,), weights = bank.settled()
+    assert mean @ centre > 0.82
+    assert_allclose(mean, np.sum(observations, axis=0) / np.linalg.norm(np.sum(observations, axis=0)), atol=1e-6)
+    assert_allclose(weights, [1])
+
+
+def test_a_second_appearance_that_was_seen_more_than_once_stays():
+    rng = np.random.default_rng(7)
+    front, back = direction(rng), direction(rng)
+    both = slot_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
+    both = both.joined(slot_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
+    left = both.joined(Slots.of(turned(back, 0.9, rng), 0.4)).settled()
+    assert_allclose(left.masses, [1.5, 1.4])
+
+
+def test_an_empty_bank_settles_to_nothing():
+    embeddings, weights = EmbeddingBank(BankSettings(), 4).settled()
+    assert embeddings.shape == (0, 4)
+    assert len(weights) == 0

@@ -64,7 +64,7 @@ def banks_of(observations: Vectors, settings: BankSettings) -> Banks:
         bank = EmbeddingBank(settings, observations.shape[2])
         for row in rows:
             bank.add(row, 0.5)
-        result[number] = (bank.embeddings, bank.confidences)
+        result[number] = bank.settled()
     return result
 
 
