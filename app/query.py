@@ -56,14 +56,7 @@ def query(
     json:
         One line of JSON.
     """
-    if (text is None) == (image is None):
-        raise BadInput("give either a text to look for, or a picture with --image")
-    if k < 1 or (min_score is not None and not 0 <= min_score <= 1):
-        raise BadInput("-k is at least 1, and --min-score from 0 to 1")
-    if box is not None and image is None:
-        raise BadInput("--box is a part of the picture that --image names")
-    if render is not None and not render.absolute().parent.is_dir():
-        raise BadInput(f"{render} cannot be written: give a .png in a folder that exists")
+    _refuse_nonsense(text, k, image, box, min_score, render)
 
     # Late, since these bring Open3D and torch along.
     from app.querying.answer import print_answer, told
@@ -72,10 +65,10 @@ def query(
 
     asked = open_map(run, embedder, set, by_text=text is not None)
     answer = _answer(asked, text, image, box, min_score).best(k)
-    frames = BestFrames(run, asked.config.input) if answer.found else None
-    result = told(text if text is not None else str(image), answer, frames)
     if render is not None:
         _draw(asked, answer, render)
+    frames = BestFrames(run, asked.config.input) if answer.found else None
+    result = told(text if text is not None else str(image), answer, frames)
     for note in frames.notes if frames else ():
         progress_console().print(f"note: {note}", soft_wrap=True)
     if json:
@@ -83,6 +76,19 @@ def query(
     else:
         print_answer(result)
     return 0
+
+
+def _refuse_nonsense(
+    text: str | None, k: int, image: Path | None, box: str | None, min_score: float | None, render: Path | None
+) -> None:
+    if (text is None) == (image is None):
+        raise BadInput("give either a text to look for, or a picture with --image")
+    if k < 1 or (min_score is not None and not 0 <= min_score <= 1):
+        raise BadInput("-k is at least 1, and --min-score from 0 to 1")
+    if box is not None and image is None:
+        raise BadInput("--box is a part of the picture that --image names")
+    if render is not None and not render.absolute().parent.is_dir():
+        raise BadInput(f"{render} cannot be written: give a .png in a folder that exists")
 
 
 def _answer(asked: AskedMap, text: str | None, image: Path | None, box: str | None, min_score: float | None) -> Answer:

@@ -16,6 +16,7 @@ from data_tools.writers.table import write_recording
 from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
+N_FRAMES, SIZE = 24, (160, 120)
 QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu", "--no-timeline")
 
 
@@ -31,7 +32,7 @@ def razer(capsys, *arguments):
 def made(tmp_path_factory):
     """(run, recording) of a small room with perfect masks."""
     place = tmp_path_factory.mktemp("room")
-    room = SyntheticRoom(0, 30, 240, 180)
+    room = SyntheticRoom(0, N_FRAMES, *SIZE)
     write_recording("own", room, place / "recording", truth=room.truth(0.05), lossless=True)
     out = place / "run"
     models = ("--segmenter", "oracle", "--embedder", "oracle")
@@ -78,7 +79,7 @@ def test_best_frames_show_the_instance(capsys, run, made):
     _, out, _ = razer(capsys, "query", run, "couch", "--json")
     (hit,) = json.loads(out)["hits"]
     stamps = np.loadtxt(made[1] / "stamps.txt")
-    room = SyntheticRoom(0, 30, 240, 180)
+    room = SyntheticRoom(0, N_FRAMES, *SIZE)
     couch = next(i for i, name in room[0].instance_classes.items() if name == "couch")
     assert 1 <= len(hit["best_frames"]) <= 3
     for shown in hit["best_frames"]:
@@ -136,9 +137,9 @@ def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):
     out = tmp_path / "run"
     models = ("--segmenter", "oracle", "--embedder", "appearance", "--stride", 2)
     razer(capsys, "run", made[1], "-o", out, *models, *QUICK)
-    frame = SyntheticRoom(0, 30, 240, 180)
+    frame = SyntheticRoom(0, N_FRAMES, *SIZE)
     couch = next(i for i, name in frame[0].instance_classes.items() if name == "couch")
-    best = max(range(30), key=lambda i: (frame[i].instance_ids == couch).sum())
+    best = max(range(N_FRAMES), key=lambda i: (frame[i].instance_ids == couch).sum())
     rows, columns = np.nonzero(frame[best].instance_ids == couch)
     x, y = int(np.quantile(columns, 0.2)), int(np.quantile(rows, 0.2))
     width, height = int(np.quantile(columns, 0.8)) - x, int(np.quantile(rows, 0.8)) - y

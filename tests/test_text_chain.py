@@ -33,8 +33,9 @@ def apartment(real_data):
         except UnusableFrame:
             continue
         if index == N_FRAMES // 2:
-            names = {o.class_name for o in mapper.snapshot().objects} & set(embedder.row)
-            halfway = {name: mapper.snapshot().rank(name) for name in sorted(names)}
+            running = mapper.snapshot()
+            names = {o.class_name for o in running.objects} & set(embedder.row)
+            halfway = {name: running.rank(name) for name in sorted(names)}
     mapper.finish()
     return mapper.snapshot(), halfway, embedder
 
