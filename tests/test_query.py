@@ -135,7 +135,7 @@ def test_the_picture_has_the_hits_in_colour(capsys, run, tmp_path):
 
 def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):
     out = tmp_path / "run"
-    models = ("--segmenter", "oracle", "--embedder", "appearance", "--stride", 2)
+    models = ("--segmenter", "oracle", "--embedder", "appearance")
     razer(capsys, "run", made[1], "-o", out, *models, *QUICK)
     frame = SyntheticRoom(0, N_FRAMES, *SIZE)
     couch = next(i for i, name in frame[0].instance_classes.items() if name == "couch")

@@ -26,7 +26,10 @@ def contrast_of(words: Words, settings: EmbedderSettings) -> Contrast:
     if isinstance(words.text_side, NameTable):
         return words.contrast
     names, path = words.contrast_names, _folder() / f"contrast-{_key(words, settings)}.npz"
-    with suppress(OSError, KeyError, ValueError, zipfile.BadZipFile), np.load(path, allow_pickle=False) as kept:
+    with (
+        suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
+        np.load(path, allow_pickle=False) as kept,
+    ):
         return Contrast(names, kept["vectors"])
     progress_console().print(f"embedding {len(names)} names to compare with; kept in {path.parent}", soft_wrap=True)
     contrast = words.contrast
