@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.consoles import progress_console
 from app.options import Assignments, Flag
+from razer.frame import BadInput
 
 
 def label(
@@ -52,7 +53,10 @@ def label(
             soft_wrap=True,
         )
     labelled = LabelledRun.of(asked, classes.name, label_map(asked.panoptic, known))
-    labelled.write()
+    try:
+        labelled.write()
+    except OSError as error:
+        raise BadInput(f"{run} cannot be written to ({error.strerror}): its older files are as they were") from error
     if json:
         print(dumps(labelled.told()))
     else:

@@ -86,13 +86,17 @@ class PanopticMap:
     def rank(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (section III-H); raises BadInput where the embedder cannot tell."""
         ranking = self.text_ranking
-        return self._answer(ranking.scores(self.text_vectors([text]))[:, 0], threshold, ranking.nearest_names())
+        scores = ranking.scores(self.text_vectors([text]))[:, 0]
+        rows = _above(scores, threshold)
+        return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
 
     def rank_image(self, vector: NDArray[np.float32], threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
         for one of another embedder."""
         self._check(len(vector))
-        return self._answer(image_scores(self.hypotheses, vector), threshold, [None] * len(self.hypotheses))
+        scores = image_scores(self.hypotheses, vector)
+        rows = _above(scores, threshold)
+        return self._answer(scores, rows, threshold, [None] * len(rows))
 
     @cached_property
     def hypotheses(self) -> Hypotheses:
@@ -123,11 +127,22 @@ class PanopticMap:
                 "name the embedder that made them with --embedder and --set"
             )
 
-    def _answer(self, scores: NDArray[np.float64], threshold: float, guesses: Sequence[str | None]) -> Answer:
+    def _answer(
+        self, scores: NDArray[np.float64], rows: NDArray[np.intp], threshold: float, guesses: Sequence[str | None]
+    ) -> Answer:
         known = {o.id: o for o in self.objects}
-        order = [row for row in np.argsort(-scores, kind="stable") if scores[row] >= threshold]
-        found = [(known[int(self.hypotheses.ids[row])], float(scores[row]), guesses[row]) for row in order]
-        return Answer(tuple(Hit(o, score, o.class_name or guess) for o, score, guess in found), threshold)
+        found = [known[int(i)] for i in self.hypotheses.ids[rows]]
+        hits = [
+            Hit(o, float(score), o.class_name or guess)
+            for o, score, guess in zip(found, scores[rows], guesses, strict=True)
+        ]
+        return Answer(tuple(hits), threshold)
+
+
+def _above(scores: NDArray[np.float64], threshold: float) -> NDArray[np.intp]:
+    """Rows of the scores (M,) that reach a threshold, the best first."""
+    order = np.argsort(-scores, kind="stable")
+    return order[scores[order] >= threshold]
 
 
 def _frozen(track: Track, n_vertices: int) -> MapObject:

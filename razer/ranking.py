@@ -72,11 +72,11 @@ class TextRanking:
         relative = self._likeness(texts) - self._any_name[:, None] + self._prior[:, None]
         return self._hypotheses.best(relative)
 
-    def nearest_names(self) -> list[str]:
-        """The name of the contrast that the strongest hypothesis of each instance is nearest to."""
-        strongest = self._hypotheses.vectors[self._hypotheses.starts]
+    def nearest_names(self, rows: NDArray[np.intp]) -> list[str]:
+        """The name of the contrast nearest to the strongest hypothesis of each of some instances (rows of M)."""
+        strongest = self._hypotheses.vectors[self._hypotheses.starts[rows]]
         likeness = strongest @ self._contrast.vectors.T - self._contrast.vectors @ self._common
-        return [self._contrast.names[i] for i in likeness.argmax(axis=1)] if len(self._contrast.names) else []
+        return [self._contrast.names[i] for i in likeness.argmax(axis=1)]
 
     def _likeness(self, texts: Vectors) -> Values:
         """What each of N texts (N, D) has in common with each hypothesis (R, N), as a logarithm."""
