@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from razer.hypotheses import Hypotheses
 
@@ -28,7 +29,7 @@ FEW_INSTANCES = 10
 SHARE_POWER = 8.0
 # From evidence to the probability that a query is present, where every other one is: a logistic fit.
 SLOPE, EVEN_EVIDENCE = 0.86, 3.66
-# Above it a query counts as present: 92 % of these are right, and 83 % of those present are found.
+# Above it a query counts as present: 91 % of these are right, and 82 % of those present are found.
 PRESENT = 0.6
 # Names this near to the query are the query.
 SAME_NAME = 0.99
@@ -54,7 +55,8 @@ class TextRanking:
 
     def scores(self, queries: Vectors) -> Values:
         """The probability (M, N) that each instance is what a query (N, D) means, `PRESENT` or more for present."""
-        return 1 / (1 + np.exp(-SLOPE * (self.evidence(queries) - EVEN_EVIDENCE)))
+        probability: Values = expit(SLOPE * (self.evidence(queries) - EVEN_EVIDENCE))
+        return probability
 
     def evidence(self, queries: Vectors) -> Values:
         """By which factor (M, N), as a logarithm, each query names an instance better than names of the contrast do

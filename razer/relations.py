@@ -73,7 +73,7 @@ def _relation(thing: Placed, place: Placed, distance_m: float) -> Relation | Non
         return "in"
     if distance_m <= 2 * TOUCH_M and is_on(thing, place):
         return "on"
-    if not place.stuff and is_under(thing, place):
+    if not (place.stuff or place.is_wall) and is_under(thing, place):
         return "under"
     return "against" if distance_m <= TOUCH_M and is_against(thing, place) else None
 

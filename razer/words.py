@@ -78,4 +78,9 @@ class Words:
         """What queries are set against; embedded once."""
         if self._known_contrast is not None:
             return self._known_contrast
-        return Contrast(self.contrast_names, self.vectors(self.contrast_names))
+        names = self.contrast_names
+        if len(names) < 2:
+            raise BadInput(
+                "a table of a single name cannot tell what is there from what is not: give one of many names"
+            )
+        return Contrast(names, self.vectors(names))

@@ -84,3 +84,10 @@ def test_shipped_vocabularies_of_things():
     coco = vocabulary("coco")
     assert len(coco.names) == 80
     assert (coco.by_name["person"].id, coco.by_name["chair"].id, coco.by_name["toothbrush"].id) == (1, 62, 90)
+
+
+def test_a_table_of_one_name_is_refused():
+    table = Table()
+    table.known_names = ("chair",)
+    with pytest.raises(BadInput, match="single name"):
+        _ = Words(table).contrast
