@@ -23,7 +23,7 @@ from razer.config import BankSettings
 # Of how many of an object's observations another one is the object.
 SHARES = {"own": 0.0, "with neighbour": 1 / 3}
 BANKS = {"bank": BankSettings(), "mean": BankSettings(hypotheses=1)}
-RECALLS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+RECALLS = (0.6, 0.7, 0.8, 0.9)
 MEANS = {"top1": "name top-1", "top5": "top-5", "text_top1": "text top-1"}
 
 
@@ -58,12 +58,14 @@ def retrieval_table(rows: dict[str, dict[str, Any]]) -> Table:
 
 def presence_table(rows: dict[str, dict[str, Any]]) -> Table:
     """Precision and recall of the answer "present", percent, and precision over recall."""
-    heads = ["precision", "recall", *(f"R {level:g}" for level in RECALLS)]
+    heads = ["P", "R", *(f"R {level:g}" for level in RECALLS)]
     values = {
         name: [row["present_precision"], row["present_recall"], *row["precision_at_recall"].values()]
         for name, row in rows.items()
     }
-    return _percentages(heads, values, "answer 'present' as it is given, and precision at recalls R, %")
+    return _percentages(
+        heads, values, "answer 'present': its precision P and recall R, and precision at other recalls, %"
+    )
 
 
 def _percentages(heads: list[str], rows: dict[str, list[float]], title: str) -> Table:
