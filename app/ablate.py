@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from json import dumps
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -18,6 +19,8 @@ def ablate(
     seeds: str = "0,1,2",
     frames: int = 600,
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
+    queries: Path | None = None,
+    draws: int = 50,
     json: Flag = False,
 ) -> int:
     """Map synthetic scenes with parts of the method changed, and compare what comes out.
@@ -36,9 +39,16 @@ def ablate(
         Frames of the walk through the scene; 0 = as many as a hand-held camera needs.
     variants:
         Only these lines of the table.
+    queries:
+        Measure queries by text instead, on this table: an npz with names, synonyms, text and image vectors. Of each
+        draw 60 names are in the map and 60 are not.
+    draws:
+        How often names are drawn for --queries.
     json:
         One line of JSON.
     """
+    if queries is not None:
+        return _ablate_queries(queries, draws, json)
     try:
         numbers = [int(seed) for seed in seeds.split(",")]
     except ValueError:
@@ -56,4 +66,19 @@ def ablate(
         print(dumps({"scene": scene, "seeds": numbers, "frames": frames, "variants": rows}))
     else:
         result_console().print(table(rows, f"{scene}, mean of {len(numbers)} seeds"))
+    return 0
+
+
+def _ablate_queries(path: Path, draws: int, json: bool) -> int:
+    from app.evaluation.exemplars import Exemplars
+    from app.evaluation.query_ablation import figures, measure_queries, presence_table, retrieval_table
+
+    if draws < 1:
+        raise BadInput(f"--draws {draws}: give at least 1")
+    rows = {name: figures(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
+    if json:
+        print(dumps({"queries": str(path), "draws": draws, "banks": rows}))
+        return 0
+    result_console().print(retrieval_table(rows))
+    result_console().print(presence_table(rows))
     return 0

@@ -19,6 +19,8 @@ app = App(
 app.command("app.run:run", name="run", help="Map a posed RGB-D recording.")
 app.command("app.track:track", name="track", help="Estimate the camera's path, without a map.")
 app.command("app.view:view", name="view", help="Open the timeline of a run in Rerun.")
+app.command("app.query:query", name="query", help="Find instances of a map by words or by a picture.")
+app.command("app.label:label", name="label", help="Give the instances of a map classes of a vocabulary.")
 app.command("app.show_config:config", name="config", help="Print every setting with its value, range and meaning.")
 app.command("app.inspect_recording:inspect", name="inspect", help="Say what a recording is and what looks wrong.")
 app.command("app.convert:convert", name="convert", help="Write a recording anew, in our own or another layout.")

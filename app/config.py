@@ -17,6 +17,7 @@ class InputSettings(Settings):
         None,
         description="Layout of the folder: a reader's name, or module:function. Not set: recognised.",
     )
+    folder: str | None = Field(None, description="The recording, as a run notes it. Has no effect on a new run.")
     stride: int = Field(
         1, ge=1, description="Every how many frames one is used. Larger: faster, with gaps on fast moves."
     )

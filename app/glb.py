@@ -1,9 +1,10 @@
-"""The labelled mesh as binary glTF 2.0, which any 3D viewer opens; instances are tinted."""
+"""The labelled mesh as binary glTF 2.0, which any 3D viewer opens: a node for each instance, tinted."""
 
 from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,27 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.palette import tinted
+from razer.normals import vertex_normals
 from razer.surface import LabelledMesh
 
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
 _CHUNK_JSON, _CHUNK_BIN = 0x4E4F534A, 0x004E4942
+_MATTE = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}, "doubleSided": True}
+# Of each buffer view: component type, type, and bytes of an element.
+_ATTRIBUTES = {
+    "POSITION": (_FLOAT, "VEC3", 12),
+    "NORMAL": (_FLOAT, "VEC3", 12),
+    "COLOR_0": (_UINT16, "VEC4", 8),
+}
 
 
-def write_glb(path: Path, mesh: LabelledMesh, up: NDArray[np.float64] | None = None) -> None:
-    """Write `mesh` to `path`; `up` (3,) is the world direction that viewers show upwards (glTF: +y)."""
-    arrays = (
-        [
-            (mesh.vertices.astype("<f4"), _FLOAT, "VEC3", _VERTICES),
-            (vertex_normals(mesh).astype("<f4"), _FLOAT, "VEC3", _VERTICES),
-            (_linear_rgba16(tinted(mesh.colors, mesh.instances)), _UINT16, "VEC4", _VERTICES),
-            (mesh.triangles.astype("<u4").reshape(-1), _UINT32, "SCALAR", _INDICES),
-        ]
-        if len(mesh.triangles)
-        else []  # glTF knows no empty arrays: an empty map is a scene without a mesh
-    )
-    binary = b"".join(array.tobytes() for array, *_ in arrays)
-    text = json.dumps(_document(arrays, len(binary), up)).encode()
+def write_glb(
+    path: Path,
+    mesh: LabelledMesh,
+    up: NDArray[np.float64] | None = None,
+    names: Mapping[int, str] | None = None,
+) -> None:
+    """Write `mesh` to `path`, a node for each instance and one for the rest; `up` (3,) is the world direction that
+    viewers show upwards (glTF: +y), `names` are those of the instances' nodes, by id."""
+    parts = list(_parts(mesh))
+    columns = _columns(mesh, parts)
+    binary = b"".join(column.tobytes() for column in columns)
+    text = json.dumps(_document(parts, columns, up, names or {})).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<II", len(text), _CHUNK_JSON) + text
     if binary:
@@ -39,55 +46,94 @@ def write_glb(path: Path, mesh: LabelledMesh, up: NDArray[np.float64] | None = N
     path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
 
 
+def instance_names(classes: Mapping[int, str | None]) -> dict[int, str]:
+    """Names of nodes by id: the class, where there is one, and the id."""
+    return {i: f"{name or 'instance'} {i}" for i, name in classes.items()}
+
+
+Part = tuple[int, NDArray[np.integer], NDArray[np.uint32]]
+
+
+def _parts(mesh: LabelledMesh) -> Iterator[Part]:
+    """Instance, its vertices, and its triangles (T, 3) among these. A triangle belongs to two of its vertices, or else
+    to the first; what it has of other instances is copied."""
+    if len(mesh.triangles) == 0:
+        return
+    a, b, c = mesh.instances[mesh.triangles].T
+    owner = np.where(b == c, b, a)
+    order = np.argsort(owner, kind="stable")
+    instances, first = np.unique(owner[order], return_index=True)
+    for instance, rows in zip(instances.tolist(), np.split(order, first[1:]), strict=True):
+        vertices, corners = np.unique(mesh.triangles[rows], return_inverse=True)
+        yield instance, vertices, corners.reshape(-1, 3).astype(np.uint32)
+
+
+def _columns(mesh: LabelledMesh, parts: list[Part]) -> list[NDArray]:
+    """Positions, normals, colours and indices of all parts; none of an empty mesh, as glTF knows no empty arrays."""
+    if not parts:
+        return []
+    vertices = np.concatenate([rows for _, rows, _ in parts])
+    columns = (mesh.vertices.astype("<f4"), vertex_normals(mesh).astype("<f4"))
+    colors = _linear_rgba16(tinted(mesh.colors, mesh.instances))
+    indices = np.concatenate([corners.reshape(-1) for *_, corners in parts]).astype("<u4")
+    return [*(column[vertices] for column in (*columns, colors)), indices]
+
+
 def _document(
-    arrays: list[tuple[NDArray, int, str, int]], n_bytes: int, up: NDArray[np.float64] | None
+    parts: list[Part], columns: list[NDArray], up: NDArray[np.float64] | None, names: Mapping[int, str]
 ) -> dict[str, Any]:
-    node: dict[str, Any] = {"name": "map", "rotation": _quaternion_to_y(up)}
+    root: dict[str, Any] = {"name": "map", "rotation": _quaternion_to_y(up)}
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "razer"}, "scene": 0}
-    document |= {"scenes": [{"nodes": [0]}], "nodes": [node]}
-    if not arrays:
+    document |= {"scenes": [{"nodes": [0]}], "nodes": [root]}
+    if not parts:
         return document
-    node["mesh"] = 0
-    views: list[dict[str, Any]] = []
-    accessors: list[dict[str, Any]] = []
-    offset = 0
-    for array, component, kind, target in arrays:
-        views.append({"buffer": 0, "byteOffset": offset, "byteLength": array.nbytes, "target": target})
-        accessor: dict[str, Any] = {
-            "bufferView": len(accessors),
-            "componentType": component,
-            "count": len(array),
-            "type": kind,
-        }
-        if kind == "VEC4":
-            accessor["normalized"] = True
-        accessors.append(accessor)
-        offset += array.nbytes
-    positions = arrays[0][0]
-    accessors[0] |= {"min": positions.min(0).tolist(), "max": positions.max(0).tolist()}
-    attributes = {"POSITION": 0, "NORMAL": 1, "COLOR_0": 2}
-    primitive = {"attributes": attributes, "indices": 3, "material": 0}
-    matte = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}, "doubleSided": True}
+    root["children"] = list(range(1, len(parts) + 1))
+    for number, (instance, *_) in enumerate(parts):
+        name = names.get(instance, f"instance {instance}") if instance else "rest"
+        document["nodes"].append({"name": name, "mesh": number, "extras": {"instance": instance}})
+    accessors = list(_accessors(parts, columns[0]))
     return document | {
-        "meshes": [{"primitives": [primitive]}],
-        "materials": [matte],
-        "buffers": [{"byteLength": n_bytes}],
-        "bufferViews": views,
+        "meshes": [{"primitives": [_primitive(number)]} for number in range(len(parts))],
+        "materials": [_MATTE],
+        "buffers": [{"byteLength": sum(column.nbytes for column in columns)}],
+        "bufferViews": _views(columns),
         "accessors": accessors,
     }
 
 
-def vertex_normals(mesh: LabelledMesh) -> NDArray[np.float64]:
-    """Unit normals (V, 3): adjacent triangles' normals weighted by area; (0, 1, 0) where there are none."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
-    face_normals = np.cross(b - a, c - a)
-    corners = mesh.triangles.reshape(-1)
-    sums = np.stack(
-        [np.bincount(corners, np.repeat(face_normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)],
-        axis=1,
-    )
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.where(lengths > 0, sums / np.where(lengths > 0, lengths, 1.0), (0.0, 1.0, 0.0))
+def _primitive(number: int) -> dict[str, Any]:
+    first = number * (len(_ATTRIBUTES) + 1)
+    attributes = {name: first + i for i, name in enumerate(_ATTRIBUTES)}
+    return {"attributes": attributes, "indices": first + len(_ATTRIBUTES), "material": 0}
+
+
+def _views(columns: list[NDArray]) -> list[dict[str, Any]]:
+    views: list[dict[str, Any]] = []
+    offset = 0
+    strides = [stride for *_, stride in _ATTRIBUTES.values()]
+    for column, stride in zip(columns, [*strides, None], strict=True):
+        view = {"buffer": 0, "byteOffset": offset, "byteLength": column.nbytes}
+        views.append(view | ({"target": _INDICES} if stride is None else {"target": _VERTICES, "byteStride": stride}))
+        offset += column.nbytes
+    return views
+
+
+def _accessors(parts: list[Part], positions: NDArray) -> Iterator[dict[str, Any]]:
+    """Of each part its attributes, in the order of _ATTRIBUTES, and its indices."""
+    vertex = index = 0
+    for _, vertices, corners in parts:
+        own = positions[vertex : vertex + len(vertices)]
+        for view, (name, (component, kind, stride)) in enumerate(_ATTRIBUTES.items()):
+            accessor: dict[str, Any] = {"bufferView": view, "byteOffset": vertex * stride, "componentType": component}
+            accessor |= {"count": len(vertices), "type": kind}
+            if name == "POSITION":
+                accessor |= {"min": own.min(0).tolist(), "max": own.max(0).tolist()}
+            if name == "COLOR_0":
+                accessor["normalized"] = True
+            yield accessor
+        place = {"bufferView": len(_ATTRIBUTES), "byteOffset": index * 4, "componentType": _UINT32}
+        yield place | {"count": corners.size, "type": "SCALAR"}
+        vertex, index = vertex + len(vertices), index + corners.size
 
 
 def _linear_rgba16(srgb: NDArray[np.uint8]) -> NDArray[np.uint16]:

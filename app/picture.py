@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import open3d as o3d
 import open3d.core as o3c
@@ -18,23 +20,46 @@ _DIRECTIONS = 16
 _ELEVATION = np.radians(48.0)
 
 
-def picture(mesh: LabelledMesh, up: Array, width: int = 1280, height: int = 560) -> NDArray[np.uint8]:
-    """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance.
+@dataclass(frozen=True)
+class Sight:
+    """What a camera above a map sees of it: triangle (H, W), -1 = none, and how squarely it is met, in [0, 1]."""
 
-    up (3,) points up in the world. Surfaces seen from behind are left out, so that one looks into rooms.
-    """
-    shades = (mesh.colors.astype(np.float64), instance_colors(mesh.instances).astype(np.float64))
-    rays = _rays(mesh, up / np.linalg.norm(up), width // 2, height)
-    triangle, facing = _first_front_faces(mesh, rays)
-    hit = triangle >= 0
-    panels = []
-    for colors in shades:
-        panel = np.full((height, width // 2, 3), _BACKGROUND, np.uint8)
-        corner = mesh.triangles[triangle[hit]]
-        flat = colors[corner].mean(axis=1) if colors is shades[0] else colors[corner[:, 0]]
-        panel[hit] = np.clip(flat * (0.45 + 0.55 * facing[hit, None]), 0, 255)
-        panels.append(panel)
-    return np.concatenate(panels, axis=1)
+    mesh: LabelledMesh
+    triangle: NDArray[np.int64]
+    facing: Array
+
+    @property
+    def instances(self) -> NDArray[np.int32]:
+        """The instance at each pixel (H, W), 0 = nobody or nothing."""
+        first = self.mesh.triangles[self.triangle, 0] if len(self.mesh.triangles) else np.zeros_like(self.triangle)
+        labels = self.mesh.instances[first] if len(self.mesh.instances) else np.zeros(first.shape, np.int32)
+        return np.where(self.triangle >= 0, labels, 0).astype(np.int32)
+
+    def panel(self, colors: NDArray[np.uint8], blend: bool) -> NDArray[np.uint8]:
+        """The map in the given colours (V, 3) of its vertices, (H, W, 3); within a triangle blended or the first's."""
+        hit = self.triangle >= 0
+        image = np.full((*hit.shape, 3), _BACKGROUND, np.uint8)
+        corner = self.mesh.triangles[self.triangle[hit]]
+        flat = colors[corner].mean(axis=1) if blend else colors[corner[:, 0]]
+        image[hit] = np.clip(flat * (0.45 + 0.55 * self.facing[hit, None]), 0, 255)
+        return image
+
+
+def look_into(mesh: LabelledMesh, up: Array, width: int, height: int) -> Sight:
+    """The map from above, from the side on which most of it is seen; up (3,) points up in the world. Surfaces seen
+    from behind are left out, so that one looks into rooms."""
+    if len(mesh.triangles) == 0:
+        return Sight(mesh, np.full((height, width), -1), np.zeros((height, width)))
+    rays = _rays(mesh, up / np.linalg.norm(up), width, height)
+    return Sight(mesh, *_first_front_faces(mesh, rays))
+
+
+def picture(mesh: LabelledMesh, up: Array, width: int = 1280, height: int = 560) -> NDArray[np.uint8]:
+    """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance."""
+    sight = look_into(mesh, up, width // 2, height)
+    return np.concatenate(
+        [sight.panel(mesh.colors, blend=True), sight.panel(instance_colors(mesh.instances), blend=False)], axis=1
+    )
 
 
 def _rays(mesh: LabelledMesh, up: Array, width: int, height: int) -> NDArray[np.float32]:

@@ -62,7 +62,8 @@ def _run(folder: Path, out: Path, options: RunOptions, overwrite: bool) -> tuple
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
-    return run_to_folder(sequence, config, target, console), target.final
+    noted = config.input.model_copy(update={"folder": str(folder.absolute())})
+    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console), target.final
 
 
 def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, json: bool) -> int:

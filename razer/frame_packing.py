@@ -22,6 +22,7 @@ from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics
 from razer.lifting import Detection, Lifted, occupied
 from razer.perception import Observation
+from razer.views import Region
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
 JPEG_QUALITY = 90
@@ -34,8 +35,8 @@ class _Packed:
     """An observation without its pose.
 
     `places` are the detections' readings as pixels of the strided images, and `told` what else is known of each
-    detection: mask, number of readings, score, quality, class name. `rest` are readings, one in each cell, of clusters
-    that are too small to be detections.
+    detection: mask, number of readings, score, quality, class name, region. `rest` are readings, one in each cell, of
+    clusters that are too small to be detections.
     """
 
     index: int
@@ -44,7 +45,7 @@ class _Packed:
     color: bytes
     depth: bytes
     places: bytes
-    told: list[tuple[int, int, float, float, str | None]]
+    told: list[tuple[int, int, float, float, str | None, Region | None]]
     embeddings: NDArray[np.int8]
     rest_masks: Ints
     rest_places: Ints
@@ -66,7 +67,7 @@ def pack(seen: Observation) -> bytes:
         color=cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes(),
         depth=_squeezed(_inverse_depth(surface.depth)),
         places=_deflated(np.diff(places, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
-        told=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name) for d in detections],
+        told=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
         embeddings=_coarse([d.embedding for d in detections]),
         rest_masks=rest_masks,
         rest_places=place[rest_readings],
@@ -121,13 +122,12 @@ def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
     pixels_of = np.split(pixels, np.cumsum(lengths)[:-1])
     embeddings = _unit(kept.embeddings)
     detections = []
-    for i, (mask, _, score, quality, class_name) in enumerate(kept.told):
+    for i, (mask, _, score, quality, class_name, region) in enumerate(kept.told):
         points = surface.cells.points[cells_of[i]]
         moments = PointMoments.of(points)
         box = OrientedBox.around(points, moments.axes)
-        detections.append(
-            Detection(mask, cells_of[i], pixels_of[i], moments, box, embeddings[i], score, quality, class_name)
-        )
+        seen = (mask, cells_of[i], pixels_of[i], moments, box, embeddings[i], score, quality, class_name, region)
+        detections.append(Detection(*seen))
     masks = np.array([mask for mask, *_ in kept.told], np.int32)
     rest_cells = surface.pixel_cell[reading[kept.rest_places]]
     return Lifted(

@@ -14,6 +14,7 @@ from razer.cells import ObservedSurface
 from razer.clustering import cluster
 from razer.config import LiftingSettings, MaskSettings
 from razer.frame import Frame, Masks
+from razer.views import Region
 
 REFERENCE_PIXELS = 640 * 480
 
@@ -21,7 +22,8 @@ REFERENCE_PIXELS = 640 * 480
 @dataclass(frozen=True)
 class Detection:
     """One cluster of one mask: mask, index into the frame's masks; cells (n,), rows of the observed cells;
-    pixels (p,), indices of the observed surface's readings; quality in [0, 1], how much its view tells."""
+    pixels (p,), indices of the observed surface's readings; quality in [0, 1], how much its view tells;
+    region, where the image shows it, None where that is not known."""
 
     mask: int
     cells: NDArray[np.int32]
@@ -32,6 +34,7 @@ class Detection:
     score: float
     quality: float
     class_name: str | None
+    region: Region | None = None
 
     @property
     def n_cells(self) -> int:
@@ -111,16 +114,18 @@ def lift(
         moments = PointMoments.of(points)
         score = float(masks.scores[mask])
         share = len(pixel_rows) / pixel_counts[mask]
+        pixels = pixel_of[pixel_rows].astype(np.int32)
         detection = Detection(
             mask=mask,
             cells=cells,
-            pixels=pixel_of[pixel_rows].astype(np.int32),
+            pixels=pixels,
             moments=moments,
             box=OrientedBox.around(points, moments.axes),
             embedding=embeddings[mask],
             score=score,
             quality=view_quality(score, share, len(pixel_rows) * surface.stride**2),
             class_name=None if masks.class_names is None else masks.class_names[mask],
+            region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
         )
         found.append((mask, -len(cells), label, detection))
     detections = tuple(entry[3] for entry in sorted(found, key=lambda entry: entry[:3]))

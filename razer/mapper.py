@@ -28,6 +28,7 @@ from razer.track import Track
 from razer.tracker import Tracker
 from razer.voting import vote
 from razer.voxels import VoxelMap
+from razer.words import Words
 
 
 class Mapper:
@@ -38,6 +39,7 @@ class Mapper:
     ) -> None:
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
+        self._words = Words(embedder)
         self.voxels = VoxelMap(config.voxels, device)
         self.tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self.follower = Follower(config) if config.follow.enabled else None
@@ -204,7 +206,7 @@ class Mapper:
 
     def snapshot(self) -> PanopticMap:
         """The map as it is now: confirmed instances and the labelled mesh."""
-        return PanopticMap.of([t for t in self.tracks if t.confirmed], extract_mesh(self.voxels))
+        return PanopticMap.of([t for t in self.tracks if t.confirmed], extract_mesh(self.voxels), self._words)
 
 
 def _enlarged(ids: NDArray[np.int32], stride: int, shape: tuple[int, ...]) -> NDArray[np.int32]:

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from razer.boxes import OrientedBox
+from razer.frame import BadInput
+from razer.hypotheses import Hypotheses
+from razer.ranking import PRESENT, TextRanking, image_scores
 from razer.surface import LabelledMesh
 from razer.track import Track
+from razer.views import View
+from razer.words import Words
 
 
 @dataclass(frozen=True)
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
-    length with weights (J,) adding up to 1."""
+    length with weights (J,) adding up to 1; views, the frames that show it best, the best first."""
 
     id: int
     class_name: str | None
@@ -29,27 +35,118 @@ class MapObject:
     last_frame: int
     embeddings: NDArray[np.float32]
     weights: NDArray[np.float64]
+    views: tuple[View, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hit:
+    """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
+    name."""
+
+    object: MapObject
+    score: float
+    class_guess: str | None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a query found, the most probable first; nothing scores less than `threshold`."""
+
+    hits: tuple[Hit, ...]
+    threshold: float
+
+    @property
+    def found(self) -> bool:
+        """Whether what was asked for is in the map at all."""
+        return bool(self.hits)
+
+    def best(self, k: int) -> Answer:
+        """The same with the first k hits only."""
+        return Answer(self.hits[:k], self.threshold)
 
 
 @dataclass(frozen=True)
 class PanopticMap:
-    """Objects by id and the mesh whose vertices bear their ids."""
+    """Objects by id, the mesh whose vertices bear their ids, and the words by which they can be asked for."""
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
+    words: Words | None = None
 
     @classmethod
-    def of(cls, tracks: Sequence[Track], mesh: LabelledMesh) -> PanopticMap:
+    def of(cls, tracks: Sequence[Track], mesh: LabelledMesh, words: Words | None = None) -> PanopticMap:
         """Freeze tracks and mesh; vertices of ids that are no object become nobody's."""
         known = np.array(sorted(track.id for track in tracks), dtype=np.int32)
         instances = np.where(np.isin(mesh.instances, known), mesh.instances, 0).astype(np.int32)
         counts = np.bincount(instances, minlength=1)
         objects = [_frozen(t, int(counts[t.id]) if t.id < len(counts) else 0) for t in tracks]
         mesh = LabelledMesh(mesh.vertices, mesh.colors, instances, mesh.triangles)
-        return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh)
+        return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, words)
+
+    def rank(self, text: str, threshold: float = PRESENT) -> Answer:
+        """The instances that a text means (section III-H); raises BadInput where the embedder cannot tell."""
+        ranking = self.text_ranking
+        scores = ranking.scores(self.text_vectors([text]))[:, 0]
+        rows = _above(scores, threshold)
+        return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
+
+    def rank_image(self, vector: NDArray[np.float32], threshold: float = PRESENT) -> Answer:
+        """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
+        for one of another embedder."""
+        self._check(len(vector))
+        scores = image_scores(self.hypotheses, vector)
+        rows = _above(scores, threshold)
+        return self._answer(scores, rows, threshold, [None] * len(rows))
+
+    @cached_property
+    def hypotheses(self) -> Hypotheses:
+        """The embeddings of all objects."""
+        return Hypotheses.of({o.id: (o.embeddings, o.weights) for o in self.objects})
+
+    @cached_property
+    def text_ranking(self) -> TextRanking:
+        """The objects, ready for texts; raises BadInput where the embedder cannot tell."""
+        words = self._words()
+        self._check(words.contrast.vectors.shape[1])
+        return TextRanking(self.hypotheses, words.contrast)
+
+    def text_vectors(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Unit vectors (N, D) of texts."""
+        return self._words().vectors(texts)
+
+    def _words(self) -> Words:
+        if self.words is None:
+            raise BadInput("no embedder is known for this map, so that it cannot be asked by words")
+        return self.words
+
+    def _check(self, dimension: int) -> None:
+        own = self.hypotheses.vectors.shape[1]
+        if len(self.hypotheses) and own != dimension:
+            raise BadInput(
+                f"the embedder makes vectors of {dimension} numbers, but those of this map have {own}: "
+                "name the embedder that made them with --embedder and --set"
+            )
+
+    def _answer(
+        self, scores: NDArray[np.float64], rows: NDArray[np.intp], threshold: float, guesses: Sequence[str | None]
+    ) -> Answer:
+        known = {o.id: o for o in self.objects}
+        found = [known[int(i)] for i in self.hypotheses.ids[rows]]
+        hits = [
+            Hit(o, float(score), o.class_name or guess)
+            for o, score, guess in zip(found, scores[rows], guesses, strict=True)
+        ]
+        return Answer(tuple(hits), threshold)
+
+
+def _above(scores: NDArray[np.float64], threshold: float) -> NDArray[np.intp]:
+    """Rows of the scores (M,) that reach a threshold, the best first."""
+    order = np.argsort(-scores, kind="stable")
+    return order[scores[order] >= threshold]
 
 
 def _frozen(track: Track, n_vertices: int) -> MapObject:
+    embeddings, weights = track.bank.settled()
     return MapObject(
         id=track.id,
         class_name=track.class_name,
@@ -60,6 +157,7 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         observations=track.hits,
         first_frame=track.first_frame,
         last_frame=track.last_frame,
-        embeddings=track.bank.embeddings,
-        weights=track.bank.confidences,
+        embeddings=embeddings,
+        weights=weights,
+        views=track.views,
     )

@@ -6,17 +6,20 @@ import json
 import re
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from razer.boxes import OrientedBox
 from razer.cells import BLOCK_VOXELS
 from razer.config import VoxelSettings
 from razer.frame import BadInput
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.surface import LabelledMesh
+from razer.views import View
 from razer.voxels import VoxelMap
 
 FORMAT = 1
@@ -38,21 +41,33 @@ PLY_TYPES = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
 
 def write_mesh_ply(path: Path, mesh: LabelledMesh) -> None:
     """Binary PLY with the instance of each vertex as an integer property."""
-    vertices = np.empty(len(mesh.vertices), VERTEX)
-    for i, name in enumerate("xyz"):
-        vertices[name] = mesh.vertices[:, i]
-    for i, name in enumerate(("red", "green", "blue")):
-        vertices[name] = mesh.colors[:, i]
+    vertices = vertex_rows(mesh, VERTEX)
     vertices["instance"] = mesh.instances
-    faces = np.empty(len(mesh.triangles), FACE)
+    write_ply(path, vertices, mesh.triangles)
+
+
+def write_ply(path: Path, vertices: NDArray, triangles: NDArray[np.int32]) -> None:
+    """Binary PLY of vertices (V,) with named fields of the types in PLY_TYPES, and triangles (T, 3)."""
+    faces = np.empty(len(triangles), FACE)
     faces["n"] = 3
-    faces["a"], faces["b"], faces["c"] = mesh.triangles.T
-    properties = [f"property {PLY_TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
+    faces["a"], faces["b"], faces["c"] = triangles.T
+    fields = vertices.dtype
+    properties = [f"property {PLY_TYPES[fields[name].str]} {name}" for name in fields.names or ()]
     header = [
         "ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}", *properties,
         f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", "",
     ]  # fmt: skip
     path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
+
+
+def vertex_rows(mesh: LabelledMesh, fields: np.dtype) -> NDArray:
+    """Rows (V,) with the given fields, of which place and colour are filled."""
+    vertices = np.zeros(len(mesh.vertices), fields)
+    for i, name in enumerate("xyz"):
+        vertices[name] = mesh.vertices[:, i]
+    for i, name in enumerate(("red", "green", "blue")):
+        vertices[name] = mesh.colors[:, i]
+    return vertices
 
 
 def read_mesh_ply(path: Path) -> LabelledMesh:
@@ -78,31 +93,53 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
     )
 
 
-def write_instances_json(path: Path, panoptic: PanopticMap, up: NDArray[np.float64] | None = None) -> None:
-    """All instances with their boxes; `up` (3,) is the world's upward direction where it is known."""
+def write_instances_json(
+    path: Path,
+    panoptic: PanopticMap,
+    up: NDArray[np.float64] | None = None,
+    stamps: Mapping[int, float] | None = None,
+) -> None:
+    """All instances with their boxes; `up` (3,) is the world's upward direction where it is known, and `stamps` the
+    seconds of frames by their index."""
     content = {
         "format": FORMAT,
         "frame": "world, metres, right-handed",
         "up": None if up is None else _rounded(up),
-        "instances": [_instance(o) for o in panoptic.objects],
+        "instances": [_instance(o, stamps or {}) for o in panoptic.objects],
     }
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def _instance(found: MapObject) -> dict[str, object]:
+def _instance(found: MapObject, stamps: Mapping[int, float]) -> dict[str, object]:
     return {
         "id": found.id,
         "class": found.class_name,
         "score": round(found.score, 4),
-        "center": _rounded(found.box.center),
-        "extent": _rounded(found.box.extent),
-        "rotation": [_rounded(row, 8) for row in found.box.rotation],
+        **box_entry(found.box),
         "n_voxels": found.n_voxels,
         "n_vertices": found.n_vertices,
         "observations": found.observations,
         "first_frame": found.first_frame,
         "last_frame": found.last_frame,
+        "best_views": [_view(view, stamps.get(view.frame, view.stamp)) for view in found.views],
     }
+
+
+def _view(view: View, stamp: float | None) -> dict[str, object]:
+    region = view.region
+    return {
+        "frame": view.frame,
+        "stamp": stamp,
+        "box": list(region.box),
+        "pixels": region.pixels,
+        "whole": region.whole,
+    }
+
+
+def box_entry(box: OrientedBox) -> dict[str, object]:
+    """A box in a JSON file: center and extent in metres, rotation world from box."""
+    rotation = [_rounded(row, 8) for row in box.rotation]
+    return {"center": _rounded(box.center), "extent": _rounded(box.extent), "rotation": rotation}
 
 
 def _rounded(values: NDArray, digits: int = 5) -> list[float]:

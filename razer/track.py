@@ -10,6 +10,7 @@ from razer.boxes import OrientedBox, PointMoments
 from razer.config import BankSettings
 from razer.embedding import EmbeddingBank
 from razer.lifting import Detection
+from razer.views import View, best_views
 
 # Hits at which the share of evidence still missing is halved in the confidence.
 HALF_EVIDENCE_HITS = 2.0
@@ -34,6 +35,7 @@ class Track:
         self.confirmed = False
         self.support = 1.0
         self.n_voxels = 0
+        self.views: tuple[View, ...] = ()
         self._rivalry = 0.0
         self._class_votes: Counter[str] = Counter()
         self.observe(detection, frame_index)
@@ -77,6 +79,8 @@ class Track:
             self.moments = self.moments + detection.moments
             self.box = _grown_to(self.box, self.moments, detection.box)
         self.bank.add(detection.embedding, detection.quality)
+        if detection.region is not None:
+            self.views = best_views([*self.views, View(frame_index, detection.region)])
         if detection.class_name is not None:
             self._class_votes[detection.class_name] += 1
 
@@ -97,6 +101,7 @@ class Track:
         self.hits, self.chances = max(self.hits, other.hits), max(self.chances, other.chances)
         self.confirmed = self.confirmed or other.confirmed
         self.n_voxels += other.n_voxels
+        self.views = best_views([*self.views, *other.views])
         self._class_votes += other._class_votes
 
 

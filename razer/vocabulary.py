@@ -61,11 +61,12 @@ def vocabulary(name: str) -> Vocabulary:
     with one name a line, numbered from 1. Raises BadInput.
 
     Sources: scannet200, scannet20, nyu40: the label map and the ScanNet200 splits that ScanNet publishes;
-    replica: the classes in each info_semantic.json of Replica, with NYU40 numbers by ScanNet's label map."""
+    replica: the classes in each info_semantic.json of Replica, with NYU40 numbers by ScanNet's label map; coco, lvis:
+    the categories of their annotations (LVIS v1), all of them things."""
     path = FOLDER / f"{name}.csv" if name in VOCABULARIES else Path(name)
     try:
         text = path.read_text(encoding="utf-8")
-    except OSError:
+    except (OSError, UnicodeDecodeError):
         raise BadInput(f"{name} is no vocabulary: give one of {', '.join(VOCABULARIES)}, or a file") from None
     rows = list(csv.DictReader(text.splitlines())) if path.suffix == ".csv" else _numbered(text)
     try:

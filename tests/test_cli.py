@@ -162,11 +162,12 @@ def test_the_trajectory_is_the_one_that_was_given(finished, recording):
     np.testing.assert_allclose(same_rotation, 1, atol=1e-6)
 
 
-def test_the_saved_config_is_the_one_that_was_used(finished):
+def test_the_saved_config_is_the_one_that_was_used(finished, recording):
     config = read_config(finished[0] / "config.toml", [], {})
     assert config.voxels.voxel_size_m == 0.05
     assert config.run.device == "cpu"
-    assert config == read_config(None, ["voxels.voxel_size_m=0.05", "run.device=cpu", "input.poses=given"], {})
+    given = ["voxels.voxel_size_m=0.05", "run.device=cpu", "input.poses=given", f"input.folder={recording}"]
+    assert config == read_config(None, given, {})
 
 
 def test_mesh_and_instances_agree(finished):
@@ -419,6 +420,7 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert result["yolo_decoding"]["masks"] == 30
     assert result["yolo_decoding"]["median_ms"] > 0
     assert min(result["describing"].values()) > 0
+    assert result["ranking"]["query_ms"] > 0
     assert listing(tmp_path) == []
 
 

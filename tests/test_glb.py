@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import struct
-
 import numpy as np
 import open3d as o3d
 import pytest
+from gltf import read_glb
 
-from app.glb import vertex_normals, write_glb
+from app.glb import instance_names, write_glb
 from app.palette import instance_colors, tinted
+from razer.normals import vertex_normals
 from razer.surface import LabelledMesh
 
 
@@ -21,44 +20,53 @@ def tetrahedron():
     return LabelledMesh(vertices, colors, np.array([0, 0, 7, 7], np.int32), triangles)
 
 
-def parse(path):
-    data = path.read_bytes()
-    magic, version, length = struct.unpack_from("<4sII", data)
-    assert (magic, version, length) == (b"glTF", 2, len(data))
-    chunks, offset = {}, 12
-    while offset < length:
-        size, kind = struct.unpack_from("<II", data, offset)
-        assert size % 4 == 0
-        chunks[kind] = data[offset + 8 : offset + 8 + size]
-        offset += 8 + size
-    return json.loads(chunks[0x4E4F534A]), chunks.get(0x004E4942, b"")
+def by_node(path):
+    """Node name to (positions, indices, colours)."""
+    document, arrays = read_glb(path)
+    found = {}
+    for node in document["nodes"]:
+        if "mesh" in node:
+            (primitive,) = document["meshes"][node["mesh"]]["primitives"]
+            at = primitive["attributes"]
+            found[node["name"]] = (arrays[at["POSITION"]], arrays[primitive["indices"]][:, 0], arrays[at["COLOR_0"]])
+    return found
 
 
-def accessor(document, binary, index):
-    entry = document["accessors"][index]
-    view = document["bufferViews"][entry["bufferView"]]
-    kinds = {5126: "<f4", 5123: "<u2", 5125: "<u4"}
-    width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[entry["type"]]
-    count = entry["count"] * width
-    return np.frombuffer(binary, kinds[entry["componentType"]], count, view["byteOffset"]).reshape(-1, width)
+def test_each_instance_is_a_node_and_together_they_are_the_mesh(tmp_path):
+    mesh = tetrahedron()
+    write_glb(tmp_path / "mesh.glb", mesh, names=instance_names({7: "lamp"}))
+    nodes = by_node(tmp_path / "mesh.glb")
+    assert set(nodes) == {"rest", "lamp 7"}
+    # Two triangles have two corners of the instance, two have one.
+    triangles = {name: positions[indices].reshape(-1, 3, 3) for name, (positions, indices, _) in nodes.items()}
+    np.testing.assert_array_equal(triangles["rest"], mesh.vertices[mesh.triangles[[0, 1]]])
+    np.testing.assert_array_equal(triangles["lamp 7"], mesh.vertices[mesh.triangles[[2, 3]]])
 
 
-def test_what_is_written_is_the_mesh(tmp_path):
+def test_colours_are_linear_and_those_of_nobody_stay(tmp_path):
     mesh = tetrahedron()
     write_glb(tmp_path / "mesh.glb", mesh)
-    document, binary = parse(tmp_path / "mesh.glb")
-    primitive = document["meshes"][0]["primitives"][0]
-    np.testing.assert_array_equal(accessor(document, binary, primitive["attributes"]["POSITION"]), mesh.vertices)
-    indices = accessor(document, binary, primitive["indices"])
-    np.testing.assert_array_equal(indices.reshape(-1, 3), mesh.triangles)
-    bounds = document["accessors"][primitive["attributes"]["POSITION"]]
-    assert (bounds["min"], bounds["max"]) == ([0, 0, 0], [1, 1, 2])
-    colors = accessor(document, binary, primitive["attributes"]["COLOR_0"]) / 65535
-    # Nobody's vertices keep their colour; glTF wants linear light, where sRGB 128 is 0.2159.
-    np.testing.assert_allclose(colors[:2], [[1, 0, 0, 1], [0, 1, 0, 1]])
+    colors = {name: column / 65535 for name, (*_, column) in by_node(tmp_path / "mesh.glb").items()}
+    np.testing.assert_allclose(colors["rest"][:2], [[1, 0, 0, 1], [0, 1, 0, 1]])
+    # glTF wants linear light, where sRGB 128 is 0.2159.
     tint = tinted(mesh.colors, mesh.instances)[3] / 255
-    np.testing.assert_allclose(colors[3, :3], ((tint + 0.055) / 1.055) ** 2.4, atol=2e-5)
-    assert document["buffers"][0]["byteLength"] <= len(binary)
+    np.testing.assert_allclose(colors["instance 7"][-1, :3], ((tint + 0.055) / 1.055) ** 2.4, atol=2e-5)
+
+
+def test_names_tell_class_and_instance():
+    assert instance_names({3: "chair", 4: None}) == {3: "chair 3", 4: "instance 4"}
+
+
+def test_a_mesh_of_many_instances_keeps_every_triangle(tmp_path):
+    rng = np.random.default_rng(0)
+    vertices = rng.normal(size=(200, 3)).astype(np.float32)
+    triangles = rng.permuted(np.tile(np.arange(200), (300, 1)), axis=1)[:, :3].astype(np.int32)
+    mesh = LabelledMesh(vertices, rng.integers(0, 256, (200, 3)).astype(np.uint8), rng.integers(0, 9, 200), triangles)
+    write_glb(tmp_path / "mesh.glb", mesh)
+    nodes = by_node(tmp_path / "mesh.glb")
+    written = np.concatenate([positions[indices].reshape(-1, 9) for positions, indices, _ in nodes.values()])
+    expected = vertices[triangles].reshape(-1, 9)
+    np.testing.assert_array_equal(written[np.lexsort(written.T)], expected[np.lexsort(expected.T)])
 
 
 def test_another_reader_agrees(tmp_path):
@@ -73,10 +81,10 @@ def test_an_empty_map_is_a_scene_without_a_mesh(tmp_path):
     empty = np.zeros((0, 3), np.int32)
     mesh = LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
     write_glb(tmp_path / "mesh.glb", mesh)
-    document, binary = parse(tmp_path / "mesh.glb")
+    document, arrays = read_glb(tmp_path / "mesh.glb")
     assert "meshes" not in document
     assert "buffers" not in document
-    assert binary == b""
+    assert arrays == []
 
 
 def test_normals_point_out_of_a_closed_mesh_with_outward_faces():
@@ -90,7 +98,7 @@ def test_normals_point_out_of_a_closed_mesh_with_outward_faces():
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, -1, 0), (0, 1, 0), (1, 2, -3), (0, -2, 1e-12), (0, 0, 0)])
 def test_up_is_shown_upwards(tmp_path, up):
     write_glb(tmp_path / "mesh.glb", tetrahedron(), np.array(up, float))
-    x, y, z, w = parse(tmp_path / "mesh.glb")[0]["nodes"][0]["rotation"]
+    x, y, z, w = read_glb(tmp_path / "mesh.glb")[0]["nodes"][0]["rotation"]
     assert np.linalg.norm([x, y, z, w]) == pytest.approx(1)
     direction = np.array(up, float)
     length = np.linalg.norm(direction)

@@ -251,7 +251,7 @@ def test_instances_follow_the_contract(tmp_path: Path) -> None:
     for entry, found in zip(content["instances"], objects, strict=True):
         assert set(entry) == {
             "id", "class", "score", "center", "extent", "rotation",
-            "n_voxels", "n_vertices", "observations", "first_frame", "last_frame",
+            "n_voxels", "n_vertices", "observations", "first_frame", "last_frame", "best_views",
         }  # fmt: skip
         rotation = np.array(entry["rotation"])
         assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)

@@ -11,6 +11,7 @@ from typing import Any
 from app.benchmark.decoding import measure_decoding
 from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
+from app.benchmark.ranking import measure_ranking
 from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
 from app.config import RunConfig
@@ -29,7 +30,8 @@ ROOM_FRAMES = 120
 
 def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
-    it, how fast synthetic frames are rendered, and how long evaluation, the decoding and the description of masks take."""
+    it, how fast synthetic frames are rendered, and how long an evaluation, what is done to masks beside the models, and
+    a query take."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # the yardstick has no others
@@ -51,6 +53,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         "evaluation": measure_evaluation(),
         "yolo_decoding": measure_decoding(),
         "describing": measure_describing(),
+        "ranking": measure_ranking(),
     }
 
 

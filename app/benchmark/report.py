@@ -41,6 +41,8 @@ def print_bench(result: dict[str, Any]) -> None:
         f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
         f"map, {describing['crops_ms']:.1f} ms to cut crops"
     )
+    ranked = result["ranking"]
+    console.print(f"a query over {ranked['instances']} instances: {ranked['query_ms']:.1f} ms")
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from razer.geometry import Array, transform_points
 from razer.metrics.scene_pair import TimedPoses
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.storage import read_mesh_ply
-from razer.surface import LabelledMesh
+from razer.views import Region, View
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,9 @@ def read_run(folder: Path) -> MappedRun:
         listed = json.loads((folder / names.INSTANCES).read_text())["instances"]
         with np.load(folder / names.EMBEDDINGS) as bank:
             ids, embeddings, weights = bank["ids"], bank["embeddings"], bank["weights"]
-        objects = tuple(_object(entry, ids, embeddings, weights, mesh) for entry in listed)
+        n_vertices = Counter(mesh.instances.tolist())
+        banks = _banks(ids, embeddings, weights)
+        objects = tuple(_object(entry, banks, n_vertices[int(entry["id"])]) for entry in listed)
     except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
         raise BadInput(
             f"{folder}: {names.INSTANCES} or {names.EMBEDDINGS} is missing or damaged ({error}); run again"
@@ -77,26 +80,39 @@ def read_run(folder: Path) -> MappedRun:
     return MappedRun(folder.absolute().name, PanopticMap(objects, mesh), _trajectory(folder))
 
 
+def _banks(
+    ids: NDArray[np.int32], embeddings: NDArray[np.float32], weights: NDArray[np.float64]
+) -> dict[int, tuple[NDArray[np.float32], NDArray[np.float64]]]:
+    """The rows of each id, which lie together."""
+    known, first = np.unique(ids, return_index=True)
+    order = np.argsort(first)
+    parts = [np.split(rows, np.sort(first)[1:]) for rows in (embeddings, weights)]
+    return {int(i): (e, w) for i, e, w in zip(known[order], *parts, strict=True)} if len(known) else {}
+
+
 def _object(
-    entry: dict[str, Any],
-    ids: NDArray[np.int32],
-    embeddings: NDArray[np.float32],
-    weights: NDArray[np.float64],
-    mesh: LabelledMesh,
+    entry: dict[str, Any], banks: dict[int, tuple[NDArray[np.float32], NDArray[np.float64]]], n_vertices: int
 ) -> MapObject:
-    own = ids == entry["id"]
+    embeddings, weights = banks.get(int(entry["id"]), (np.zeros((0, 0), np.float32), np.zeros(0)))
     box = OrientedBox(*(np.array(entry[part], np.float64) for part in ("center", "rotation", "extent")))
-    counts = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
+    counts: dict[str, Any] = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
     return MapObject(
         id=int(entry["id"]),
         class_name=entry["class"],
         score=float(entry["score"]),
         box=box,
-        n_vertices=int((mesh.instances == entry["id"]).sum()),
-        embeddings=embeddings[own],
-        weights=weights[own],
+        n_vertices=n_vertices,
+        embeddings=embeddings,
+        weights=weights,
+        views=tuple(_view(view) for view in entry.get("best_views", ())),
         **counts,
     )
+
+
+def _view(entry: dict[str, Any]) -> View:
+    x, y, width, height = (int(number) for number in entry["box"])
+    region = Region((x, y, width, height), int(entry["pixels"]), bool(entry["whole"]))
+    return View(int(entry["frame"]), region, entry["stamp"])
 
 
 def _trajectory(folder: Path) -> TimedPoses:

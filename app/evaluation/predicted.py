@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.frame import BadInput
 from razer.metrics.scene_pair import PredictedScene, TimedPoses
-from razer.models import make_embedder
+from razer.models import NameTable, TextSide, make_embedder
 from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
@@ -85,13 +85,12 @@ def _estimated_poses(config: Path) -> bool:
 def _by_text(folder: Path, class_names: Sequence[str], template: str) -> dict[int, str] | None:
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
     config = read_config(folder / names.CONFIG, (), {})
-    embedder: Any = make_embedder(config.embedder.name, config.embedder.options)
-    if not hasattr(embedder, "embed_text"):
+    embedder = make_embedder(config.embedder.name, config.embedder.options)
+    if not isinstance(embedder, TextSide):
         return None
-    # The oracle knows names, not sentences.
-    texts = class_names if config.embedder.name == "oracle" else [template.format(name) for name in class_names]
+    texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]
     with np.load(folder / names.EMBEDDINGS) as bank:
-        return nearest_names(bank["ids"], bank["embeddings"], class_names, embedder.embed_text(texts))
+        return nearest_names(bank["ids"], bank["embeddings"], class_names, embedder.embed_texts(texts))
 
 
 def nearest_names(

@@ -21,6 +21,19 @@ EMBEDDINGS = "embeddings.npz"
 VOXELS = "map.npz"
 TIMINGS = "timings.json"
 TIMELINE = "timeline.rrd"
+PANOPTIC_PLY = "panoptic.ply"
+PANOPTIC = "panoptic.json"
+SCENE_GRAPH = "scene_graph.json"
+
+
+def replace_file(path: Path, writer: Callable[[Path], None]) -> None:
+    """Let `writer` write beside the place of a file, under a name with the same ending, and rename it."""
+    temporary = path.with_name(f".part-{path.name}")
+    try:
+        writer(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 class RunFolder:
@@ -77,9 +90,7 @@ class RunFolder:
 
     def write(self, name: str, writer: Callable[[Path], None]) -> None:
         """Write one file under a temporary name with the same ending, then rename it."""
-        temporary = self.partial / f".part-{name}"
-        writer(temporary)
-        os.replace(temporary, self.partial / name)
+        replace_file(self.partial / name, writer)
 
     def commit(self) -> Path:
         """Give the folder its final name, in place of an older run if there is one; returns that name."""

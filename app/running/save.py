@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from app.config import RunConfig
-from app.glb import write_glb
+from app.glb import instance_names, write_glb
 from app.running import run_folder as names
 from app.running.outcome import Outcome
 from app.running.run_folder import RunFolder
@@ -20,6 +20,7 @@ from app.toml_text import toml_text
 from razer import storage
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
+from razer.up import upward
 from slam.report import GraphReport
 
 POSE_COVARIANCES_FORMAT = 1
@@ -35,8 +36,13 @@ def save_run(
     if (graph := outcome.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
-    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, camera_up(outcome.poses)))
-    folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic))
+    up, stamps = (
+        upward(panoptic.mesh, camera_up(outcome.poses)),
+        dict(zip(outcome.indices, outcome.stamps, strict=True)),
+    )
+    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
+    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
+    folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic, up, stamps))
     folder.write(names.EMBEDDINGS, lambda path: storage.write_embeddings_npz(path, panoptic))
     folder.write(names.VOXELS, lambda path: storage.save_voxels(path, mapper.voxels))
 

@@ -51,6 +51,15 @@ class TextSide(Protocol):
 
 
 @runtime_checkable
+class NameTable(TextSide, Protocol):
+    """A text side that knows names and no sentences, and so is asked without prompts round them."""
+
+    @property
+    def known_names(self) -> Sequence[str]:
+        """The names it knows, synonyms left out; none where it takes any name."""
+
+
+@runtime_checkable
 class ImageSide(Protocol):
     """An embedder whose vectors can be asked for by a picture (section III-H)."""
 

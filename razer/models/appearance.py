@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import Frame, Masks
+from razer.frame import BadInput, Frame, Intrinsics, Masks
 
 Values = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -43,6 +43,17 @@ class AppearanceEmbedder:
         length = np.linalg.norm(vectors, axis=1, keepdims=True)
         even = np.full(vectors.shape, vectors.shape[1] ** -0.5)
         return np.where(length > 1e-6, vectors / np.maximum(length, 1e-6), even).astype(np.float32)
+
+    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """The vector (dimension,) of colour and texture alone: a picture tells no size. Raises BadInput for an empty
+        mask."""
+        if not mask.any():
+            raise BadInput("the picture's box or mask is empty: give one that covers something")
+        height, width = mask.shape
+        camera = Intrinsics(width, height, float(width), float(width), width / 2, height / 2)
+        frame = Frame(0, 0.0, rgb, np.zeros((height, width), np.float32), camera)
+        vector: NDArray[np.float32] = self.embed(frame, Masks(mask[None], np.ones(1, np.float32)))[0]
+        return vector
 
 
 def _samples(masks: NDArray[np.bool_], every: int) -> tuple[Indices, Indices]:

@@ -111,9 +111,14 @@ class OracleEmbedder:
         vector = np.random.default_rng([self.seed, *_digest(name)]).standard_normal(self.dimension)
         return vector / np.linalg.norm(vector)
 
-    def embed_text(self, names: Sequence[str]) -> NDArray[np.float32]:
+    @property
+    def known_names(self) -> tuple[str, ...]:
+        """None in particular: any name has its vector."""
+        return ()
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
         """The vectors (N, dimension) of class names."""
-        return np.stack([self.class_vector(name) for name in names]).astype(np.float32)
+        return np.stack([self.class_vector(name) for name in texts]).astype(np.float32)
 
     def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
         """A unit vector for each mask, (N, dimension) float32; raises BadInput for masks without class names."""

@@ -1,0 +1,48 @@
+"""A table of names with the vectors of their texts and of pictures of them, both of one embedder."""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+
+Vectors = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Exemplars:
+    """names (N,), synonyms of each, text (N, D) and image (N, D), of unit length."""
+
+    names: tuple[str, ...]
+    synonyms: tuple[frozenset[str], ...]
+    text: Vectors
+    image: Vectors
+
+    @classmethod
+    def read(cls, path: Path) -> Exemplars:
+        """From an npz with names, synonyms ('|' between them), text and image; raises BadInput."""
+        try:
+            with np.load(path, allow_pickle=False) as table:
+                names, synonyms = table["names"], table["synonyms"]
+                text, image = (_unit(table[side]) for side in ("text", "image"))
+        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise BadInput(f"{path} is no table with names, synonyms, text and image: {error}") from error
+        return cls(tuple(map(str, names)), tuple(frozenset(str(s).split("|")) for s in synonyms), text, image)
+
+    def present_and_absent(self, n: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows of `n` names, and of `n` others that share no synonym with any of them."""
+        order = rng.permutation(len(self.names))
+        present = order[:n]
+        taken = frozenset().union(*(self.synonyms[row] for row in present))
+        absent = [row for row in order[n:] if not self.synonyms[row] & taken][:n]
+        return present, np.array(absent, np.intp)
+
+
+def _unit(vectors: NDArray) -> Vectors:
+    wide = vectors.astype(np.float32)
+    return wide / np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-9)

@@ -1,0 +1,46 @@
+"""A picture that is asked for, whole or a box of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.models import Embedder, ImageSide
+
+
+def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) -> NDArray[np.float32]:
+    """The vector (D,) of what a picture shows, or a box 'x,y,width,height' of it, in pixels. Raises BadInput."""
+    if not isinstance(embedder, ImageSide):
+        raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")
+    rgb = _read(path)
+    mask = np.zeros(rgb.shape[:2], np.bool_)
+    mask[_window(box, rgb.shape, path)] = True
+    return embedder.embed_region(rgb, mask)
+
+
+def _read(path: Path) -> NDArray[np.uint8]:
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read ({error.strerror}): give an image file") from error
+    bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
+    if bgr is None:
+        raise BadInput(f"{path} is no image, or is damaged: give a .png or .jpg")
+    rgb: NDArray[np.uint8] = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
+    return rgb
+
+
+def _window(box: str | None, shape: tuple[int, ...], path: Path) -> tuple[slice, slice]:
+    if box is None:
+        return slice(None), slice(None)
+    try:
+        x, y, width, height = (int(part) for part in box.split(","))
+    except ValueError:
+        raise BadInput(f"--box {box}: write it as x,y,width,height in pixels") from None
+    if min(x, y) < 0 or min(width, height) < 1 or x + width > shape[1] or y + height > shape[0]:
+        raise BadInput(f"--box {box} does not lie in {path}, which has {shape[1]}x{shape[0]} pixels")
+    return slice(y, y + height), slice(x, x + width)

@@ -1,0 +1,57 @@
+"""The names that queries are set against, embedded once for each text encoder and kept in the user's cache."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.config import EmbedderSettings
+from app.consoles import progress_console
+from razer.models import NameTable
+from razer.ranking import Contrast
+from razer.words import TEMPLATES, Words
+
+FORMAT = 1
+
+
+def contrast_of(words: Words, settings: EmbedderSettings) -> Contrast:
+    """The contrast of an embedder made by these settings; raises BadInput if it has no text side."""
+    if isinstance(words.text_side, NameTable):
+        return words.contrast
+    names, path = words.contrast_names, _folder() / f"contrast-{_key(words, settings)}.npz"
+    with (
+        suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
+        np.load(path, allow_pickle=False) as kept,
+    ):
+        return Contrast(names, kept["vectors"])
+    progress_console().print(f"embedding {len(names)} names to compare with; kept in {path.parent}", soft_wrap=True)
+    contrast = words.contrast
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f".part-{os.getpid()}-{path.name}")
+        np.savez_compressed(part, format=FORMAT, vectors=contrast.vectors)
+        os.replace(part, path)
+    return contrast
+
+
+def _folder() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "razer"
+
+
+def _key(words: Words, settings: EmbedderSettings) -> str:
+    """What the vectors follow from: names, prompts, and the embedder with its files as they are."""
+    told = [FORMAT, words.contrast_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
+    return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:24]
+
+
+def _files(options: dict[str, Any]) -> list[tuple[str, int, int]]:
+    """Size and time of the files among the options."""
+    paths = [Path(value) for value in options.values() if isinstance(value, str) and Path(value).exists()]
+    return [(str(path.absolute()), path.stat().st_size, path.stat().st_mtime_ns) for path in paths]

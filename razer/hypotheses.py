@@ -1,0 +1,41 @@
+"""The embedding banks of all instances in one array, as queries want them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Hypotheses:
+    """The R hypotheses of M instances, those of one instance in a row, its strongest first: ids (M,), starts (M,) rows
+    of the strongest, vectors (R, D) float32 of unit length, relative_shares (R,) in (0, 1] of the strongest's share.
+    """
+
+    ids: NDArray[np.int64]
+    starts: NDArray[np.intp]
+    vectors: NDArray[np.float32]
+    relative_shares: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, banks: Mapping[int, tuple[NDArray[np.float32], NDArray[np.float64]]]) -> Hypotheses:
+        """Those of {id: (embeddings (J, D), weights (J,)), the strongest first}, unless there are none."""
+        described = {i: bank for i, bank in banks.items() if len(bank[1])}
+        vectors, weights = [v for v, _ in described.values()], [w for _, w in described.values()]
+        width = vectors[0].shape[1] if vectors else 0
+        return cls(
+            ids=np.array(list(described), np.int64),
+            starts=np.cumsum([0, *(len(w) for w in weights)], dtype=np.intp)[:-1],
+            vectors=np.concatenate([np.zeros((0, width), np.float32), *vectors]),
+            relative_shares=np.concatenate([np.zeros(0), *(w / w[0] for w in weights)]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def best(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The largest of the values (R, ...) of each instance, (M, ...)."""
+        return np.maximum.reduceat(values, self.starts, axis=0) if len(self) else values

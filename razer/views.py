@@ -1,0 +1,60 @@
+"""The frames that show an instance best."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BEST_VIEWS = 3
+# Frames nearer to each other than this show the same; the better one stands for both.
+FRAMES_APART = 15
+# What the image border cuts is seen in part.
+CUT_WORTH = 0.5
+# What shows much less than the best one need not be looked at.
+LEAST_WORTH = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """What an image shows of something: box (x, y, width, height) and visible pixels; whole, whether the image border
+    does not cut it."""
+
+    box: tuple[int, int, int, int]
+    pixels: int
+    whole: bool
+
+    @classmethod
+    def of(cls, rows: NDArray[np.integer], columns: NDArray[np.integer], shape: tuple[int, ...], stride: int) -> Region:
+        """The region of readings (N,), N >= 1, on every `stride`-th pixel, `shape` being that of the strided image."""
+        top, bottom, left, right = (int(n) for n in (rows.min(), rows.max(), columns.min(), columns.max()))
+        whole = top > 1 and left > 1 and bottom < shape[0] - 2 and right < shape[1] - 2
+        box = (left * stride, top * stride, (right - left + 1) * stride, (bottom - top + 1) * stride)
+        return cls(box, len(rows) * stride**2, whole)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A region of the frame with this index in the recording; stamp, its seconds where they are known."""
+
+    frame: int
+    region: Region
+    stamp: float | None = None
+
+    @property
+    def worth(self) -> float:
+        """Visible pixels, less where the border cuts."""
+        return self.region.pixels * (1.0 if self.region.whole else CUT_WORTH)
+
+
+def best_views(views: Iterable[View]) -> tuple[View, ...]:
+    """At most BEST_VIEWS of them, FRAMES_APART from each other, the best first."""
+    kept: list[View] = []
+    for view in sorted(views, key=lambda v: (-v.worth, v.frame)):
+        if len(kept) == BEST_VIEWS or (kept and view.worth < LEAST_WORTH * kept[0].worth):
+            break
+        if all(abs(view.frame - other.frame) >= FRAMES_APART for other in kept):
+            kept.append(view)
+    return tuple(kept)

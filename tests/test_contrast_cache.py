@@ -1,0 +1,79 @@
+"""The names that queries are set against are embedded once for each encoder."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from named_vectors import unit_rows
+
+from app.config import EmbedderSettings
+from app.querying.contrast_cache import contrast_of
+from razer.frame import BadInput
+from razer.models.appearance import AppearanceEmbedder
+from razer.models.oracle import OracleEmbedder
+from razer.words import TEMPLATES, Words
+
+
+class Encoder:
+    """A text side that counts what it is asked."""
+
+    def __init__(self):
+        self.n_asked = 0
+
+    def embed_texts(self, texts):
+        self.n_asked += len(texts)
+        return unit_rows([np.bincount(np.frombuffer(t.encode(), np.uint8), minlength=256) for t in texts])
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "razer"
+
+
+def asked(**options):
+    """What a new encoder with these options was asked for, and the vectors."""
+    encoder = Encoder()
+    contrast = contrast_of(Words(encoder), EmbedderSettings(name="some:Encoder", options=options))
+    assert len(contrast.vectors) == len(contrast.names)
+    return encoder.n_asked, contrast.vectors
+
+
+def test_names_are_embedded_once(cache):
+    first, vectors = asked()
+    again, kept = asked()
+    assert (first, again) == (len(TEMPLATES) * len(vectors), 0)
+    np.testing.assert_array_equal(kept, vectors)
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_another_encoder_or_other_weights_are_embedded_anew(cache, tmp_path):
+    weights = tmp_path / "weights.onnx"
+    weights.write_bytes(b"one")
+    assert asked()[0] > 0
+    assert asked(weights=str(weights))[0] > 0
+    assert asked(weights=str(weights))[0] == 0
+    weights.write_bytes(b"two or more")
+    assert asked(weights=str(weights))[0] > 0
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive"])
+def test_a_damaged_file_is_made_anew(cache, content):
+    asked()
+    (file,) = cache.iterdir()
+    file.write_bytes(content)
+    assert asked()[0] > 0
+    assert asked()[0] == 0
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(cache):
+    cache.write_text("a file where the folder should be")
+    assert asked()[0] > 0
+    assert asked()[0] > 0
+
+
+def test_tables_are_not_kept_and_those_without_words_refuse(cache):
+    contrast_of(Words(OracleEmbedder()), EmbedderSettings(name="oracle"))
+    assert not cache.exists()
+    with pytest.raises(BadInput, match="no text side"):
+        contrast_of(Words(AppearanceEmbedder()), EmbedderSettings())
