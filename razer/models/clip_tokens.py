@@ -26,7 +26,9 @@ class ClipTokens:
         try:
             from tokenizers import Tokenizer
         except ImportError:
-            raise BadInput("texts for an ONNX model need the package tokenizers: pip install 'razer[transformers]'") from None
+            raise BadInput(
+                "texts for an ONNX model need the package tokenizers: pip install 'razer[transformers]'"
+            ) from None
         file = nearest(text_tower, "tokenizer.json")
         if file is None:
             raise BadInput(f"{text_tower} has no tokenizer.json beside it: texts cannot be read without one")

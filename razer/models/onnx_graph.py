@@ -41,7 +41,8 @@ class Port:
 
 
 class OnnxGraph:
-    """A graph with its `inputs` and `outputs` by name, and what else the file says. device "auto" takes CUDA where ONNX Runtime has it.
+    """A graph with its `inputs` and `outputs` by name, and the `metadata` in its file. device "auto" takes CUDA where
+    ONNX Runtime has it.
 
     The file is read once to check it; the session that computes is opened on first use, so that the graph can travel
     to another process. Raises BadInput.
