@@ -162,7 +162,7 @@ def test_open_shapes_that_turn_out_wrong_are_refused_at_the_first_frame(tmp_path
 def test_a_graph_that_fails_on_the_input_it_promised_to_take_is_refused(tmp_path: Path) -> None:
     # The grid of the prototypes is promised to be of one size, which is found wrong when the graph runs.
     segmenter = YoloSegmenter(write_export(tmp_path / "m.onnx", dense(8400, [WHOLE])))
-    with pytest.raises(BadInput, match=r"m\.onnx cannot compute an input of 1x3x32x32"):
+    with pytest.raises(BadInput, match=r"m\.onnx cannot compute images 1x3x32x32"):
         segmenter.model(np.zeros((1, 3, 32, 32), np.float32))
 
 

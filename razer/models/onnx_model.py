@@ -18,7 +18,10 @@ class OnnxModel:
     """A graph of one input, of float32 or float16 numbers; weights is what `model_file` takes. Raises BadInput."""
 
     def __init__(self, weights: str | Path, device: Device = "auto") -> None:
-        self._graph = OnnxGraph(model_file(weights), device)
+        file = model_file(weights)
+        if not file.is_file():
+            raise BadInput(f"{file} is a folder: set option weights to a model in ONNX format")
+        self._graph = OnnxGraph(file, device)
         self.file, self.metadata, self.providers = self._graph.file, self._graph.metadata, self._graph.providers
         inputs = list(self._graph.inputs.values())
         if len(inputs) != 1 or inputs[0].type not in _FLOATING:
