@@ -67,7 +67,7 @@ def test_a_detection_knows_its_region_also_after_it_was_kept():
     assert abs(found.region.pixels - 2400) < 500
     from scenes import COARSE
 
-    again = unpack(pack(seen), pose(), COARSE)
+    again = unpack((pack(seen), pose()), COARSE)
     assert again.lifted.detections[0].region == found.region
 
 
