@@ -20,9 +20,9 @@ NEAR_SIGMAS = 8.0
 # Colour and depth are not taken at one moment, and neither is all of an image: tens of milliseconds are usual. While
 # the camera turns, depth therefore lies off the pose, which is that of the colour image.
 EXPOSURE_GAP_S = 0.05
-# Depth has wrong minima a few centimetres from the right one, where most of it agrees too; so starts that lead to
-# different places are all followed to the end.
-SAME_M, SAME_DEG = 0.01, 0.3
+# Depth has wrong minima near the right one, some a few millimetres away, where most of it agrees too; so starts that
+# lead to different places are all followed to the end.
+SAME_M, SAME_DEG = 0.003, 0.1
 SAME_FIT = 0.003  # what noise may account for
 TRIES, MANY_TRIES = 100, 1000  # to find sightings that agree; many where views are far apart and most matches wrong
 
