@@ -12,7 +12,7 @@ import onnxruntime
 import pytest
 
 from razer.frame import BadInput
-from razer.models import onnx_graph
+from razer.models import onnx_session
 from razer.models.onnx_graph import OnnxGraph
 
 
@@ -57,10 +57,10 @@ def test_what_is_no_graph_is_refused(tmp_path: Path, content: bytes) -> None:
 
 def test_cuda_is_taken_where_there_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = written(tmp_path, HALVES)
-    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: [onnx_graph.CPU])
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: [onnx_session.CPU])
     with pytest.raises(BadInput, match="no CUDA"):
         OnnxGraph(file, "cuda")
-    assert OnnxGraph(file, "auto").providers == [onnx_graph.CPU]
-    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: [onnx_graph.CUDA, onnx_graph.CPU])
-    assert OnnxGraph(file, "auto").providers == [onnx_graph.CUDA, onnx_graph.CPU]
-    assert OnnxGraph(file, "cpu").providers == [onnx_graph.CPU]
+    assert OnnxGraph(file, "auto").providers == [onnx_session.CPU]
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: [onnx_session.CUDA, onnx_session.CPU])
+    assert OnnxGraph(file, "auto").providers == [onnx_session.CUDA, onnx_session.CPU]
+    assert OnnxGraph(file, "cpu").providers == [onnx_session.CPU]

@@ -90,7 +90,7 @@ def _print_lost(outcome: Outcome, console: Console) -> None:
         console.print(f"  and {len(runs) - _REASONS} more times")
     if outcome.graph is not None and outcome.graph.n_adrift:
         console.print(
-            "  some of them were located among themselves, but no view ties them to the first frame: "
+            "  some of them were located among themselves, but no view ties them to the map: "
             "let the camera see the way between both places",
             soft_wrap=True,
         )

@@ -36,10 +36,8 @@ def save_run(
     if (graph := outcome.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
-    up, stamps = (
-        upward(panoptic.mesh, camera_up(outcome.poses)),
-        dict(zip(outcome.indices, outcome.stamps, strict=True)),
-    )
+    up = upward(panoptic.mesh, camera_up(outcome.poses))
+    stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
     node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
     folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
     folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic, up, stamps))

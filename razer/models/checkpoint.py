@@ -9,12 +9,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from razer.frame import BadInput
+from razer.models.device import Device
 from razer.models.model_file import model_file
 from razer.models.model_view import DEVIATION, MEAN
-from razer.models.onnx_graph import Device
+from razer.models.torch_device import torch_device
 
 _HALF = (0.5, 0.5, 0.5)  # what SAM 3 has where its settings say nothing
 _PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
@@ -82,15 +81,6 @@ class Checkpoint:
         except (OSError, ValueError, KeyError, RuntimeError, ImportError, TypeError, SafetensorError) as error:
             first = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
             raise BadInput(f"{self.folder} cannot be loaded as {loader}: {first}") from error
-
-
-def torch_device(device: Device) -> torch.device:
-    """Where a model of the settings' device computes; raises BadInput."""
-    if device not in ("auto", "cpu", "cuda"):
-        raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
-    if device == "cuda" and not torch.cuda.is_available():
-        raise BadInput("torch finds no CUDA device here: set option device to cpu or auto")
-    return torch.device("cuda" if device != "cpu" and torch.cuda.is_available() else "cpu")
 
 
 def _check_whole(file: Path) -> None:

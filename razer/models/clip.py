@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from razer.frame import BadInput, Frame, Masks
 from razer.models.clip_library import library_of, open_towers
-from razer.models.clip_towers import Device, Towers
+from razer.models.clip_towers import Towers
+from razer.models.device import Device
 from razer.models.mask_crops import mask_crops
 from razer.models.mask_pooling import pool_masks
 from razer.models.model_file import model_file

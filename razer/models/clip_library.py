@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Literal
 
 from razer.frame import BadInput
-from razer.models.clip_towers import Device, Towers
+from razer.models.clip_towers import Towers
+from razer.models.device import Device
 from razer.models.files_beside import read_json
 from razer.models.onnx_pair import OnnxPair
 

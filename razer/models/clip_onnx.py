@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 from numpy.typing import NDArray
 
 from razer.frame import BadInput
 from razer.models.clip_tokens import ClipTokens
-from razer.models.clip_towers import Device
+from razer.models.device import Device
 from razer.models.image_input import ImageInput
 from razer.models.one_line import one_line
 from razer.models.onnx_pair import OnnxPair
+from razer.models.onnx_session import open_session, providers
 
 Vectors = NDArray[np.float32]
 _NUMPY = {
@@ -25,7 +25,6 @@ _NUMPY = {
 }
 # Graphs often give the last tokens too; the vector goes by one of these names, or is the only output.
 _VECTORS = ("image_embeds", "text_embeds", "image_features", "text_features", "embedding", "pooler_output")
-_ONLY_FATAL = 4  # ONNX Runtime would print what is raised anyway
 
 
 class OnnxTowers:
@@ -84,7 +83,7 @@ class _Graph:
 
     def __init__(self, file: Path, device: Device) -> None:
         self._file = file
-        self._session = _session(file, device)
+        self._session = open_session(file, providers(device))
         inputs = self._session.get_inputs()
         first = next((node for node in inputs if node.name in ("pixel_values", "input_ids")), inputs[0])
         self.name, self.shape, self.type = first.name, list(first.shape), first.type
@@ -126,20 +125,3 @@ class _Graph:
             fix = "" if rank == 2 else ": set embedder option vectors to crops"
             raise BadInput(f"{self._file} does not give {what}{fix}")
         return (named or of_rank)[0]
-
-
-def _session(file: Path, device: Device) -> onnxruntime.InferenceSession:
-    has_cuda = "CUDAExecutionProvider" in onnxruntime.get_available_providers()
-    if device == "cuda" and not has_cuda:
-        raise BadInput(
-            "this ONNX Runtime has no CUDA: pip install onnxruntime-gpu, or set embedder option device to cpu"
-        )
-    options = onnxruntime.SessionOptions()
-    options.log_severity_level = _ONLY_FATAL
-    # Threads that spin while they wait take the cores from the process that maps.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    providers = ["CUDAExecutionProvider"] if has_cuda and device != "cpu" else []
-    try:
-        return onnxruntime.InferenceSession(file, options, [*providers, "CPUExecutionProvider"])
-    except Exception as error:  # as in _run
-        raise BadInput(f"{file} is no ONNX model, or is damaged: {one_line(error)}") from error

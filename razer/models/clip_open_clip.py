@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 
 from razer.frame import BadInput
-from razer.models.clip_towers import Device
+from razer.models.device import Device
 from razer.models.image_input import ImageInput
 from razer.models.one_line import one_line
 from razer.models.open_clip_training import choices_for

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from razer.models.image_input import ImageInput
 
 Vectors = NDArray[np.float32]
-Device = Literal["auto", "cpu", "cuda"]
 
 
 class Towers(Protocol):

@@ -15,7 +15,7 @@ from transformers.utils import logging
 
 from razer.frame import BadInput
 from razer.models.clip_features import aligned_features, has_aligned_features, own_features
-from razer.models.clip_towers import Device
+from razer.models.device import Device
 from razer.models.image_input import ImageInput
 from razer.models.one_line import one_line
 from razer.models.torch_device import torch_device

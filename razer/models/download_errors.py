@@ -20,6 +20,7 @@ from huggingface_hub.errors import (  # type: ignore[attr-defined]
 from razer.frame import BadInput
 from razer.models.catalogue import CatalogueEntry
 from razer.models.hub_cache import cache_folder
+from razer.models.one_line import one_line
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 _RESUMED = "what came so far is kept, run the command again to go on"
@@ -41,19 +42,15 @@ def _line(entry: CatalogueEntry, error: Exception) -> str:
     if isinstance(error, GatedRepoError):
         return f"{endpoint}/{entry.repo} wants a login: ask for access there, then run 'hf auth login'"
     if isinstance(error, RepositoryNotFoundError | RevisionNotFoundError | EntryNotFoundError):
-        return f"{endpoint} has no such file any more ({_first_line(error)}); 'razer models list' shows others"
+        return f"{endpoint} has no such file any more ({one_line(error)}); 'razer models list' shows others"
     if isinstance(error, OfflineModeIsEnabled):
         return "not downloaded, and HF_HUB_OFFLINE is set: unset it to download"
     if isinstance(error, HfHubHTTPError):
-        return f"{endpoint} answers with an error ({_first_line(error)}); {_RESUMED}"
+        return f"{endpoint} answers with an error ({one_line(error)}); {_RESUMED}"
     if isinstance(error, HTTPError):
-        return f"{endpoint} cannot be reached ({_first_line(error)}): is there a network? {_RESUMED}"
+        return f"{endpoint} cannot be reached ({one_line(error)}): is there a network? {_RESUMED}"
     if isinstance(error, OSError) and error.errno in _NO_ROOM:
         return f"no room left at {cache_folder()}: free some, or set HF_HOME; {_RESUMED}"
     if isinstance(error, OSError) and error.errno:
         return f"{cache_folder()} cannot be written: {error.strerror}; set HF_HOME to a folder that can"
-    return f"the download was cut short ({_first_line(error)}); {_RESUMED}"
-
-
-def _first_line(error: Exception) -> str:
-    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
+    return f"the download was cut short ({one_line(error)}); {_RESUMED}"

@@ -6,21 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
 from razer.frame import BadInput
+from razer.models.device import Device
+from razer.models.one_line import one_line
+from razer.models.onnx_session import CPU, CUDA, open_session, providers
 
-Device = Literal["auto", "cpu", "cuda"]
-CUDA, CPU = "CUDAExecutionProvider", "CPUExecutionProvider"
 _TYPES = {
     "tensor(float)": np.float32, "tensor(float16)": np.float16, "tensor(uint8)": np.uint8,
     "tensor(int32)": np.int32, "tensor(int64)": np.int64,
 }  # fmt: skip
-_ONLY_FATAL = 4  # ONNX Runtime would print what is raised anyway
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class OnnxGraph:
     """
 
     def __init__(self, file: Path, device: Device = "auto") -> None:
-        self.file, self.device, self.providers = file, device, _providers(device)
-        session = self._opened(optimised=False)
+        self.file, self.device, self.providers = file, device, providers(device)
+        session = open_session(file, [CPU], optimised=False)
         self.inputs = {node.name: Port.of(node) for node in session.get_inputs()}
         self.outputs = {node.name: Port.of(node) for node in session.get_outputs()}
         self.metadata: dict[str, str] = dict(session.get_modelmeta().custom_metadata_map)
@@ -67,7 +67,7 @@ class OnnxGraph:
             outputs = session.run(None, given)
         except Exception as error:  # ONNX Runtime's errors have no base class of their own
             shapes = ", ".join(f"{name} {'x'.join(map(str, array.shape))}" for name, array in feeds.items())
-            raise BadInput(f"{self.file} cannot compute {shapes}: {_first_line(error)}") from error
+            raise BadInput(f"{self.file} cannot compute {shapes}: {one_line(error)}") from error
         half = (np.asarray(output) for output in outputs)
         return {
             name: array.astype(np.float32) if array.dtype == np.float16 else array
@@ -79,32 +79,7 @@ class OnnxGraph:
 
     @cached_property
     def _session(self) -> onnxruntime.InferenceSession:
-        session = self._opened(optimised=True)
+        session = open_session(self.file, self.providers)
         if self.device == "cuda" and CUDA not in session.get_providers():
             raise BadInput("ONNX Runtime cannot start CUDA here: install CUDA's libraries, or set option device to cpu")
         return session
-
-    def _opened(self, *, optimised: bool) -> onnxruntime.InferenceSession:
-        options = onnxruntime.SessionOptions()
-        options.log_severity_level = _ONLY_FATAL
-        # Threads that spin while they wait take the cores from the process that maps.
-        options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-        if not optimised:
-            options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
-        try:
-            return onnxruntime.InferenceSession(self.file, options, self.providers if optimised else [CPU])
-        except Exception as error:  # as in __call__
-            raise BadInput(f"{self.file} is no ONNX model, or is damaged: {_first_line(error)}") from error
-
-
-def _providers(device: Device) -> list[str]:
-    if device not in ("auto", "cpu", "cuda"):
-        raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
-    has_cuda = CUDA in onnxruntime.get_available_providers()
-    if device == "cuda" and not has_cuda:
-        raise BadInput("this ONNX Runtime has no CUDA: pip install onnxruntime-gpu, or set option device to cpu")
-    return [CPU] if device == "cpu" or not has_cuda else [CUDA, CPU]
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

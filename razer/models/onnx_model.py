@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.frame import BadInput
+from razer.models.device import Device
 from razer.models.model_file import model_file
-from razer.models.onnx_graph import Device, OnnxGraph
+from razer.models.onnx_graph import OnnxGraph
 
 _FLOATING = ("tensor(float)", "tensor(float16)")
 

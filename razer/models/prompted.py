@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from razer.frame import BadInput, Frame, Masks
 from razer.models import word_masks
 from razer.models.checkpoint import Checkpoint
+from razer.models.device import Device
 from razer.models.mask_filters import best_of_overlapping
 from razer.models.mask_proposals import masks_in_boxes
-from razer.models.onnx_graph import Device
 from razer.models.promptable import Promptable
 from razer.models.sam_model import sam_model
 from razer.models.word_boxes import ONE_SENTENCE, WORD_BY_WORD, WordDetector

@@ -10,9 +10,9 @@ import numpy as np
 
 from razer.frame import BadInput, Frame, Masks
 from razer.models import Segmenter, make_segmenter
+from razer.models.device import Device
 from razer.models.mask_boxes import mask_boxes
 from razer.models.mask_proposals import ProposalLimits, masks_in_boxes, masks_of_everything
-from razer.models.onnx_graph import Device
 from razer.models.sam_model import sam_model
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from razer.models.checkpoint import Checkpoint
+from razer.models.device import Device
 from razer.models.model_file import model_file
-from razer.models.onnx_graph import Device
 from razer.models.promptable import Promptable
 from razer.models.sam_files import encoder_and_decoder
 from razer.models.sam_onnx import OnnxSam

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.models.device import Device
 from razer.models.model_view import ModelView
-from razer.models.onnx_graph import Device, OnnxGraph
+from razer.models.onnx_graph import OnnxGraph
 from razer.models.promptable import Answers
 from razer.models.sam_decoder import SamDecoder
 from razer.models.sam_encoder import SamEncoder

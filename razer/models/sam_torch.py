@@ -10,10 +10,11 @@ import torch
 from numpy.typing import NDArray
 
 from razer.frame import BadInput
-from razer.models.checkpoint import Checkpoint, torch_device
+from razer.models.checkpoint import Checkpoint
+from razer.models.device import Device
 from razer.models.model_view import ModelView
-from razer.models.onnx_graph import Device
 from razer.models.promptable import Answers
+from razer.models.torch_device import torch_device
 
 _KEEPS_SHAPE = {"sam", "sam_hq"}
 _STRETCHES = {"sam2", "sam2_video", "sam3_tracker", "edgetam", "edgetam_video"}

@@ -11,8 +11,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from razer.models.checkpoint import Checkpoint, torch_device
-from razer.models.onnx_graph import Device
+from razer.models.checkpoint import Checkpoint
+from razer.models.device import Device
+from razer.models.torch_device import torch_device
 
 ONE_SENTENCE = {"grounding-dino", "mm-grounding-dino"}  # read all words at once, as "cup. red chair."
 WORD_BY_WORD = {"owlvit", "owlv2"}

@@ -10,10 +10,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from razer.models.checkpoint import Checkpoint, torch_device
+from razer.models.checkpoint import Checkpoint
+from razer.models.device import Device
 from razer.models.mask_proposals import masks_at_size
 from razer.models.model_view import ModelView
-from razer.models.onnx_graph import Device
+from razer.models.torch_device import torch_device
 
 KINDS = {"sam3", "sam3_video"}
 _TEXT_TOKENS = 32  # to which SAM 3 fills up a text

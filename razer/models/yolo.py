@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from razer.frame import BadInput, Frame, Masks
-from razer.models.onnx_graph import Device
+from razer.models.device import Device
 from razer.models.onnx_model import OnnxModel
 from razer.models.yolo_decode import YoloDecoder
 from razer.models.yolo_export import YoloExport

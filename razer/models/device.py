@@ -1,0 +1,7 @@
+"""Where a model computes, as settings name it: "auto" is CUDA where there is one."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Device = Literal["auto", "cpu", "cuda"]
