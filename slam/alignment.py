@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from razer.geometry import Array, inverse
 from slam.color_camera import ColorCamera
 from slam.depth_pyramid import SurfaceGrid
@@ -38,13 +40,29 @@ def align(
 ) -> Registration | None:
     """The motion target_from_source from the best of the guesses and of what the features alone say, found in so many
     tries; None where there is nothing to start from."""
-    sightings = Sightings.of(target.features, source.features, matches(target.features, source.features))
-    smear = EXPOSURE_GAP_S * max(target.turning_rad_s, source.turning_rad_s)
+    sightings, smear = _sightings(target, source), _smear(target, source)
     start = located(sightings, camera, tries)
     guesses = [*guesses, *([] if start is None else [start])]
     starts = _distinct([_coarse(target_grids, source_grids, guess, sightings, camera, smear) for guess in guesses])
     found = [_fine(target_grids, source_grids, start, sightings, camera, smear) for start in starts]
     return _most_plausible(found) if found else None
+
+
+def refine(
+    target: View, target_grids: Grids, source: View, source_grids: Grids, guess: Array, camera: ColorCamera
+) -> Registration:
+    """The motion target_from_source from a guess that is all but right."""
+    smear = _smear(target, source)
+    return _fine(target_grids, source_grids, guess, _sightings(target, source), camera, smear)
+
+
+def _sightings(target: View, source: View) -> Sightings:
+    pairs = matches(target.features, source.features)
+    return Sightings.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
+
+
+def _smear(target: View, source: View) -> float:
+    return EXPOSURE_GAP_S * max(float(np.linalg.norm(view.turning_rad_s)) for view in (target, source))
 
 
 def _coarse(

@@ -5,6 +5,9 @@ registered to its colour, whose focal length is a tenth shorter, and consumer co
 corrections are few and enter every feature's residual linearly, so the frames themselves tell them: depth gives
 the motion, features say how colour saw it. Until they are known, a feature counts only in the directions that
 they cannot explain, since they are solved for along with each pose.
+
+One of them is a time: most colour sensors are read row by row, so while the camera turns, the top of an image shows
+where it looked earlier than its bottom does.
 """
 
 from __future__ import annotations
@@ -16,19 +19,20 @@ from numpy.typing import NDArray
 
 from razer.geometry import Array
 
-N_PARAMETERS = 6
-NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+N_PARAMETERS = 7
+NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 # How far recordings are believed to stray: focal length 5 %, radial terms, principal point 3 % of the focal length,
-# and a baseline of a few centimetres.
-PRIOR_SIGMA = np.array([0.05, 0.1, 0.1, 0.03, 0.03, 0.03])
+# a baseline of a few centimetres, and a readout within a frame of video.
+PRIOR_SIGMA = np.array([0.05, 0.1, 0.1, 0.03, 0.03, 0.03, 0.03])
 # Frames that share a keyframe, and features that share a lens, err together.
 BELIEF = 0.05
 
 
 @dataclass(frozen=True)
 class ColorCamera:
-    """The colour camera beside the depth camera: parameters (6,) = scale, two radial terms, offset x and y (all of
-    normalised image coordinates) and baseline in metres along x, with their information (6, 6)."""
+    """The colour camera beside the depth camera: parameters (7,) = scale, two radial terms, offset x and y (all of
+    normalised image coordinates), baseline in metres along x and seconds from the reading of the first row to that of
+    the last, with their information (7, 7)."""
 
     parameters: Array
     information: Array
@@ -39,8 +43,8 @@ class ColorCamera:
         return cls(NOMINAL.copy(), np.diag(PRIOR_SIGMA**-2.0))
 
     def bearings(self, rays: NDArray[np.floating]) -> Array:
-        """Bearings (N, 2), x / z and y / z as the colour camera saw them, of nominal rays (N, 2)."""
-        return bearing_derivatives(rays)[..., :5] @ self.parameters[:5]
+        """Bearings (N, 2), x / z and y / z as the colour camera at rest saw them, of nominal rays (N, 2)."""
+        return bearing_derivatives(rays, np.zeros_like(rays)) @ self.parameters
 
     def depth_rays(self, rays: NDArray[np.floating], depth_m: NDArray[np.floating]) -> Array:
         """Rays (N, 2) from the depth camera to what the colour camera saw along nominal rays at depths (N,)."""
@@ -49,15 +53,25 @@ class ColorCamera:
         return result
 
     def learnt(self, correction: Array, likelihood: Array) -> ColorCamera:
-        """The camera after a frame whose joint solution asked for `correction` (6,), with the information (6, 6) its
+        """The camera after a frame whose joint solution asked for `correction` (7,), with the information (7, 7) its
         features alone hold of it; that information is believed by the share BELIEF only."""
         information = self.information + BELIEF * likelihood
         step = np.linalg.solve(information, BELIEF * (self.information + likelihood) @ correction)
         return ColorCamera(self.parameters + step, information)
 
 
-def bearing_derivatives(rays: NDArray[np.floating]) -> Array:
-    """Derivatives (N, 2, 6) of the bearings of nominal rays (N, 2) by the parameters; the baseline has none here."""
+def drift(rays: NDArray[np.floating], lateness: NDArray[np.floating], turning_rad_s: Array) -> Array:
+    """By how much the bearings (N, 2) of rays (N, 2) are off for a camera that turns at (3,) rad/s, per second of
+    readout; lateness (N,) is when each was read, -0.5 = with the first row, 0.5 = with the last."""
+    x, y = rays.T
+    wx, wy, wz = turning_rad_s
+    along = wx * y - wy * x
+    return lateness[:, None] * np.column_stack([wy - wz * y - x * along, wz * x - wx - y * along])
+
+
+def bearing_derivatives(rays: NDArray[np.floating], drifts: NDArray[np.floating]) -> Array:
+    """Derivatives (N, 2, 7) of the bearings of nominal rays (N, 2) that drift so by the parameters; the baseline has
+    none here."""
     squared = (rays**2).sum(axis=1, keepdims=True)
     result = np.zeros((len(rays), 2, N_PARAMETERS))
     result[:, :, 0] = rays
@@ -65,4 +79,5 @@ def bearing_derivatives(rays: NDArray[np.floating]) -> Array:
     result[:, :, 2] = rays * squared**2
     result[:, 0, 3] = 1.0
     result[:, 1, 4] = 1.0
+    result[:, :, 6] = drifts
     return result

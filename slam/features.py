@@ -24,12 +24,14 @@ FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shad
 @dataclass(frozen=True)
 class Features:
     """N corners of a colour image: rays (N, 2) float64, nominal x / z and y / z of the depth camera; descriptors
-    (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays."""
+    (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays; lateness (N,),
+    when each was read, -0.5 = with the image's first row, 0.5 = with its last."""
 
     rays: NDArray[np.float64]
     descriptors: NDArray[np.uint8]
     depth_m: NDArray[np.float64]
     sigma: NDArray[np.float64]
+    lateness: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -50,13 +52,14 @@ class FeatureFinder:
             faint, of_faint = self._described(faint_texture(gray))
             corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
         if len(corners) == 0:
-            return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0))
+            return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
         octaves = np.array([corner.octave for corner in corners]) & 255
         pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
-        return Features(rays, descriptors, depth_at(frame, camera, rays), sigma)
+        lateness = (pixels[:, 1] + 0.5) / k.height - 0.5
+        return Features(rays, descriptors, depth_at(frame, camera, rays), sigma, lateness)
 
     def _described(self, gray: NDArray[np.uint8]) -> tuple[Sequence[cv2.KeyPoint], NDArray[np.uint8]]:
         """Corners spread over the image, and their descriptors (N, 32)."""

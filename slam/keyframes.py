@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +15,17 @@ from slam.depth_pyramid import SurfaceGrid, depth_pyramid, fine_depth, sparse_de
 from slam.features import FeatureFinder, Features
 
 CACHED_GRIDS = 64
+STILL = np.zeros(3)
 
 
 @dataclass(frozen=True)
 class View:
-    """What registration needs of a frame: its depth, reduced, its features, and how fast the camera turned; and a few
-    of its readings, far ones among them, on the pixel grid of sparse_intrinsics."""
+    """What registration needs of a frame: its depth, reduced, its features, and how the camera turned, (3,) rad/s about
+    its own axes; and a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics."""
 
     index: int
     stamp: float
-    turning_rad_s: float
+    turning_rad_s: Array
     depth: NDArray[np.float32]
     intrinsics: Intrinsics
     sparse_depth: NDArray[np.float32]
@@ -32,11 +33,15 @@ class View:
     features: Features
 
     @classmethod
-    def of(cls, frame: Frame, finder: FeatureFinder, camera: ColorCamera, turning_rad_s: float = 0.0) -> View:
+    def of(cls, frame: Frame, finder: FeatureFinder, camera: ColorCamera, turning_rad_s: Array = STILL) -> View:
         """Reduce a frame."""
         depth, intrinsics = fine_depth(frame.depth, frame.intrinsics)
         sparse = sparse_depth(frame.depth, frame.intrinsics)
         return cls(frame.index, frame.stamp, turning_rad_s, depth, intrinsics, *sparse, finder.find(frame, camera))
+
+    def turning(self, turning_rad_s: Array) -> View:
+        """The same view of a camera that turned otherwise."""
+        return replace(self, turning_rad_s=turning_rad_s)
 
     def grids(self) -> tuple[SurfaceGrid, ...]:
         """Its oriented points, the coarsest grid first."""

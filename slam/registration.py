@@ -18,8 +18,9 @@ from slam.depth_pyramid import SurfaceGrid
 from slam.rigid_motion import motion
 from slam.sightings import Sightings
 
-# Readings of neighbouring pixels err together: thousands of them are worth a share of as many.
-DEPTH_BELIEF = 0.3
+# Readings of neighbouring pixels err together, and those of one pixel alike from frame to frame, which pulls towards no
+# motion at all: thousands of them are worth a share of as many.
+DEPTH_BELIEF = 0.1
 FACING = 0.8  # least cosine between the normals of points that may be one
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
 HUBER = 1.5
@@ -29,7 +30,6 @@ MIN_POINTS = 100
 UNSMEARED, SMEARED = 0.5, 1.0
 MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
 SOUND = 0.8  # least agreement of depth for features to tell of the colour camera
-STILL = 0.005  # most smear for that
 
 
 @dataclass(frozen=True)
@@ -113,14 +113,13 @@ def register(
             bend = bend + step[6:]
             if np.abs(step[:3]).max() < 1e-4 and np.abs(step[3:6]).max() < 2e-4:
                 break
-    sound = depth.agreement >= SOUND and smear <= STILL
-    return _result(pose, bend, depth, color.information, color.n_inliers, camera, sound)
+    return _result(pose, bend, depth, color.information, color.n_inliers, camera)
 
 
 def _joint(
     depth: _DepthTerm, color: Array, color_gradient: Array, camera: ColorCamera, bend: Array
 ) -> tuple[Array, Array]:
-    """Normal equations (12, 12) in pose and colour camera, whose present belief is the prior."""
+    """Normal equations (13, 13) in pose and colour camera, whose present belief is the prior."""
     information = color.copy()
     information[:6, :6] += DEPTH_BELIEF * depth.information + 1e-6 * np.eye(6)
     information[6:, 6:] += camera.information
@@ -131,14 +130,14 @@ def _joint(
 
 
 def _result(
-    pose: Array, bend: Array, depth: _DepthTerm, color: Array, n_features: int, camera: ColorCamera, sound: bool
+    pose: Array, bend: Array, depth: _DepthTerm, color: Array, n_features: int, camera: ColorCamera
 ) -> Registration:
     of_pose = color[:6, :6] + DEPTH_BELIEF * depth.information
     cross, of_camera = color[:6, 6:], color[6:, 6:]
     information = of_pose - cross @ np.linalg.solve(of_camera + camera.information, cross.T)
     # What the features tell of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
-    learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if sound else camera
+    learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if depth.agreement >= SOUND else camera
     information = (information + information.T) / 2
     return Registration(pose, information, depth.overlap, depth.agreement, depth.fit, depth.rms, n_features, learnt)
 

@@ -22,6 +22,11 @@ def angle_deg(transform: Array) -> float:
     return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
 
 
+def turn_rad(transform: Array) -> Array:
+    """The rotation vector (3,) of a rigid motion, radians."""
+    return Rotation.from_matrix(transform[:3, :3]).as_rotvec()
+
+
 def length_m(transform: Array) -> float:
     """The length of a rigid motion's shift in metres."""
     return float(np.linalg.norm(transform[:3, 3]))

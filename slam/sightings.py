@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import cv2
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from razer.geometry import Array, inverse
-from slam.color_camera import N_PARAMETERS, ColorCamera, bearing_derivatives
+from slam.color_camera import N_PARAMETERS, ColorCamera, bearing_derivatives, drift
 from slam.features import Features
 
 INLIER_SIGMAS = 3.0
@@ -20,7 +20,7 @@ MIN_INLIERS = 12
 
 @dataclass(frozen=True)
 class ColorTerm:
-    """Normal equations of features in pose and colour camera: information (12, 12), gradient (12,), inliers."""
+    """Normal equations of features in pose and colour camera: information (13, 13), gradient (13,), inliers."""
 
     information: Array
     gradient: Array
@@ -30,38 +30,55 @@ class ColorTerm:
 @dataclass(frozen=True)
 class Sightings:
     """M points: target_rays (M, 2) nominal and target_depth_m (M,) where the target saw them, source_rays (M, 2) where
-    the source did, sigma (M,) of a ray."""
+    the source did, sigma (M,) of a ray, and how the rays drift (M, 2) per second of readout as the cameras turn."""
 
     target_rays: Array
     target_depth_m: Array
     source_rays: Array
     sigma: Array
+    target_drifts: Array
+    source_drifts: Array
 
     @classmethod
-    def of(cls, target: Features, source: Features, pairs: NDArray[np.intp]) -> Sightings:
-        """The sightings that matched pairs (M, 2) of features are."""
+    def of(
+        cls, target: Features, source: Features, pairs: NDArray[np.intp], target_turning: Array, source_turning: Array
+    ) -> Sightings:
+        """The sightings that matched pairs (M, 2) of features are, of cameras that turn at (3,) rad/s."""
         t, s = pairs.T
-        return cls(target.rays[t], target.depth_m[t], source.rays[s], np.maximum(target.sigma[t], source.sigma[s]))
+        return cls(
+            target.rays[t],
+            target.depth_m[t],
+            source.rays[s],
+            np.maximum(target.sigma[t], source.sigma[s]),
+            drift(target.rays[t], target.lateness[t], target_turning),
+            drift(source.rays[s], source.lateness[s], source_turning),
+        )
+
+    @classmethod
+    def at_rest(cls, target_rays: Array, target_depth_m: Array, source_rays: Array, sigma: Array) -> Sightings:
+        """Sightings of cameras that do not turn."""
+        still = np.zeros((len(sigma), 2))
+        return cls(target_rays, target_depth_m, source_rays, sigma, still, still)
 
     @classmethod
     def none(cls) -> Sightings:
         """No sightings at all."""
-        return cls(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+        return cls.at_rest(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.sigma)
 
     def select(self, keep: NDArray) -> Sightings:
         """Those at the given indices, or where a boolean is true."""
-        return Sightings(self.target_rays[keep], self.target_depth_m[keep], self.source_rays[keep], self.sigma[keep])
+        return Sightings(*(getattr(self, part.name)[keep] for part in fields(self)))
 
     @cached_property
     def _of_target(self) -> Array:
-        return bearing_derivatives(self.target_rays)
+        return bearing_derivatives(self.target_rays, self.target_drifts)
 
     @cached_property
     def _of_source(self) -> Array:
-        return bearing_derivatives(self.source_rays)
+        return bearing_derivatives(self.source_rays, self.source_drifts)
 
     def points(self, parameters: Array) -> Array:
         """The points (M, 3) in the target's depth camera."""
@@ -69,6 +86,11 @@ class Sightings:
         points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
         points[:, 0] -= parameters[5]
         return points
+
+    def source_bearings(self, parameters: Array) -> Array:
+        """Where the source's colour camera saw them (M, 2)."""
+        bearings: Array = self._of_source @ parameters
+        return bearings
 
     def residuals(self, target_from_source: Array, parameters: Array) -> Array:
         """Predicted minus observed rays (M, 2) of the source's colour camera, in sigmas; inf behind it.
@@ -79,7 +101,7 @@ class Sightings:
         seen = _in_source(self.points(parameters), target_from_source)
         seen[:, 0] += parameters[5]
         depth = np.where(seen[:, 2:] > 0.05, seen[:, 2:], np.nan)
-        error = seen[:, :2] / depth - self._of_source @ parameters
+        error = seen[:, :2] / depth - self.source_bearings(parameters)
         return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
 
     def inliers(self, target_from_source: Array, parameters: Array, sigmas: float = INLIER_SIGMAS) -> NDArray[np.bool_]:
@@ -105,7 +127,7 @@ class Sightings:
         return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
 
     def _jacobian(self, target_from_source: Array, parameters: Array) -> Array:
-        """Derivatives (M, 2, 12) of the bearing errors by a left perturbation of the motion and by the camera."""
+        """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
         points = self.points(parameters)
         seen = _in_source(points, target_from_source)
         seen[:, 0] += parameters[5]
@@ -134,7 +156,7 @@ def located(sightings: Sightings, camera: ColorCamera, tries: int) -> Array | No
     """target_from_source by RANSAC over at most so many minimal sets of sightings (PnP); None where too few agree."""
     if len(sightings) < MIN_INLIERS:
         return None
-    points, bearings = sightings.points(camera.parameters), camera.bearings(sightings.source_rays)
+    points, bearings = sightings.points(camera.parameters), sightings.source_bearings(camera.parameters)
     found, turn, shift, inliers = cv2.solvePnPRansac(
         points, bearings, np.eye(3), None, iterationsCount=tries, confidence=0.999,
         reprojectionError=INLIER_SIGMAS * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,

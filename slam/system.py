@@ -14,7 +14,7 @@ from slam.alignment import Grids
 from slam.color_camera import ColorCamera
 from slam.features import FeatureFinder
 from slam.keyframe_map import KeyframeMap
-from slam.keyframes import Keyframe, Keyframes, View
+from slam.keyframes import STILL, Keyframe, Keyframes, View
 from slam.pose_graph import PoseGraph
 from slam.poses import Pose
 from slam.registration import Registration
@@ -77,7 +77,7 @@ class SlamSystem:
     def locate(self, frame: Frame) -> Pose | None:
         """world_from_camera of a frame as far as it is known now; None = lost, or in a piece not tied to the rest."""
         self._last_index, self._found = frame.index, None
-        turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else 0.0
+        turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else STILL
         view = View.of(frame, self._finder, self.camera, turning)
         grids = view.grids()
         tracking = self._find(view, grids)
@@ -96,12 +96,12 @@ class SlamSystem:
         tracking = self._tracking
         found = None if tracking is None else tracking.follow(view, grids, self.keyframes, self.camera)
         if tracking is not None and found is not None:
-            return self._follow(tracking, found, view, grids)
+            return self._follow(tracking, *found, grids)
         self._missed += 1
         if tracking is not None and self._missed <= RESUME:
-            found = self._resumed(tracking, view, grids)
-            if found is not None:
-                return self._track(tracking.reference, found.target_from_source, view, found)
+            resumed = self._resumed(tracking, view, grids)
+            if resumed is not None:
+                return self._track(tracking.reference, resumed.target_from_source, view, resumed)
         if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < MIN_CORNERS:
             return None
         self._lost_for += 1
@@ -118,7 +118,7 @@ class SlamSystem:
         self._lost_for = self._missed = 0
         return self._tracking
 
-    def _follow(self, tracking: Tracking, found: Registration, view: View, grids: Grids) -> Tracking:
+    def _follow(self, tracking: Tracking, view: View, found: Registration, grids: Grids) -> Tracking:
         self.camera, self._found = found.camera, found
         self._lost_for = self._missed = 0
         tracking.advance(found.target_from_source, view.stamp)

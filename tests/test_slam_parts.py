@@ -15,7 +15,7 @@ from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from slam.alignment import align, is_trusted
 from slam.closures import plausible
-from slam.color_camera import NOMINAL, ColorCamera
+from slam.color_camera import NOMINAL, ColorCamera, drift
 from slam.depth_pyramid import depth_pyramid, fine_depth, halved
 from slam.features import FeatureFinder, Features, matches
 from slam.keyframes import Keyframe, View
@@ -97,7 +97,8 @@ def test_two_views_of_a_room_are_brought_together_from_any_guess_nearby(room, vi
 def test_features_alone_find_the_motion_without_a_guess(room, views):
     truth = inverse(room[10].pose) @ room[12].pose
     pairs = matches(views[10].features, views[12].features)
-    start = located(Sightings.of(views[10].features, views[12].features, pairs), ColorCamera.nominal(), 100)
+    sightings = Sightings.of(views[10].features, views[12].features, pairs, np.zeros(3), np.zeros(3))
+    start = located(sightings, ColorCamera.nominal(), 100)
     assert start is not None
     assert length_m(inverse(truth) @ start) < 0.1
     assert angle_deg(inverse(truth) @ start) < 2
@@ -111,7 +112,7 @@ def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
     rays = rng.uniform(-0.5, 0.5, (80, 2))
     points = np.column_stack([rays, np.ones(80)]) * 2.0
     seen = (points - truth[:3, 3])[:, :2] / 2.0
-    sightings = Sightings(rays, np.full(80, 2.0), seen, np.full(80, 1.5 / 525))
+    sightings = Sightings.at_rest(rays, np.full(80, 2.0), seen, np.full(80, 1.5 / 525))
     alone = register(grids, grids, np.eye(4), Sightings.none(), ColorCamera.nominal())
     assert not is_trusted(alone)
     found = register(grids, grids, np.eye(4), sightings, ColorCamera.nominal())
@@ -119,30 +120,61 @@ def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
     assert is_trusted(found)
 
 
-def planted(parameters, n, rng):
-    """Sightings whose rays a colour camera of the given parameters saw, and the true motion."""
+def planted(parameters, n, rng, turning=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))):
+    """Sightings whose rays a colour camera of the given parameters saw while it turned so, and the true motion."""
     truth = motion(rng.normal(0, [0.1, 0.1, 0.1, 0.05, 0.05, 0.05]))
     points = np.column_stack([rng.uniform(-1.2, 1.2, (n, 2)), rng.uniform(1.5, 3.5, n)])
     there = points @ inverse(truth)[:3, :3].T + inverse(truth)[:3, 3]
-    rays = [observed(p + np.array([parameters[5], 0, 0]), parameters) for p in (points, there)]
-    return Sightings(rays[0], points[:, 2], rays[1], np.full(n, 1.5 / 525)), truth
+    turning = np.array(turning)
+    rays, drifts = zip(
+        *(
+            observed(p + np.array([parameters[5], 0, 0]), parameters, w)
+            for p, w in zip((points, there), turning, strict=True)
+        ),
+        strict=True,
+    )
+    return Sightings(rays[0], points[:, 2], rays[1], np.full(n, 1.5 / 525), *drifts), truth
 
 
-def observed(points, parameters):
-    """Nominal rays that have the bearings of the points: the inverse of ColorCamera.bearings, by iteration."""
+def observed(points, parameters, turning):
+    """Nominal rays that have the bearings of the points, by iteration, and their drifts: each point is seen by the
+    camera as it stands when the row is read on which it appears."""
     bearing = points[:, :2] / points[:, 2:]
-    rays = (bearing - parameters[3:5]) / parameters[0]
-    for _ in range(30):
+    rays, drifts = bearing, np.zeros_like(bearing)
+    for _ in range(40):
+        lateness = rays[:, 1]  # of an image that spans a bearing of 1
+        drifts = drift(rays, lateness, turning)
         squared = (rays**2).sum(axis=1, keepdims=True)
-        rays = (bearing - parameters[3:5]) / (parameters[0] + parameters[1] * squared + parameters[2] * squared**2)
-    return rays
+        radial = parameters[0] + parameters[1] * squared + parameters[2] * squared**2
+        rays = (bearing - parameters[3:5] - parameters[6] * drifts) / radial
+    return rays, drifts
+
+
+def test_drifts_are_what_a_camera_that_turns_sees_a_moment_later(rng):
+    rays, turning = rng.uniform(-0.6, 0.6, (30, 2)), np.array([0.4, -1.1, 0.3])
+    # A ray read `moment` after the image's middle, told in the axes the camera has in the middle.
+    moment = 1e-6
+    turned = np.column_stack([rays, np.ones(30)]) @ motion(np.r_[turning * moment, 0, 0, 0])[:3, :3].T
+    expected = (turned[:, :2] / turned[:, 2:] - rays) / moment
+    np.testing.assert_allclose(drift(rays, np.ones(30), turning), expected, atol=1e-5)
+    np.testing.assert_allclose(drift(rays, np.full(30, -0.5), turning), -expected / 2, atol=1e-5)
+
+
+def test_how_long_the_colour_camera_reads_is_learnt_while_it_turns(rng):
+    true = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.02])
+    camera = ColorCamera.nominal()
+    for _ in range(40):
+        sightings, truth = planted(true, 150, rng, rng.normal(0, 0.7, (2, 3)))
+        camera = learnt_at(truth, sightings, camera, rng)
+    assert camera.parameters[6] == pytest.approx(0.02, abs=0.001)
+    assert camera.parameters[0] == pytest.approx(1.0, abs=0.01)
 
 
 def test_residuals_vanish_at_the_truth_and_their_derivatives_are_right(rng):
-    parameters = np.array([1.05, 0.02, 0.01, 0.01, -0.02, 0.02])
-    sightings, truth = planted(parameters, 40, rng)
+    parameters = np.array([1.05, 0.02, 0.01, 0.01, -0.02, 0.02, 0.025])
+    sightings, truth = planted(parameters, 40, rng, rng.normal(0, 0.8, (2, 3)))
     np.testing.assert_allclose(sightings.residuals(truth, parameters), 0, atol=1e-6)
-    pose, off = motion(rng.normal(0, 0.01, 6)) @ truth, parameters + rng.normal(0, 0.01, 6)
+    pose, off = motion(rng.normal(0, 0.01, 6)) @ truth, parameters + rng.normal(0, 0.01, 7)
     term = sightings.term(pose, off)
 
     # The gradient of the Cauchy cost 2 log(1 + r^2 / 4), by central differences.
@@ -150,23 +182,29 @@ def test_residuals_vanish_at_the_truth_and_their_derivatives_are_right(rng):
         squared = (sightings.residuals(motion(x[:6]) @ pose, off + x[6:]) ** 2).sum(axis=1)
         return 2 * np.log1p(squared / 4).sum()
 
-    steps = 1e-6 * np.eye(12)
+    steps = 1e-6 * np.eye(13)
     numeric = np.array([(cost(step) - cost(-step)) / 2e-6 for step in steps])
     np.testing.assert_allclose(-term.gradient, numeric, rtol=1e-4, atol=1e-4 * np.abs(numeric).max())
 
 
+def learnt_at(truth, sightings, camera, rng):
+    """The camera after sightings, made noisy, of a motion that is known."""
+    noise = rng.normal(0, 0.7 / 525, sightings.source_rays.shape)
+    noisy = replace(sightings, source_rays=sightings.source_rays + noise)
+    bend = np.zeros_like(camera.parameters)
+    for _ in range(3):
+        term = noisy.term(truth, camera.parameters + bend)
+        likelihood = term.information[6:, 6:]
+        bend += np.linalg.solve(likelihood + camera.information, term.gradient[6:] - camera.information @ bend)
+    return camera.learnt(bend, likelihood)
+
+
 def test_the_colour_camera_is_learnt_from_motions_that_depth_tells(rng):
-    true = np.array([1.1, -0.03, 0.0, 0.02, -0.01, 0.025])
+    true = np.array([1.1, -0.03, 0.0, 0.02, -0.01, 0.025, 0.0])
     camera = ColorCamera.nominal()
     for _ in range(60):
         sightings, truth = planted(true, 150, rng)
-        noisy = replace(sightings, source_rays=sightings.source_rays + rng.normal(0, 0.7 / 525, (150, 2)))
-        bend = np.zeros(6)
-        for _ in range(3):
-            term = noisy.term(truth, camera.parameters + bend)
-            likelihood = term.information[6:, 6:]
-            bend += np.linalg.solve(likelihood + camera.information, term.gradient[6:] - camera.information @ bend)
-        camera = camera.learnt(bend, likelihood)
+        camera = learnt_at(truth, sightings, camera, rng)
     assert camera.parameters[0] == pytest.approx(1.1, abs=0.01)
     rays = rng.uniform(-0.5, 0.5, (100, 2))
     off = camera.bearings(rays) - ColorCamera(true, camera.information).bearings(rays)
@@ -184,7 +222,8 @@ def test_a_registered_camera_stays_nominal(rng):
 
 
 def described(rng, n=200):
-    return Features(np.zeros((n, 2)), rng.integers(0, 256, (n, 32)).astype(np.uint8), np.ones(n), np.ones(n))
+    descriptors = rng.integers(0, 256, (n, 32)).astype(np.uint8)
+    return Features(np.zeros((n, 2)), descriptors, np.ones(n), np.ones(n), np.zeros(n))
 
 
 def test_a_place_seen_again_is_the_most_alike(rng):

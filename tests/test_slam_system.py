@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from app.cli import main
 from app.running.locator import Locator
@@ -93,6 +94,31 @@ def test_a_real_kitchen_is_tracked(real_data):
         assert slam.locate(replace(frame, world_from_camera=None)) is not None
     slam.finish()
     assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.03
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_camera_that_turns_fast_is_never_lost_and_its_readout_is_learnt(real_data, backwards):
+    """freiburg1_rpy, up to 110 degrees a second. Played backwards, its rows are read in the other order."""
+    clip = open_sequence(real_data / "tum_fr1_rpy_head")
+    frames = [clip[index] for index in range(len(clip))]
+    shots, slam = frames[::-1] if backwards else frames, SlamSystem()
+    assert all(pose is not None for pose in located_in_time(slam, shots))
+    slam.finish()
+    found = slam.trajectory()
+    assert root_mean_square(errors_m(found, [shot.pose for shot in shots])) < 0.02
+    estimated = Rotation.from_matrix([found[n][:3, :3] for n in range(len(shots))])
+    off = Rotation.from_matrix([shot.pose[:3, :3] for shot in shots]) * estimated.inv()
+    assert np.degrees(root_mean_square((off.mean().inv() * off).magnitude())) < 1.5
+    readout_s = slam.camera.parameters[6]
+    assert -0.03 < readout_s < -0.005 if backwards else 0.005 < readout_s < 0.03
+
+
+def located_in_time(slam, shots):
+    """The pose told of each shot, at the intervals they were taken at."""
+    return [
+        slam.locate(replace(shot, index=n, stamp=abs(shot.stamp - shots[0].stamp), world_from_camera=None))
+        for n, shot in enumerate(shots)
+    ]
 
 
 def blank(frame):
