@@ -27,8 +27,9 @@ def shared_volumes(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) 
     a, b = _stack(first), _stack(second)
     b = (b[0], b[1], b[2] * (1 - SHRINK))
     # Near a box of the pair every coordinate is small, which keeps the sum of signed volumes accurate.
-    origin = a[0]
-    volumes = _clipped_faces(a, b, origin) + _clipped_faces(b, a, origin)
+    origin = np.concatenate([a[0], a[0]])
+    both, others = ((np.concatenate(parts) for parts in zip(*pair, strict=True)) for pair in ((a, b), (b, a)))
+    volumes = _clipped_faces(tuple(both), tuple(others), origin).reshape(2, -1).sum(axis=0)
     limit = np.minimum(np.prod(2 * a[2], axis=1), np.prod(2 * b[2], axis=1))
     return np.clip(volumes, 0.0, limit)
 
@@ -56,7 +57,7 @@ def _stack(boxes: Sequence[OrientedBox]) -> tuple[Array, Array, Array]:
     return centers, np.stack([box.rotation for box in boxes]), np.stack([box.extent / 2 for box in boxes])
 
 
-def _clipped_faces(box: tuple[Array, Array, Array], clip: tuple[Array, Array, Array], origin: Array) -> Array:
+def _clipped_faces(box: tuple[Array, ...], clip: tuple[Array, ...], origin: Array) -> Array:
     """Volume (N,) under the faces of `box` that lie inside `clip`, as seen from `origin`."""
     center, rotation, half = box
     polygons, normals = _faces(half)

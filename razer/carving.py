@@ -32,7 +32,7 @@ def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
 
     for part in rows.split(BLOCKS_AT_ONCE):
         near = voxels.select(part, matters, "weight", "tsdf", "label")
-        free = near[_is_free(voxels.positions(near), surface, nearest, voxels.truncation_m)]
+        free = near[_is_free(voxels.positions(near), surface, nearest, voxels.settings.truncation_m)]
         _forget(voxels, free, surface_tsdf)
 
 

@@ -7,8 +7,9 @@ in the map directly; their order is that of their coordinates and never that of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,10 @@ class Cells:
 
     def __len__(self) -> int:
         return len(self.block)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what follows from it: cells travel between processes."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @cached_property
     def coordinates(self) -> Ints:
@@ -88,6 +93,7 @@ class ObservedSurface:
     columns: Ints
     cells: Cells
     pixel_cell: Ints
+    _within: dict[float, Ints] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
@@ -107,7 +113,18 @@ class ObservedSurface:
         narrow = (rows.astype(np.int32), columns.astype(np.int32))  # half the bytes to send to another process
         return cls(stride, depth, matrix, frame.pose, *narrow, cells, pixel_cell)
 
+    def prepared(self, distance_m: float) -> ObservedSurface:
+        """The same, with all worked out that a map asks of it which fuses within a distance; this may happen in another
+        process than the asking."""
+        self.blocks_within(distance_m)
+        _ = self.cell_pixels
+        return self
+
     @cached_property
+    def cell_pixels(self) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.bool_]]:
+        """`pixels_of` the cells."""
+        return self.pixels_of(self.cells.points)
+
     def _rays(self) -> NDArray[np.float64]:
         """Unit viewing rays (C, 3) to the cells."""
         rays = self.cells.points - self.world_from_camera[:3, 3]
@@ -132,8 +149,13 @@ class ObservedSurface:
 
     def blocks_within(self, distance_m: float) -> Ints:
         """Sorted keys (M, 3) of the blocks within a distance of the surface along the viewing rays."""
-        reach = distance_m / self.cells.voxel_size_m
+        if distance_m not in self._within:
+            self._within[distance_m] = self._blocks_within(distance_m)
+        return self._within[distance_m]
+
+    def _blocks_within(self, distance_m: float) -> Ints:
+        reach, rays = distance_m / self.cells.voxel_size_m, self._rays()
         # Steps of less than half a block do not jump over the corner of one that matters.
         steps = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (BLOCK / 2))) + 1)
-        keys = [np.floor((self.cells.coordinates + self._rays * step) / BLOCK).astype(np.int32) for step in steps]
+        keys = [np.floor((self.cells.coordinates + rays * step) / BLOCK).astype(np.int32) for step in steps]
         return cells_of(np.concatenate(keys) * BLOCK, self.cells.voxel_size_m)[0].block_keys

@@ -54,6 +54,11 @@ class VoxelSettings(Settings):
         description="Observations a voxel needs to be surface. Larger: cleaner, but less is left.",
     )
 
+    @property
+    def truncation_m(self) -> float:
+        """The truncation distance tau in metres."""
+        return self.truncation_voxels * self.voxel_size_m
+
 
 class MaskSettings(Settings):
     """Which masks are worth lifting, and how far their borders are trusted."""

@@ -105,7 +105,7 @@ def unpack(packed_at: tuple[bytes, NDArray[np.float64]], settings: VoxelSettings
         world_from_camera=world_from_camera,
     )
     surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
-    return Observation(frame, surface, _lifted(kept, surface))
+    return Observation(frame, surface.prepared(settings.truncation_m), _lifted(kept, surface))
 
 
 def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:

@@ -41,4 +41,4 @@ class Perception:
             embeddings = self.embedder.embed(frame, masks)
         with stage("lift"):
             lifted = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
-        return Observation(frame, surface, lifted)
+        return Observation(frame, surface.prepared(settings.truncation_m), lifted)

@@ -31,7 +31,7 @@ def vote(
     owners = np.array(voxels.alive(torch.from_numpy(owners)).tolist(), np.int32)
     ids = _painted(surface, detections, owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
-    row, column, z, on_image = surface.pixels_of(surface.cells.points)
+    row, column, z, on_image = surface.cell_pixels
     near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
     sure = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
     voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), sure)

@@ -83,11 +83,6 @@ class VoxelMap:
         tensor = torch.utils.dlpack.from_dlpack(shared.to_dlpack())
         return tensor.reshape(shared.shape[0] * BLOCK_VOXELS, -1)
 
-    @property
-    def truncation_m(self) -> float:
-        """The truncation distance tau in metres."""
-        return self.settings.truncation_voxels * self.settings.voxel_size_m
-
     def positions(self, addresses: Tensor) -> Tensor:
         """World positions (n, 3) float32 metres of voxels given by their addresses in the flat attributes."""
         keys = torch.utils.dlpack.from_dlpack(self.grid.hashmap().key_tensor().to_dlpack())
@@ -105,7 +100,7 @@ class VoxelMap:
         s = self.settings
         if surface is None:
             surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
-        block_keys = surface.blocks_within(self.truncation_m)
+        block_keys = surface.blocks_within(s.truncation_m)
         depth = np.where(frame.depth >= s.depth_min_m, frame.depth, np.float32(0)) if s.depth_min_m else frame.depth
         depth_image = o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(depth)).to(self.device))
         color = o3c.Tensor(np.multiply(frame.rgb, np.float32(1 / 255), dtype=np.float32)).to(self.device)
@@ -200,14 +195,13 @@ class VoxelMap:
         addresses, known = self._addresses(cells)
         cast = self.alive(self._tensor(ids)[known])
         if shown is None or sure is None:
-            self._rewrite(addresses, lambda ids, counts: votes.cast(*votes.merge_equal(ids, counts), cast))
+            self._rewrite(addresses, lambda ids, counts: votes.cast(ids, counts, cast))
             return
         is_shown = torch.zeros(self.newest_id + 1, dtype=torch.bool, device=self.torch_device)
         is_shown[self._tensor(shown)] = True
         settled = torch.from_numpy(sure).to(self.torch_device)[known]
 
         def change(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
-            ids, counts = votes.merge_equal(ids, counts)
             return votes.cast(*votes.withdraw(ids, counts, is_shown[ids.long()] & (ids != cast) & settled), cast)
 
         self._rewrite(addresses, change)
@@ -219,7 +213,11 @@ class VoxelMap:
     def _rewrite(self, addresses: Tensor, change: Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]) -> None:
         """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
         slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
-        ids, counts = change(self.alive(slot_ids[addresses].T.contiguous()), slot_counts[addresses].T.contiguous())
+        noted, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
+        ids = self.alive(noted)
+        stale = torch.nonzero((ids != noted).any(dim=0)).squeeze(1)
+        ids[:, stale], counts[:, stale] = votes.merge_equal(ids[:, stale], counts[:, stale])
+        ids, counts = change(ids, counts)
         slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
         self.attribute("label")[addresses, 0] = votes.winner(ids, counts)
 

@@ -76,7 +76,7 @@ def test_integration_is_the_weighted_mean_of_projective_distances(device: str) -
     cells = cells_at([[0, 0, z] for z in range(36, 41)])
     addresses, known = voxels._addresses(cells)
     assert len(known) == 5
-    tsdf = voxels.attribute("tsdf")[addresses, 0].cpu().numpy() * voxels.truncation_m
+    tsdf = voxels.attribute("tsdf")[addresses, 0].cpu().numpy() * voxels.settings.truncation_m
     assert_allclose(tsdf, np.mean(walls_m) - cells.points[:, 2], atol=1e-4)
     assert_allclose(voxels.attribute("weight")[addresses, 0].cpu().numpy(), 3.0)
 
@@ -117,7 +117,7 @@ def test_integrate_names_the_blocks_it_touched_in_order() -> None:
     assert np.array_equal(voxels.active_rows()[0], both)
     assert voxels.n_blocks == len(both)
     changed = first * 16 * COARSE.voxel_size_m
-    assert ((changed[:, 2] <= 1.5 + voxels.truncation_m) & (changed[:, 2] + 0.64 >= 1.5 - voxels.truncation_m)).all()
+    assert ((changed[:, 2] <= 1.5 + voxels.settings.truncation_m) & (changed[:, 2] + 0.64 >= 1.5 - voxels.settings.truncation_m)).all()
 
 
 def test_memory_is_that_of_the_attributes() -> None:
