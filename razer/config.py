@@ -97,6 +97,12 @@ class LiftingSettings(Settings):
         ge=4,
         description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise.",
     )
+    see_through_gap_m: float = Field(
+        0.3,
+        gt=0,
+        description="A cluster this far behind the largest of its mask, and farther than half that one's size, is what "
+        "is seen through it, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
+    )
 
 
 class AssociationSettings(Settings):

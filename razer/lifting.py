@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,6 +15,7 @@ from razer.cells import ObservedSurface
 from razer.clustering import cluster
 from razer.config import LiftingSettings, MaskSettings
 from razer.frame import Frame, Masks
+from razer.see_through import behind
 from razer.views import Region
 
 REFERENCE_PIXELS = 640 * 480
@@ -104,7 +106,7 @@ def lift(
     radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    found = []
+    found: list[tuple[int, int, int, Detection]] = []
     for label, member_rows, pixel_rows in _groups(labels, labels[member_of_pixel]):
         if len(member_rows) < lifting.min_cells:
             continue
@@ -128,8 +130,25 @@ def lift(
             region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
         )
         found.append((mask, -len(cells), label, detection))
-    detections = tuple(entry[3] for entry in sorted(found, key=lambda entry: entry[:3]))
-    return Lifted(detections, member_set, member_cell)
+    seen_through = _seen_through(surface, [(label, detection) for *_, label, detection in found], lifting)
+    kept = sorted((entry for entry in found if entry[2] not in seen_through), key=lambda entry: entry[:3])
+    own = ~np.isin(labels, list(seen_through))
+    return Lifted(tuple(entry[3] for entry in kept), member_set[own], member_cell[own])
+
+
+def _seen_through(
+    surface: ObservedSurface, found: Sequence[tuple[int, Detection]], lifting: LiftingSettings
+) -> set[int]:
+    """Labels of the clusters that are no part of what their mask shows."""
+    of_mask: dict[int, list[tuple[int, Detection]]] = defaultdict(list)
+    for label, detection in found:
+        of_mask[detection.mask].append((label, detection))
+    gone: set[int] = set()
+    for pieces in of_mask.values():
+        if len(pieces) > 1:
+            depths = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in pieces]
+            gone |= {pieces[i][0] for i in behind(depths, [d.box for _, d in pieces], lifting.see_through_gap_m)}
+    return gone
 
 
 def occupied(

@@ -126,6 +126,7 @@ def test_weights_alone_need_an_architecture(tmp_path):
         ({"weights": "...", "background": 1.5}, "background 1.5"),
         ({"weights": "...", "map_scale": 0}, "map_scale 0"),
         ({"weights": "...", "batch": 0}, "batch 0"),
+        ({"weights": "...", "unrelated_cosine": 1}, "unrelated_cosine 1"),
         ({"weights": "...", "device": "tpu"}, "device is auto, cpu or cuda"),
         ({"weights": "...", "colour": 1}, "does not take these options"),
     ],

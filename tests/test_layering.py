@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -234,3 +235,12 @@ def test_files_and_functions_are_short(path):
         if node.end_lineno - node.lineno >= MAX_FUNCTION_LINES
     ]
     assert long == []
+
+
+def test_extras_that_are_told_to_install_exist():
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        extras = tomllib.load(file)["project"]["optional-dependencies"]
+    texts = [path.read_text(encoding="utf-8") for path in [*FILES, ROOT / "README.md", *(ROOT / "docs").glob("*.md")]]
+    named = {extra for text in texts for extra in re.findall(r"razer\[(\w+)\]", text)}
+    assert named <= extras.keys()
+    assert "transformers" in named

@@ -11,11 +11,12 @@ from numpy.testing import assert_allclose
 from scenes import CAMERA, COARSE, frame_of, look, unit
 from scipy.ndimage import binary_erosion
 
-from razer.boxes import PointMoments
+from razer.boxes import OrientedBox, PointMoments
 from razer.cells import ObservedSurface
 from razer.config import LiftingSettings, MaskSettings
 from razer.frame import Frame, Intrinsics, Masks
 from razer.lifting import Lifted, filter_masks, lift, shrink, view_quality
+from razer.see_through import behind
 
 LIFTING = LiftingSettings(dbscan_eps_m=0.08, dbscan_min_points=4, min_cells=8)
 SHAPE = (CAMERA.height, CAMERA.width)
@@ -89,6 +90,33 @@ def test_a_mask_across_a_depth_gap_becomes_two_detections() -> None:
     assert found[0].n_cells > found[1].n_cells
     depths = [d.box.center[2] for d in found]
     assert depths == pytest.approx([2.0, 1.5], abs=COARSE.voxel_size_m)
+
+
+def test_what_is_seen_past_the_object_is_no_part_of_it() -> None:
+    frame, mask = two_plates(), rectangle(40, 80, 60, 120)  # the plate, and half as much of the wall
+    (found,) = lifted(frame, masks_of(mask)).detections
+    assert found.box.center[2] == pytest.approx(1.5, abs=COARSE.voxel_size_m)
+    result = lifted(frame, masks_of(mask))
+    assert np.array_equal(np.sort(result.member_cell), np.sort(found.cells))
+    # A wall that stands no farther behind than things are deep may be a part of it.
+    near = LIFTING.model_copy(update={"see_through_gap_m": 0.6})
+    assert len(lift(look(frame), masks_of(mask), unit(1, 0)[None], near, 0).detections) == 2
+
+
+@pytest.mark.parametrize(
+    ("gaps_m", "sizes_m", "counts", "expected"),
+    [
+        ((0.0, 0.5), (0.4, 1.0), (100, 50), [1]),  # farther behind than half the first one's size
+        ((0.0, 0.5), (1.2, 1.0), (100, 50), []),  # the hidden middle of a long table
+        ((0.0, 0.2), (0.1, 0.1), (100, 50), []),  # nearer than any gap that counts
+        ((0.0, 0.5), (0.4, 0.4), (50, 100), []),  # the larger piece is the object: what is before it stays
+        ((0.0, 0.5, 0.9, 0.1), (0.4, 1.0, 1.0, 0.2), (100, 50, 50, 50), [1, 2]),
+    ],
+)
+def test_pieces_far_behind_the_largest(gaps_m, sizes_m, counts, expected) -> None:
+    depths = [np.full(n, 2 + gap, np.float32) for gap, n in zip(gaps_m, counts, strict=True)]
+    boxes = [OrientedBox(np.zeros(3), np.eye(3), np.array([size, 0.1, 0.1])) for size in sizes_m]
+    assert behind(depths, boxes, 0.3) == expected
 
 
 def test_box_of_a_plate_is_the_plate() -> None:

@@ -117,7 +117,10 @@ def test_integrate_names_the_blocks_it_touched_in_order() -> None:
     assert np.array_equal(voxels.active_rows()[0], both)
     assert voxels.n_blocks == len(both)
     changed = first * 16 * COARSE.voxel_size_m
-    assert ((changed[:, 2] <= 1.5 + voxels.settings.truncation_m) & (changed[:, 2] + 0.64 >= 1.5 - voxels.settings.truncation_m)).all()
+    assert (
+        (changed[:, 2] <= 1.5 + voxels.settings.truncation_m)
+        & (changed[:, 2] + 0.64 >= 1.5 - voxels.settings.truncation_m)
+    ).all()
 
 
 def test_memory_is_that_of_the_attributes() -> None:

@@ -19,8 +19,7 @@ def library_of(weights: Path, architecture: str | None) -> Library:
     """Which library runs what lies there; raises BadInput if none does, or if it is not installed."""
     library = _library_of_file(weights, architecture) if weights.is_file() else _library_of_folder(weights)
     if library != "onnx" and find_spec(library) is None:
-        extra = {"transformers": "clip", "open_clip": "open_clip"}[library]
-        raise BadInput(f"{weights} needs the package {library}: pip install 'razer[{extra}]'")
+        raise BadInput(f"{weights} needs the package {library}: pip install 'razer[{library}]'")
     return library
 
 
