@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from copy import copy
 
 import numpy as np
@@ -16,6 +16,7 @@ from razer.duplicates import mapped_twice
 from razer.evidence import LabelEvidence
 from razer.frame import Frame
 from razer.inheritance import heirs, successors
+from razer.known_surface import KnownSurface, points_of
 from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.panoptic_map import PanopticMap
 from razer.perception import Observation, Perception
@@ -23,7 +24,7 @@ from razer.rebuild import Apply, Follower, Pose
 from razer.stages import stage
 from razer.step import Step
 from razer.support import support_ratios
-from razer.surface import extract_mesh, points_at
+from razer.surface import extract_mesh
 from razer.track import Track
 from razer.tracker import Tracker
 from razer.voting import vote
@@ -43,8 +44,9 @@ class Mapper:
         self.voxels = VoxelMap(config.voxels, device)
         self.tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self.follower = Follower(config) if config.follow.enabled else None
+        self._surface = KnownSurface()
         self._frames = 0
-        self._last_index = 0
+        self._last_index = self._refreshed_at = 0
 
     @property
     def tracks(self) -> list[Track]:
@@ -137,6 +139,7 @@ class Mapper:
         again.voxels = self.voxels.successor()
         again.tracker = Tracker(again.config, self.tracker.newest_id, self.tracker.unrelated_cosine)
         again.follower = None
+        again._surface = KnownSurface()
         again._frames = 0
         return again
 
@@ -174,7 +177,7 @@ class Mapper:
         fused = self.tracker.fuse_duplicates()
         for gone, survivor in fused:
             self.voxels.replace(gone, survivor)
-        self._refresh_tracks()
+        self._refresh_tracks(grown={survivor for _, survivor in fused})
         # Where the map lies beside the poses, things are missed that are not gone.
         behind = self.follower is not None and self.follower.is_behind
         pruned = self.tracker.prune(self._last_index, spare_confirmed=behind)
@@ -182,14 +185,20 @@ class Mapper:
             self.voxels.replace(gone, 0)
         return fused, pruned
 
-    def _refresh_tracks(self) -> None:
-        surface = self.voxels.surface_addresses()
-        points = points_at(self.voxels, surface)
-        order = np.argsort(points.instances, kind="stable")
-        bounds = np.searchsorted(points.instances[order], [[t.id, t.id + 1] for t in self.tracks] or [[0, 0]])
+    def _refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
+        """Renew what tracks know of their voxels, where those may have changed; `grown` are tracks that were given
+        others' voxels."""
+        surface, changed = self._surface.renew(self.voxels)
+        since, self._refreshed_at = self._refreshed_at, self._last_index
+        stale = [
+            track
+            for track in self.tracks
+            if changed is None or track.id in changed or track.id in grown or track.last_frame >= since
+        ]
+        points = points_of(self.voxels, surface, [track.id for track in stale])
         support = support_ratios(self.voxels, surface)
-        for track, (start, end) in zip(self.tracks, bounds, strict=False):
-            track.refresh(points.positions[order[start:end]].astype(np.float64))
+        for track in stale:
+            track.refresh(points[track.id])
             track.support = support.get(track.id, 0.0)
             self.tracker.refreshed(track)
 

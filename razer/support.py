@@ -8,18 +8,17 @@ counted because one mask that joined a cup with its wall claims the wall's whole
 from __future__ import annotations
 
 import torch
-from torch import Tensor
 
+from razer.known_surface import SurfaceVoxels
 from razer.voxels import VoxelMap
 
 
-def support_ratios(voxels: VoxelMap, surface: Tensor | None = None) -> dict[int, float]:
-    """r_i in [0, 1] for each instance with any votes; `surface` (N,) are the addresses of the surface, if known."""
-    surface = voxels.surface_addresses() if surface is None else surface
-    ids = voxels.alive(voxels.attribute("ids")[surface])
-    votes = voxels.attribute("counts")[surface]
+def support_ratios(voxels: VoxelMap, surface: SurfaceVoxels) -> dict[int, float]:
+    """r_i in [0, 1] for each instance with any votes on the surface of a volume."""
+    ids = voxels.alive(surface.ids)
+    votes = surface.counts
     given = votes > 0
-    won = (ids == voxels.alive(voxels.attribute("label")[surface]))[given]
+    won = (ids == voxels.alive(surface.labels)[:, None])[given]
     voter, weight = ids[given].long(), votes[given].double()
     n_ids = voxels.newest_id + 1
     total = torch.bincount(voter, weights=weight, minlength=n_ids)

@@ -55,6 +55,7 @@ class VoxelMap:
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._survivors = survivors or Survivors(self.torch_device)
+        self._touched: Tensor | None = None  # which buffer rows, None = any
 
     def successor(self) -> VoxelMap:
         """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
@@ -112,7 +113,14 @@ class VoxelMap:
             blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
             1.0, s.depth_max_m, s.truncation_voxels,
         )  # fmt: skip
+        self._touch(self.rows_of(block_keys))
         return block_keys
+
+    def _touch(self, rows: Tensor) -> None:
+        if self._touched is not None and len(self._touched) != self.grid.hashmap().capacity():
+            self._touched = None  # it has grown, and rows were dealt out anew
+        if self._touched is not None:
+            self._touched[rows] = True
 
     def allocate(self, block_keys: Ints) -> None:
         """Add blocks (B, 3) of empty voxels."""
@@ -218,11 +226,13 @@ class VoxelMap:
         stale = torch.nonzero((ids != noted).any(dim=0)).squeeze(1)
         ids[:, stale], counts[:, stale] = votes.merge_equal(ids[:, stale], counts[:, stale])
         ids, counts = change(ids, counts)
+        self._touch(addresses // BLOCK_VOXELS)
         slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
         self.attribute("label")[addresses, 0] = votes.winner(ids, counts)
 
     def amplify(self, times: float) -> None:
         """Let every observation and vote so far count `times` times."""
+        self._touched = None
         weight, counts = self.attribute("weight"), self.attribute("counts")
         weight.mul_(times)
         for part in counts.split(BLOCKS_AT_ONCE * BLOCK_VOXELS):
@@ -245,7 +255,10 @@ class VoxelMap:
 
     def surface_addresses(self, block_keys: Ints | None = None) -> Tensor:
         """Addresses, in order, of the voxels that hold the zero crossing, of the given blocks or of all."""
-        rows = self.active_rows()[1] if block_keys is None else self.rows_of(block_keys)
+        return self.surface_in(self.active_rows()[1] if block_keys is None else self.rows_of(block_keys))
+
+    def surface_in(self, rows: Tensor) -> Tensor:
+        """The same for blocks given by their buffer rows (B,)."""
         least, most = self.settings.surface_weight, SURFACE_VOXELS / self.settings.truncation_voxels
 
         def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
@@ -253,6 +266,14 @@ class VoxelMap:
 
         parts = [self.select(part, on_surface, "weight", "tsdf") for part in rows.split(BLOCKS_AT_ONCE)]
         return torch.cat(parts)
+
+    def take_touched(self) -> Tensor | None:
+        """Buffer rows (B,), in order, of the blocks of which any attribute was changed since this was last asked;
+        None = any may have been."""
+        self._touch(torch.zeros(0, dtype=torch.int64, device=self.torch_device))
+        touched = None if self._touched is None else torch.nonzero(self._touched).squeeze(1)
+        self._touched = torch.zeros(int(self.grid.hashmap().capacity()), dtype=torch.bool, device=self.torch_device)
+        return touched
 
     def settle(self) -> None:
         """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""

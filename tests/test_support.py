@@ -8,11 +8,16 @@ from numpy.testing import assert_allclose
 from scenes import COARSE, axis_box, cells_at, detection, unit
 
 from razer.config import BankSettings
+from razer.known_surface import SurfaceVoxels
 from razer.panoptic_map import PanopticMap
-from razer.support import support_ratios
+from razer.support import support_ratios as ratios_on
 from razer.surface import LabelledMesh
 from razer.track import Track
 from razer.voxels import VoxelMap
+
+
+def support_ratios(voxels: VoxelMap) -> dict[int, float]:
+    return ratios_on(voxels, SurfaceVoxels.at(voxels, voxels.surface_addresses()))
 
 
 def strip() -> VoxelMap:
