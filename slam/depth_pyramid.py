@@ -25,15 +25,15 @@ class SurfaceGrid:
     """Oriented points on the pixel grid of `intrinsics`, in camera coordinates.
 
     points and normals (3, H * W) float32 metres, normals of length one towards the camera; valid (H * W,) bool;
-    valid_points and valid_normals (3, R), those that are.
+    sample_points and sample_normals (3, R), those of every other valid one: all of them tell no more.
     """
 
     intrinsics: Intrinsics
     points: Floats
     normals: Floats
     valid: NDArray[np.bool_]
-    valid_points: Floats
-    valid_normals: Floats
+    sample_points: Floats
+    sample_normals: Floats
 
 
 def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
@@ -106,9 +106,9 @@ def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:
     valid = _smooth(depth) & (length > 0)
     normals /= np.maximum(length, np.float32(1e-12))
     points, normals, flat = points.reshape(3, -1), normals.reshape(3, -1), valid.ravel()
-    readings = np.flatnonzero(flat)
+    sample = np.flatnonzero(flat)[::2]
     return SurfaceGrid(
-        intrinsics, points, normals, flat, np.take(points, readings, axis=1), np.take(normals, readings, axis=1)
+        intrinsics, points, normals, flat, np.take(points, sample, axis=1), np.take(normals, sample, axis=1)
     )
 
 

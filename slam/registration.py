@@ -20,7 +20,7 @@ from slam.sightings import Sightings
 
 # Readings of neighbouring pixels err together, and those of one pixel alike from frame to frame, which pulls towards no
 # motion at all: thousands of them are worth a share of as many.
-DEPTH_BELIEF = 0.1
+DEPTH_BELIEF = 0.2
 FACING = 0.8  # least cosine between the normals of points that may be one
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
 HUBER = 1.5
@@ -145,7 +145,7 @@ def _result(
 def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Level, smear: float) -> _DepthTerm:
     """Normal equations of the point-to-plane distances of points that project onto each other (Blais and Levine 1995;
     Chen and Medioni 1992), each weighted by the sensor's noise at its depth (Nguyen et al. 2012)."""
-    points = _moved(source.valid_points, pose)
+    points = _moved(source.sample_points, pose)
     inside, pixel = _projected(points, target)
     overlap = len(inside) / max(points.shape[1], 1)
     with_reading = np.flatnonzero(np.take(target.valid, pixel))
@@ -153,7 +153,7 @@ def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Le
     here, normal = _columns(points, inside), _columns(target.normals, pixel)
     gap = _columns(target.points, pixel) - here
     distance = _dot(gap, normal)
-    facing = _dot(pose[:3, :3].astype(np.float32) @ _columns(source.valid_normals, inside), normal)
+    facing = _dot(pose[:3, :3].astype(np.float32) @ _columns(source.sample_normals, inside), normal)
     near = _dot(gap, gap) < 4 * level.reach_m**2
     good = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > FACING))
     agreement = len(good) / max(len(inside), 1)
@@ -197,7 +197,7 @@ def depth_sigma(z: NDArray[np.floating]) -> NDArray[np.floating]:
 
 def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Array, reach_m: float = 0.3) -> float:
     """Share of the source's points that project onto readings of the target within reach."""
-    points = _moved(source.valid_points, target_from_source)
+    points = _moved(source.sample_points, target_from_source)
     inside, pixel = _projected(points, target)
     gap = _columns(target.points, pixel) - _columns(points, inside)
     near = _dot(gap, gap) < reach_m**2

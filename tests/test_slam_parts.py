@@ -66,8 +66,8 @@ def test_points_and_normals_of_a_slanted_plane():
     depth = (normal @ np.array([0, 0, 2.0]) / np.tensordot(normal, rays, 1)).astype(np.float32)
     grid = depth_pyramid(depth, camera)[-1]
     assert grid.valid.mean() > 0.95
-    np.testing.assert_allclose(grid.valid_normals.T, np.tile(normal, (grid.valid_normals.shape[1], 1)), atol=2e-3)
-    assert (normal @ grid.valid_points == pytest.approx(normal[2] * 2.0, abs=1e-4)) is True
+    np.testing.assert_allclose(grid.sample_normals.T, np.tile(normal, (grid.sample_normals.shape[1], 1)), atol=2e-3)
+    assert (normal @ grid.sample_points == pytest.approx(normal[2] * 2.0, abs=1e-4)) is True
 
 
 @pytest.fixture(scope="module")
