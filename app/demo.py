@@ -11,6 +11,7 @@ from app.config_sources import read_config
 from app.consoles import progress_console, result_console
 from app.options import Flag, SettingOptions
 from app.run import INTERRUPTED
+from app.running.cores import leave_cores_to_helpers
 from app.running.run_folder import RunFolder
 
 ROOM_FRAMES = 120
@@ -45,6 +46,7 @@ def demo(
     config = read_config(options.config, options.set, oracle)
 
     # Late, as in `razer run`.
+    leave_cores_to_helpers()
     from app.running.pipeline import run_to_folder
     from app.running.report import report
     from data_tools.worlds.synthetic import SyntheticRoom

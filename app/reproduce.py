@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from app.consoles import progress_console, result_console
 from app.options import BOTH, Flag, RunOptions
+from app.running.cores import leave_cores_to_helpers
 
 
 def reproduce(
@@ -41,6 +42,7 @@ def reproduce(
         One line of JSON.
     """
     # Late, as in `razer run`.
+    leave_cores_to_helpers()
     from app.evaluation.published import TABLES
     from app.evaluation.reproduction import Reproduction
     from app.evaluation.reproduction_report import report

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from app.consoles import progress_console
 from app.options import BOTH, Flag, RunOptions
+from app.running.cores import leave_cores_to_helpers
 from app.running.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def _run(folder: Path, out: Path, options: RunOptions, overwrite: bool) -> tuple
     config = options.read()
 
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
+    leave_cores_to_helpers()
     from app.running.pipeline import run_to_folder
     from app.running.recording import open_recording
 

@@ -18,6 +18,7 @@ import pytest
 from app.cli import main
 from app.config import RunConfig
 from app.config_sources import read_config
+from app.running.cores import leave_cores_to_helpers
 from app.timeline import viewer
 from data_tools.worlds.synthetic import SyntheticRoom
 from razer.storage import read_mesh_ply
@@ -101,6 +102,18 @@ def finished(recording, tmp_path_factory):
 
 
 # Help
+
+
+@pytest.mark.parametrize(
+    ("cores", "told", "expected"), [(2, None, "1"), (16, None, "14"), (None, None, "1"), (8, "3", "3")]
+)
+def test_helpers_get_cores_of_their_own(cores, told, expected, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    monkeypatch.setenv("OMP_NUM_THREADS", told or "")
+    if not told:
+        monkeypatch.delenv("OMP_NUM_THREADS")
+    leave_cores_to_helpers()
+    assert os.environ["OMP_NUM_THREADS"] == expected
 
 
 def test_help_lists_the_verbs_without_importing_them():
