@@ -22,6 +22,7 @@ from razer.lifting import Detection
 from razer.step import Candidate
 from razer.track import Track
 
+Array = NDArray[np.float64]
 Cosines = TypeVar("Cosines", float, NDArray[np.float64])
 
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
@@ -105,6 +106,9 @@ def _overlaps(
     if settings.association == "visible":
         bound = _most_shared(boxes, margin_m, first, second)
     worth = np.flatnonzero(bound > np.maximum(seen, needed))
+    if settings.association == "visible" and len(worth):
+        closer = _most_shared_turned(boxes, margin_m, first[worth], second[worth])
+        worth = worth[closer > np.maximum(seen, needed)[worth]]
     shared = measure(*([boxes[i].grown(margin_m) for i in of[worth]] for of in (first, second)))
     seen[worth] = np.maximum(seen[worth], shared)
     return seen
@@ -113,20 +117,51 @@ def _overlaps(
 def _most_shared(
     boxes: Sequence[OrientedBox], margin_m: float, first: NDArray[np.intp], second: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """An upper bound (P,) of the IoU of pairs of boxes, grown by a margin: they share at most the smaller volume, and
-    at most what their axis-aligned bounds share."""
+    """An upper bound (P,) of the IoU of pairs of boxes, grown by a margin: they share at most what their bounds along
+    the world's axes share."""
+    center, rotation, half = _stacked(boxes, margin_m)
+    reach = _reach(rotation, half)
+    low, high = center - reach, center + reach
+    overlap = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
+    return _iou_at_most(overlap, half[first], half[second])
+
+
+def _most_shared_turned(
+    boxes: Sequence[OrientedBox], margin_m: float, first: NDArray[np.intp], second: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """The same from bounds along the axes of either box, which is closer and takes longer."""
+    center, rotation, half = _stacked(boxes, margin_m)
+    bounds = []
+    for one, other in ((first, second), (second, first)):
+        axes = rotation[one].transpose(0, 2, 1)
+        away = (axes @ (center[other] - center[one])[..., None])[..., 0]
+        reach = _reach(axes @ rotation[other], half[other])
+        overlap = np.minimum(half[one], away + reach) - np.maximum(-half[one], away - reach)
+        bounds.append(_iou_at_most(overlap, half[one], half[other]))
+    return np.minimum(*bounds)
+
+
+def _stacked(boxes: Sequence[OrientedBox], margin_m: float) -> tuple[Array, Array, Array]:
+    """Centres (N, 3), rotations (N, 3, 3) and half edges (N, 3) of boxes grown by a margin."""
     center, rotation, extent = (
         np.concatenate([getattr(box, part) for box in boxes]).reshape(len(boxes), -1, 3)
         for part in ("center", "rotation", "extent")
     )
-    extent = extent[:, 0] + 2 * margin_m
-    half = np.abs(rotation) @ (extent / 2)[..., None]
-    low, high = center[:, 0] - half[..., 0], center[:, 0] + half[..., 0]
-    volume = extent.prod(axis=1)
-    overlap = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
-    smaller = np.minimum(volume[first], volume[second])
-    most = np.minimum(overlap.clip(min=0).prod(axis=1), smaller)
-    return most / np.maximum(volume[first] + volume[second] - most, 1e-12)
+    return center[:, 0], rotation, extent[:, 0] / 2 + margin_m
+
+
+def _reach(rotation: Array, half: Array) -> Array:
+    """How far boxes (P, 3) that are turned by (P, 3, 3) reach along the axes."""
+    reach: Array = (np.abs(rotation) @ half[..., None])[..., 0]
+    return reach
+
+
+def _iou_at_most(overlap: Array, half: Array, other_half: Array) -> Array:
+    """The IoU (P,) of boxes that share no more than an overlap (P, 3), nor than the smaller one's volume."""
+    volume, other = (8 * h.prod(axis=1) for h in (half, other_half))
+    most = np.minimum(overlap.clip(min=0).prod(axis=1), np.minimum(volume, other))
+    iou: Array = most / np.maximum(volume + other - most, 1e-12)
+    return iou
 
 
 def assign(candidates: Sequence[Sequence[Candidate]], gate: float) -> dict[int, int]:

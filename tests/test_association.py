@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
 
+from razer import association
 from razer.association import assign, find_candidates, likeness
 from razer.box_overlap import box_containment, box_iou
 from razer.config import AssociationSettings, BankSettings
@@ -268,3 +269,21 @@ def test_evidence_of_a_frame_without_masks() -> None:
     assert evidence.visible == {1: 10}
     assert evidence.shared == evidence.in_mask == {}
     assert_allclose(evidence.visible_iou(0, 1), 0)
+
+
+@pytest.mark.parametrize("bound", [association._most_shared, association._most_shared_turned])
+def test_bounds_are_never_below_what_boxes_share(bound) -> None:
+    rng = np.random.default_rng(0)
+    boxes = [random_box(rng) for _ in range(400)]
+    first, second = np.arange(200), np.arange(200, 400)
+    grown = [box.grown(0.02) for box in boxes]
+    shared = box_iou(grown[:200], grown[200:])
+    assert (bound(boxes, 0.02, first, second) >= shared - 1e-9).all()
+    assert (shared > 0.05).sum() > 20  # pairs that say something
+    assert (bound(boxes, 0.02, first, second) > 1.2 * shared + 1e-9).any()
+
+
+def test_the_bound_of_a_box_with_itself_is_exact_along_its_own_axes() -> None:
+    rng = np.random.default_rng(0)
+    boxes, row = [random_box(rng) for _ in range(50)], np.arange(50)
+    assert_allclose(association._most_shared_turned(boxes, 0.0, row, row), 1)
