@@ -9,6 +9,7 @@ once more (`Mapper.catch_up`), since what was matched while the map lay beside t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
@@ -58,6 +59,8 @@ class Follower:
         self.settings, self.voxel_settings = config.follow, config.voxels
         self._withdraw_votes = config.maintenance.withdraw_votes
         self._store = FrameStore(config.follow.memory_mb * 10**6)
+        self._packer = ThreadPoolExecutor(1)  # compressing holds no lock, and the next frame need not wait for it
+        self._being_packed: Future[bytes] | None = None
         self._stored: list[int] = []  # where in the store each kept frame is
         self.owners: list[NDArray[np.int32]] = []  # tracks of the detections of each kept frame
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
@@ -92,7 +95,8 @@ class Follower:
     @property
     def stored_bytes(self) -> int:
         """What the kept frames take, in memory and in the file."""
-        return self._store.memory_bytes + self._store.spilled_bytes
+        store = self._all_stored()
+        return store.memory_bytes + store.spilled_bytes
 
     @property
     def is_behind(self) -> bool:
@@ -111,10 +115,17 @@ class Follower:
         self._since_kept = 0
         self._position[frame.index] = len(self._poses)
         self.owners.append(owners)
-        self._stored.append(len(self._store))
-        self._store.append(pack(seen))
+        self._stored.append(len(self._all_stored()))
+        self._being_packed = self._packer.submit(pack, seen)
         self._poses.append(frame.pose)
         self._fused_at.append(frame.pose)
+
+    def _all_stored(self) -> FrameStore:
+        """The store with the frame in it that was kept last."""
+        if self._being_packed is not None:
+            self._store.append(self._being_packed.result())
+            self._being_packed = None
+        return self._store
 
     def _patience(self, pose: Pose) -> int:
         """After how many fused frames one is kept."""
@@ -188,7 +199,8 @@ class Follower:
 
     def replays(self, positions: range, apply: Apply = map) -> Iterator[Observation]:
         """What kept frames showed, at their newest poses."""
-        packed_at = ((self._store[self._stored[position]], self._poses[position]) for position in positions)
+        store = self._all_stored()
+        packed_at = ((store[self._stored[position]], self._poses[position]) for position in positions)
         for seen in apply(partial(unpack, settings=self.voxel_settings), packed_at):
             self.n_replays += 1
             yield seen
