@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from json import dumps
 from pathlib import Path
@@ -12,6 +11,7 @@ from cyclopts import Parameter
 
 from app.consoles import progress_console, result_console
 from app.options import Assignments, Flag
+from app.running.run_folder import replace_file
 from razer.frame import BadInput
 
 if TYPE_CHECKING:
@@ -169,6 +169,5 @@ def _draw(result: Evaluation, folder: Path) -> None:
 
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write a file beside its place and rename it, so that it is never seen half written."""
-    temporary = path.with_name(f".part-{path.name}")
-    temporary.write_bytes(content.encode() if isinstance(content, str) else content)
-    os.replace(temporary, path)
+    told = content.encode() if isinstance(content, str) else content
+    replace_file(path, lambda part: part.write_bytes(told))

@@ -95,7 +95,9 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
     if json:
         print(dumps(_described(wanted)))
     else:
-        console.print(f"use it with --{wanted.use} --set {wanted.task}.options.weights={name}", soft_wrap=True)
+        settings = [f"weights={name}", *wanted.also]
+        more = " ".join(f"--set {wanted.task}.options.{setting}" for setting in settings)
+        console.print(f"use it with --{wanted.use} {more}", soft_wrap=True)
         result_console().print(str(path), soft_wrap=True)
     return 0
 

@@ -47,6 +47,8 @@ def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
     """The nearest of the given classes for each instance that has an embedding, by id. Raises BadInput."""
     texts = panoptic.text_vectors([category.name for category in categories])
     ranking = panoptic.text_ranking
+    if not len(panoptic.hypotheses):
+        return []
     likeness, scores = ranking.likeness(texts), ranking.scores(texts)
     labels = []
     for row, instance in enumerate(panoptic.hypotheses.ids.tolist()):

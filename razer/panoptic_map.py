@@ -85,8 +85,10 @@ class PanopticMap:
 
     def rank(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (section III-H); raises BadInput where the embedder cannot tell."""
-        ranking = self.text_ranking
-        scores = ranking.scores(self.text_vectors([text]))[:, 0]
+        query, ranking = self.text_vectors([text]), self.text_ranking
+        if not len(self.hypotheses):
+            return Answer((), threshold)
+        scores = ranking.scores(query)[:, 0]
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
 
@@ -94,6 +96,8 @@ class PanopticMap:
         """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
         for one of another embedder."""
         self._check(len(vector))
+        if not len(self.hypotheses):
+            return Answer((), threshold)
         scores = image_scores(self.hypotheses, vector)
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, [None] * len(rows))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from razer.frame import BadInput
 
+MAX_ID = 2**31 - 1  # what meshes hold
 FOLDER = Path(__file__).with_name("vocabularies")
 VOCABULARIES = tuple(sorted(path.stem for path in FOLDER.glob("*.csv")))
 
@@ -65,14 +66,16 @@ def vocabulary(name: str) -> Vocabulary:
     the categories of their annotations (LVIS v1), all of them things."""
     path = FOLDER / f"{name}.csv" if name in VOCABULARIES else Path(name)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # spreadsheets begin files with a mark
     except (OSError, UnicodeDecodeError):
         raise BadInput(f"{name} is no vocabulary: give one of {', '.join(VOCABULARIES)}, or a file") from None
     rows = list(csv.DictReader(text.splitlines())) if path.suffix == ".csv" else _numbered(text)
     try:
         categories = tuple(_category(row) for row in rows)
     except (KeyError, TypeError, ValueError):
-        raise BadInput(f"{path} needs the columns id and name, and numbers in id and nyu40") from None
+        raise BadInput(
+            f"{path} needs the columns id and name, with a name in each row, and numbers in id and nyu40"
+        ) from None
     return Vocabulary(path.stem, categories)
 
 
@@ -82,5 +85,7 @@ def _numbered(text: str) -> list[dict[str, str]]:
 
 
 def _category(row: Mapping[str, str]) -> Category:
-    stuff = bool(int(row.get("stuff") or 0))
-    return Category(int(row["id"]), row["name"], int(row.get("nyu40") or 0), row.get("group") or "", stuff)
+    stuff, number = bool(int(row.get("stuff") or 0)), int(row["id"])
+    if not (row["name"] or "").strip() or not 0 <= number <= MAX_ID:
+        raise ValueError
+    return Category(number, row["name"], int(row.get("nyu40") or 0), row.get("group") or "", stuff)

@@ -43,6 +43,11 @@ class Words:
             )
         return self._embedder
 
+    @property
+    def is_table(self) -> bool:
+        """Whether only the names of a table are known, whose vectors are at hand."""
+        return isinstance(self.text_side, NameTable) and not getattr(self.text_side, "takes_any_name", False)
+
     def vectors(self, texts: Sequence[str]) -> Vectors:
         """Unit vectors (N, D) of texts; raises BadInput for a text that a table of names does not have."""
         side = self.text_side
@@ -57,7 +62,7 @@ class Words:
 
     def knows(self, name: str) -> bool:
         """Whether a name has a vector: a table does not have all of them."""
-        if not isinstance(self.text_side, NameTable):
+        if not self.is_table:
             return True
         try:
             self.vectors([name])

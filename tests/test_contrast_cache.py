@@ -57,6 +57,34 @@ def test_another_encoder_or_other_weights_are_embedded_anew(cache, tmp_path):
     assert asked(weights=str(weights))[0] > 0
 
 
+def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (folder / "model.safetensors").write_bytes(b"one")
+    inner = {"embedder": "some:Encoder", "embedder_options": {"weights": str(folder)}}
+    assert asked(**inner)[0] > 0
+    assert asked(**inner)[0] == 0
+    (folder / "model.safetensors").write_bytes(b"two or more")
+    assert asked(**inner)[0] > 0
+
+
+class NamesOverEncoder(Encoder):
+    """Names of any kind: a table's protocol, without a table."""
+
+    known_names = ()
+    takes_any_name = True
+
+
+def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
+    encoders = [NamesOverEncoder(), NamesOverEncoder()]
+    for encoder in encoders:
+        words = Words(encoder)
+        contrast_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
+        assert words.knows("anything at all")
+    assert encoders[0].n_asked > 0
+    assert encoders[1].n_asked == 0
+
+
 @pytest.mark.parametrize("content", [b"", b"no archive"])
 def test_a_damaged_file_is_made_anew(cache, content):
     asked()

@@ -13,6 +13,7 @@ from gltf import read_glb
 from app.cli import main
 from data_tools.worlds.synthetic import SyntheticRoom
 from data_tools.writers.table import write_recording
+from razer.frame import BadInput
 from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
@@ -273,6 +274,20 @@ def test_the_scene_graph_and_the_nodes_of_the_mesh(capsys, run):
     names = {node["name"] for node in read_glb(run / "mesh.glb")[0]["nodes"]}
     segments = json.loads((run / "panoptic.json").read_text())["segments"]
     assert {f"{s['class']} {s['id']}" for s in segments if s["n_vertices"] > 50} <= names
+
+
+@pytest.mark.parametrize("rows", ["1,wall\n2\n", "1,\n", "99999999999,wall\n", "one,wall\n"])
+def test_a_faulty_vocabulary_is_refused(tmp_path, rows):
+    path = tmp_path / "mine.csv"
+    path.write_text(f"id,name\n{rows}")
+    with pytest.raises(BadInput, match="with a name in each row"):
+        vocabulary(str(path))
+
+
+def test_a_list_saved_by_a_spreadsheet_is_read(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_bytes(b"\xef\xbb\xbfid,name\r\n1,wall\r\n")
+    assert vocabulary(str(path)).names == ("wall",)
 
 
 def test_a_vocabulary_of_ones_own(capsys, run, tmp_path):

@@ -7,9 +7,15 @@ import pytest
 from named_vectors import unit_rows
 from numpy.testing import assert_allclose
 
+from app.evaluation.predicted import nearest_names
 from razer import ranking as rules
 from razer.hypotheses import Hypotheses
+from razer.labelling import label
+from razer.panoptic_map import PanopticMap
 from razer.ranking import Contrast, TextRanking, image_scores
+from razer.surface import LabelledMesh
+from razer.vocabulary import Category
+from razer.words import Words
 
 DIMENSION, NAMES = 32, 40
 
@@ -103,9 +109,25 @@ def test_an_empty_map_and_instances_without_embeddings():
     banks = {3: nothing, **some_banks(rng)}
     assert 3 not in Hypotheses.of(banks).ids
     empty = Hypotheses.of({})
-    contrast = Contrast(["a"], np.zeros((1, 0), np.float32))
-    assert TextRanking(empty, contrast).scores(np.zeros((1, 0), np.float32)).shape == (0, 1)
-    assert image_scores(empty, np.zeros(0, np.float32)).shape == (0,)
+    assert len(empty) == 0
+
+
+class TwoNames:
+    """A table of two names."""
+
+    known_names = ("a", "b")
+
+    def embed_texts(self, texts):
+        return np.eye(2, DIMENSION, dtype=np.float32)[["ab".index(text) for text in texts]]
+
+
+def test_in_a_map_without_instances_nothing_is_found():
+    nothing = np.zeros((0, 3), np.int32)
+    mesh = LabelledMesh(nothing.astype(np.float32), nothing.astype(np.uint8), nothing[:, 0], nothing)
+    panoptic = PanopticMap.of([], mesh, Words(TwoNames()))
+    assert panoptic.rank("a").hits == panoptic.rank_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
+    assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
+    assert nearest_names(nothing[:, 0], np.zeros((0, 0)), ["a"], np.ones((1, DIMENSION))) == {}
 
 
 def test_an_image_is_nearest_to_the_instance_it_shows():

@@ -16,6 +16,7 @@ from razer.models.mask_filters import best_of_overlapping, mask_iou, stability
 from razer.models.mask_proposals import point_grid
 from razer.models.model_view import ModelView
 from razer.models.sam import SamSegmenter
+from razer.models.sam_files import encoder_and_decoder
 from tests.sam_exports import EXPORTS
 
 GREYS = (10, 90, 170, 250)
@@ -248,6 +249,15 @@ def test_files_of_two_exports_do_not_go_together(tmp_path: Path) -> None:
 def test_impossible_options_are_refused(tmp_path: Path, options: dict[str, object], message: str) -> None:
     with pytest.raises(BadInput, match=message):
         make_segmenter("sam", {"weights": EXPORTS["edge-sam"].write(tmp_path), **options})
+
+
+def test_of_several_pairs_in_a_folder_the_known_one_is_taken(tmp_path: Path) -> None:
+    for name in ("encoder.onnx", "decoder_multi.onnx", "decoder_single.onnx"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(BadInput, match="give a folder with just the two"):
+        encoder_and_decoder(tmp_path)
+    found = encoder_and_decoder(tmp_path, ("encoder.onnx", "decoder_single.onnx"))
+    assert [file.name for file in found] == ["encoder.onnx", "decoder_single.onnx"]
 
 
 def test_what_is_no_pair_is_refused_at_once(tmp_path: Path) -> None:

@@ -98,6 +98,8 @@ def nearest_names(
 ) -> dict[int, str]:
     """For each id the name whose text vector (N, D) has the largest cosine with any of its embeddings; ids (R,) and
     embeddings (R, D) hold a row for each hypothesis."""
+    if len(ids) == 0:  # which have no width either
+        return {}
     cosine = embeddings @ texts.T
     return {int(i): class_names[int(cosine[ids == i].max(axis=0).argmax())] for i in np.unique(ids)}
 

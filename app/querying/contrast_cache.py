@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import zipfile
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ import numpy as np
 
 from app.config import EmbedderSettings
 from app.consoles import progress_console
-from razer.models import NameTable
+from razer.frame import BadInput
+from razer.models.model_file import model_file
 from razer.ranking import Contrast
 from razer.words import TEMPLATES, Words
 
@@ -23,7 +25,7 @@ FORMAT = 1
 
 def contrast_of(words: Words, settings: EmbedderSettings) -> Contrast:
     """The contrast of an embedder made by these settings; raises BadInput if it has no text side."""
-    if isinstance(words.text_side, NameTable):
+    if words.is_table:
         return words.contrast
     names, path = words.contrast_names, _folder() / f"contrast-{_key(words, settings)}.npz"
     with (
@@ -51,7 +53,16 @@ def _key(words: Words, settings: EmbedderSettings) -> str:
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
-def _files(options: dict[str, Any]) -> list[tuple[str, int, int]]:
-    """Size and time of the files among the options."""
-    paths = [Path(value) for value in options.values() if isinstance(value, str) and Path(value).exists()]
-    return [(str(path.absolute()), path.stat().st_size, path.stat().st_mtime_ns) for path in paths]
+def _files(options: Mapping[str, Any]) -> list[tuple[str, int, int]]:
+    """Place, size and time of the files that options name, by path, hub id or name of the catalogue, and of those in
+    folders."""
+    found = []
+    for value in options.values():
+        if isinstance(value, Mapping):
+            found += _files(value)
+        elif isinstance(value, str):
+            with suppress(BadInput, OSError):
+                place = model_file(value)
+                files = sorted(place.rglob("*")) if place.is_dir() else [place]
+                found += [(str(f.absolute()), f.stat().st_size, f.stat().st_mtime_ns) for f in files if f.is_file()]
+    return found

@@ -12,12 +12,11 @@ import numpy as np
 from rich.table import Table
 
 from app.consoles import result_console
-from app.evaluate import write_atomically
 from app.glb import instance_names, write_glb
 from app.palette import instance_colors
 from app.querying.asked_map import AskedMap
 from app.running import run_folder as names
-from app.running.run_folder import replace_file
+from app.running.run_folder import replace_files
 from razer.labelling import Label, Segment, segment_ids, segments
 from razer.scene_graph import scene_graph
 from razer.storage import VERTEX, vertex_rows, write_ply
@@ -42,19 +41,21 @@ class LabelledRun:
         return cls(asked, vocabulary, labels, segments(labels))
 
     def write(self) -> None:
-        """Make the files anew; each takes its place once it is complete, instances.json as the last."""
+        """Make the files anew; they take their places once all are complete, instances.json as the last."""
         folder, mesh = self.asked.folder, self._mesh()
         graph = scene_graph(self.asked.panoptic, self.segments, self.asked.up)
         classes = {s.id: s.category.name for s in self.segments}
-        self._write_text(
-            names.PANOPTIC, {"format": FORMAT, "vocabulary": self.vocabulary, "segments": self._table(mesh)}
+        table = {"format": FORMAT, "vocabulary": self.vocabulary, "segments": self._table(mesh)}
+        instances = self._instances()
+        replace_files(
+            {
+                folder / names.PANOPTIC: lambda path: _write_json(path, table),
+                folder / names.SCENE_GRAPH: lambda path: _write_json(path, graph),
+                folder / names.PANOPTIC_PLY: lambda path: self._write_panoptic_ply(path, mesh),
+                folder / names.MESH_GLB: lambda path: write_glb(path, mesh, self.asked.up, instance_names(classes)),
+                folder / names.INSTANCES: lambda path: _write_json(path, instances),
+            }
         )
-        self._write_text(names.SCENE_GRAPH, graph)
-        replace_file(folder / names.PANOPTIC_PLY, lambda path: self._write_panoptic_ply(path, mesh))
-        replace_file(
-            folder / names.MESH_GLB, lambda path: write_glb(path, mesh, self.asked.up, instance_names(classes))
-        )
-        self._write_text(names.INSTANCES, self._instances())
 
     def told(self) -> dict[str, Any]:
         """The JSON of `razer label`."""
@@ -122,5 +123,6 @@ class LabelledRun:
             entry["class"] = given.get(entry["id"])
         return content
 
-    def _write_text(self, name: str, content: dict[str, Any]) -> None:
-        write_atomically(self.asked.folder / name, dumps(content, indent=1) + "\n")
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(dumps(content, indent=1) + "\n", encoding="utf-8")

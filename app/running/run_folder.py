@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -26,14 +26,22 @@ PANOPTIC = "panoptic.json"
 SCENE_GRAPH = "scene_graph.json"
 
 
-def replace_file(path: Path, writer: Callable[[Path], None]) -> None:
+def replace_file(path: Path, writer: Callable[[Path], object]) -> None:
     """Let `writer` write beside the place of a file, under a name with the same ending, and rename it."""
-    temporary = path.with_name(f".part-{path.name}")
+    replace_files({path: writer})
+
+
+def replace_files(writers: Mapping[Path, Callable[[Path], object]]) -> None:
+    """The same for several files, none of which takes its place before all are written; in their order."""
+    parts = {path: path.with_name(f".part-{path.name}") for path in writers}
     try:
-        writer(temporary)
-        os.replace(temporary, path)
+        for path, writer in writers.items():
+            writer(parts[path])
+        for path, part in parts.items():
+            os.replace(part, path)
     finally:
-        temporary.unlink(missing_ok=True)
+        for part in parts.values():
+            part.unlink(missing_ok=True)
 
 
 class RunFolder:

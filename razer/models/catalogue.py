@@ -22,7 +22,7 @@ _WITHOUT = {
 class CatalogueEntry:
     """One model: `use` names the segmenter or embedder that takes it as `weights`; files of `repo` at `revision` on
     the Hugging Face Hub, as names or patterns; sha256 by file name where publicly known; accept, what has to be
-    accepted before a download, if anything."""
+    accepted before a download, if anything; also, options that it cannot be used without."""
 
     name: str
     use: str
@@ -34,6 +34,7 @@ class CatalogueEntry:
     megabytes: int
     accept: str = ""
     sha256: Mapping[str, str] = field(default_factory=dict)
+    also: tuple[str, ...] = ()
 
     @property
     def task(self) -> str:
@@ -55,7 +56,10 @@ class CatalogueEntry:
 def catalogue() -> Mapping[str, CatalogueEntry]:
     """All entries by name, in the order of the table."""
     table = tomllib.loads((files("razer") / "models" / "catalogue.toml").read_text(encoding="utf-8"))
-    rows = {name: CatalogueEntry(name, **{**row, "files": tuple(row["files"])}) for name, row in table.items()}
+    rows = {
+        name: CatalogueEntry(name, **{**row, "files": tuple(row["files"]), "also": tuple(row.get("also", ()))})
+        for name, row in table.items()
+    }
     return MappingProxyType(rows)
 
 

@@ -45,6 +45,11 @@ class NamesEmbedder:
         """The names of the table, synonyms left out; none where any name is known."""
         return self._source.names
 
+    @property
+    def takes_any_name(self) -> bool:
+        """Whether names go through an encoder, which takes its time and knows all of them."""
+        return isinstance(self._source, PromptedText)
+
     @cached_property
     def unrelated_cosine(self) -> float:
         """The cosine that the vectors of any two names have, in the middle."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from razer.models.catalogue import catalogue
 from razer.models.checkpoint import Checkpoint
 from razer.models.device import Device
 from razer.models.model_file import model_file
@@ -21,4 +22,6 @@ def sam_model(weights: str | Path, decoder: str | Path | None, batch: int, devic
         return OnnxSam(where, model_file(decoder), batch, device)
     if any(where.glob("*.safetensors")):
         return TorchSam(Checkpoint.of(where), batch, device)
-    return OnnxSam(*encoder_and_decoder(where), batch, device)
+    listed = catalogue().get(str(weights))
+    # The hub's cache may hold more of a repository than the catalogue names.
+    return OnnxSam(*encoder_and_decoder(where, listed.files if listed else ()), batch, device)

@@ -16,7 +16,7 @@ from razer.models.model_view import ModelView
 from razer.models.promptable import Answers
 from razer.models.torch_device import torch_device
 
-_KEEPS_SHAPE = {"sam", "sam_hq"}
+_KEEPS_SHAPE = {"sam"}
 _STRETCHES = {"sam2", "sam2_video", "sam3_tracker", "edgetam", "edgetam_video"}
 
 

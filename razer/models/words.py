@@ -13,6 +13,8 @@ def asked_words(words: str | Sequence[str]) -> tuple[str, ...]:
     repetitions; raises BadInput if there are none."""
     if isinstance(words, str):
         words = words.split(",") if "," in words else vocabulary(words).names
+    if not all(isinstance(word, str) for word in words):
+        raise BadInput(f"option words is a list of names, not {list(words)}")
     cleaned = tuple(dict.fromkeys(word.strip() for word in words if word.strip()))
     if not cleaned:
         raise BadInput("option words is empty: give the names of things to look for, or a vocabulary such as scannet20")
