@@ -71,13 +71,23 @@ class KnownSurface:
 
 
 def points_of(volume: VoxelMap, surface: SurfaceVoxels, instances: Iterable[int]) -> dict[int, NDArray[np.float64]]:
-    """Positions (n, 3) of the surface voxels of each of some instances."""
+    """Positions (n, 3) of the surface voxels of each of some instances, in the order of the lattice: where a block lies
+    in memory differs from run to run."""
     wanted = torch.zeros(volume.newest_id + 1, dtype=torch.bool, device=surface.labels.device)
     known = sorted(instances)
     wanted[known] = True
     owner = volume.alive(surface.labels)
     own = wanted[owner.long()]
     owners, positions = owner[own].cpu().numpy(), surface.positions[own].cpu().numpy().astype(np.float64)
-    order = np.argsort(owners, kind="stable")
+    order = np.argsort(_rank(owners, positions, volume.settings.voxel_size_m))
     bounds = np.searchsorted(owners[order], [known, [i + 1 for i in known]]).T
     return {i: positions[order[start:end]] for i, (start, end) in zip(known, bounds, strict=True)}
+
+
+def _rank(owners: NDArray[np.int32], positions: NDArray[np.float64], size_m: float) -> NDArray[np.int64]:
+    """Numbers (N,), no two alike, in the order of the owners and then of the places on the lattice."""
+    place = np.rint(positions / size_m).astype(np.int64)
+    x, y, z = (place - place.min(axis=0, initial=0)).T
+    _, n_y, n_z = shape = (place.max(axis=0, initial=0) - place.min(axis=0, initial=0) + 1).tolist()
+    rank: NDArray[np.int64] = owners * np.int64(np.prod(shape)) + (x * n_y + y) * n_z + z
+    return rank
