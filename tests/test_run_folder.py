@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.running.outcome import Outcome
-from app.running.run_folder import INSTANCES, RunFolder
+from app.running.run_folder import INSTANCES, RunFolder, replace_files
 from app.running.save import camera_up, tum_text
 from razer.frame import BadInput
 
@@ -164,3 +164,19 @@ def test_the_run_gives_up_at_the_first_frame_beyond_the_allowed_share(max_bad, a
     else:
         with pytest.raises(BadInput, match="10 of 10"):
             outcome.require_used()
+
+
+def test_of_several_files_none_is_replaced_if_one_cannot_be_written(tmp_path):
+    first, second = tmp_path / "a.json", tmp_path / "b.json"
+    first.write_text("old")
+
+    def fail(path):
+        path.write_text("half")
+        raise OSError("no space left")
+
+    with pytest.raises(OSError, match="no space left"):
+        replace_files({first: lambda path: path.write_text("new"), second: fail})
+    assert first.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [first]
+    replace_files({first: lambda path: path.write_text("new"), second: lambda path: path.write_text("newer")})
+    assert (first.read_text(), second.read_text()) == ("new", "newer")
