@@ -16,7 +16,7 @@ from razer.models.appearance import AppearanceEmbedder
 from razer.panoptic_map import PanopticMap
 from razer.vocabulary import vocabulary
 
-N_FRAMES = 90
+N_FRAMES = 200  # of fewer, a third of the objects are seen too seldom to tell through the noise
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +82,7 @@ def test_classes_of_a_vocabulary(apartment):
     asked = [o for o in panoptic.objects if o.class_name in names and o.observations >= 5]
     right = [o for o in asked if embedder.row[given[o.id]] == embedder.row[o.class_name]]
     assert len(asked) >= 15
-    # Six in ten are right on average, and of three dozen seen through noise that figure scatters by one in ten.
-    assert len(right) >= 0.5 * len(asked)
+    assert len(right) >= 0.6 * len(asked)
 
 
 def test_a_map_without_words_says_so(apartment):
