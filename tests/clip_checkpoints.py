@@ -7,7 +7,10 @@ import shutil
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from razer.frame import Frame, Intrinsics, Masks
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -18,6 +21,19 @@ _LAYERS = {"intermediate_size": 64, "num_hidden_layers": 2, "num_attention_heads
 _TEXT = {**_LAYERS, "hidden_size": 32, "max_position_embeddings": LENGTH}
 _VISION = {**_LAYERS, "hidden_size": 48, "patch_size": PATCH}
 _WORDS = ("a", "red", "chair", "table", "photo", "of", "the", ".")
+
+
+def colourful_frame() -> Frame:
+    """A frame of 64 x 48 pixels of noise."""
+    rgb = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    return Frame(0, 0.0, rgb, np.ones((48, 64), np.float32), Intrinsics(64, 48, 60, 60, 31.5, 23.5))
+
+
+def overlapping_masks() -> Masks:
+    """Masks of such a frame, the last one all of it."""
+    where = np.zeros((5, 48, 64), bool)
+    where[0, 5:20, 6:30] = where[1, :, 40:] = where[2, 30:33, 2:60] = where[3, 8:40, 8:40] = where[4] = True
+    return Masks(where, np.ones(5, np.float32))
 
 
 def clip_folder(folder: Path) -> Path:

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
+from razer.frame import BadInput, Masks
 from razer.models import ImageSide, TextSide, make_embedder
 from razer.models.clip import ClipEmbedder
 from tests import clip_checkpoints as tiny
@@ -30,15 +30,12 @@ def folder(request, folders):
 
 @pytest.fixture(scope="module")
 def frame():
-    rgb = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
-    return Frame(0, 0.0, rgb, np.ones((48, 64), np.float32), Intrinsics(64, 48, 60, 60, 31.5, 23.5))
+    return tiny.colourful_frame()
 
 
 @pytest.fixture(scope="module")
 def masks():
-    where = np.zeros((5, 48, 64), bool)
-    where[0, 5:20, 6:30] = where[1, :, 40:] = where[2, 30:33, 2:60] = where[3, 8:40, 8:40] = where[4] = True
-    return Masks(where, np.ones(5, np.float32))
+    return tiny.overlapping_masks()
 
 
 def unit(vectors):

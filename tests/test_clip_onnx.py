@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
+from razer.frame import BadInput
 from razer.models.clip import ClipEmbedder
 from razer.models.mask_pooling import pool_masks
 from tests import clip_checkpoints as tiny
@@ -29,15 +29,12 @@ def pair(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def frame():
-    rgb = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
-    return Frame(0, 0.0, rgb, np.ones((48, 64), np.float32), Intrinsics(64, 48, 60, 60, 31.5, 23.5))
+    return tiny.colourful_frame()
 
 
 @pytest.fixture(scope="module")
 def masks():
-    where = np.zeros((3, 48, 64), bool)
-    where[0, 5:20, 6:30] = where[1, :, 40:] = where[2, 30:33, 2:60] = True
-    return Masks(where, np.ones(3, np.float32))
+    return tiny.overlapping_masks()
 
 
 def saved(path, taken, given, nodes, weights=()):
@@ -242,5 +239,5 @@ def test_pictures_of_a_size_the_graph_does_not_take(tmp_path, frame, masks):
     taken, given = ("pixel_values", FLOAT, ["n", 3, "h", "w"]), ("image_embeds", FLOAT, ["n", 4])
     saved(tmp_path / "vision_model.onnx", [taken], [given], nodes, weights)
     with_preprocessor(tmp_path, size=40)
-    with pytest.raises(BadInput, match=r"vision_model\.onnx cannot compute an input of 3x3x40x40"):
+    with pytest.raises(BadInput, match=r"vision_model\.onnx cannot compute an input of 5x3x40x40"):
         ClipEmbedder(tmp_path).embed(frame, masks)
