@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from app.consoles import result_console
 from app.evaluate import chosen_rules, say
-from app.options import Assignments, Flag
+from app.options import Assignments, Flag, TrustOptions
 
 FOLDER = "compare"
 
@@ -24,6 +24,7 @@ def compare(
     preset: str = "default",
     set: Assignments = (),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
+    options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Compare two runs over one recording: trajectories, surfaces and instances, B brought into A's frame.
@@ -54,7 +55,7 @@ def compare(
 
     folder = out or run_b / FOLDER
     check_folder(folder)
-    result = compare_runs(run_a, run_b, truth, rules)
+    result = compare_runs(run_a, run_b, truth, rules, options.trust)
     say(result.notes)
     write_comparison(result, folder)
     if json:

@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig, Settings
+from razer.plugins import NO_TRUST, Trust
 
 
-class InputSettings(Settings):
+class PluginSettings(Settings):
+    """A section that names a part. Which outside code it may name is said by whoever runs the program, never by a
+    file: it is no setting."""
+
+    _trust: Trust = PrivateAttr(default=NO_TRUST)
+
+    @property
+    def trust(self) -> Trust:
+        """Which outside code may be loaded."""
+        return self._trust
+
+    def trusting(self, trust: Trust) -> Self:
+        """The same settings with more trust."""
+        copy = self.model_copy()
+        copy._trust = trust
+        return copy
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the settings are the same; trust is none of them."""
+        return isinstance(other, type(self)) and self.model_dump() == other.model_dump()
+
+
+class InputSettings(PluginSettings):
     """What is read from the folder, and what the folder itself does not say."""
 
     reader: str | None = Field(
@@ -43,7 +66,7 @@ class InputSettings(Settings):
     )
 
 
-class SegmenterSettings(Settings):
+class SegmenterSettings(PluginSettings):
     """What finds masks."""
 
     name: str = Field(
@@ -52,7 +75,7 @@ class SegmenterSettings(Settings):
     options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
 
 
-class EmbedderSettings(Settings):
+class EmbedderSettings(PluginSettings):
     """What describes masks by vectors."""
 
     name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")

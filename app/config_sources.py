@@ -13,26 +13,43 @@ from pydantic import ValidationError
 from app.config import RunConfig
 from app.settings_list import list_settings
 from razer.frame import BadInput
+from razer.plugins import NO_TRUST, Trust
 
 
-def read_config(file: Path | None, assignments: Iterable[str], flags: Mapping[str, Any]) -> RunConfig:
-    """The settings of a run; raises BadInput, naming the setting and the nearest valid one, if any is wrong.
+def read_config(
+    file: Path | None, assignments: Iterable[str], flags: Mapping[str, Any], *, trust: Trust = NO_TRUST
+) -> RunConfig:
+    """The settings of a run.
 
-    `assignments` are texts section.key=value; `flags` maps dotted names to values, None = not given.
+    Args:
+        file: a TOML file; its plug-ins are data's choice.
+        assignments: texts section.key=value, from the command line.
+        flags: dotted names with values, None = not given, from the command line.
+        trust: which outside code may be loaded besides what the command line names.
+
+    Raises:
+        BadInput: naming the setting and the nearest valid one, if any is wrong.
     """
     tree = _read_toml(file) if file else {}
+    named = []
     for assignment in assignments:
         name, separator, text = assignment.partition("=")
         if not separator or not name.strip():
             raise BadInput(f"--set {assignment}: write it as section.key=value")
-        _assign(tree, name.strip(), _parse(text.strip()))
+        value = _parse(text.strip())
+        named += _texts(value)
+        _assign(tree, name.strip(), value)
     for name, value in flags.items():
         if value is not None:
+            named += _texts(value)
             _assign(tree, name, value)
     try:
-        return RunConfig.model_validate(tree)
+        config = RunConfig.model_validate(tree)
     except ValidationError as error:
         raise BadInput(_plain_line(error, file)) from None
+    trusted = trust.also(named)
+    sections = {name: getattr(config, name).trusting(trusted) for name in ("input", "segmenter", "embedder")}
+    return config.model_copy(update=sections)
 
 
 def _read_toml(file: Path) -> dict[str, Any]:
@@ -50,6 +67,15 @@ def _parse(text: str) -> Any:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
+
+
+def _texts(value: Any) -> list[str]:
+    """All texts in a value."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [text for part in value for text in _texts(part)]
+    return [value] if isinstance(value, str) else []
 
 
 def _assign(tree: dict[str, Any], name: str, value: Any) -> None:

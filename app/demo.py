@@ -43,7 +43,7 @@ def demo(
     """
     target = RunFolder(out, overwrite=True)
     oracle = {"segmenter.name": "oracle", "embedder.name": "oracle"}
-    config = read_config(options.config, options.set, oracle)
+    config = read_config(options.config, options.set, oracle, trust=options.trust)
 
     # Late, as in `razer run`.
     leave_cores_to_helpers()

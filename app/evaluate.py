@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from app.consoles import progress_console, result_console
-from app.options import Assignments, Flag
+from app.options import Assignments, Flag, TrustOptions
 from app.running.run_folder import replace_file
 from razer.frame import BadInput
 
@@ -35,6 +35,7 @@ def evaluate(
     runs: Path | None = None,
     strict: Flag = False,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
+    options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Measure instances, classes, surface and poses against the truth.
@@ -74,7 +75,7 @@ def evaluate(
     rules = chosen_rules(preset, set)
     notes: list[str] = []
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
-    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, notes=notes)
+    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
     say(notes)
     _deliver(result, run if run is not None and is_run(run) else None, out, json)

@@ -6,7 +6,7 @@ from json import dumps
 from pathlib import Path
 
 from app.consoles import progress_console
-from app.options import Assignments, Flag
+from app.options import Assignments, Flag, TrustOptions
 from razer.frame import BadInput
 
 
@@ -17,6 +17,7 @@ def label(
     vocabulary: str,
     embedder: str | None = None,
     set: Assignments = (),
+    options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Give each instance the class of a vocabulary that suits it best; stuff of one class becomes one.
@@ -45,7 +46,7 @@ def label(
     from razer.vocabulary import vocabulary as read_vocabulary
 
     classes = read_vocabulary(vocabulary)
-    asked = open_map(run, embedder, set, by_text=True)
+    asked = open_map(run, embedder, set, by_text=True, trust=options.trust)
     known = known_categories(asked.panoptic, classes)
     if left_out := len(classes.categories) - len(known):
         progress_console().print(

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from app.config import InputSettings, RunConfig
 from app.config_sources import read_config
 from razer.frame import BadInput
+from razer.plugins import FULL_TRUST, NO_TRUST, Trust
 
 Assignments = Annotated[
     tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
@@ -22,7 +23,21 @@ Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class SettingOptions:
+class TrustOptions:
+    """Which code may be loaded that is not part of the project."""
+
+    trust_plugins: Flag = False
+    """Load module:Class also where a file names it, not only the command line. It runs with your rights."""
+
+    @property
+    def trust(self) -> Trust:
+        """What these options say."""
+        return FULL_TRUST if self.trust_plugins else NO_TRUST
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SettingOptions(TrustOptions):
     """Settings from a file and from the command line; the latter win."""
 
     config: Path | None = None
@@ -85,7 +100,7 @@ class RunOptions(RecordingOptions, SettingOptions):
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
-        return read_config(self.config, self.set, self.flags())
+        return read_config(self.config, self.set, self.flags(), trust=self.trust)
 
     def flags(self) -> dict[str, Any]:
         """Dotted names of settings with what these options say, None = nothing; raises BadInput."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from app.consoles import progress_console
-from app.options import Assignments, Flag
+from app.options import Assignments, Flag, TrustOptions
 from razer.frame import BadInput
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def query(
     embedder: str | None = None,
     set: Assignments = (),
     render: Path | None = None,
+    options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Find instances by words or by a picture; what is not in the map is said to be not there.
@@ -63,7 +64,7 @@ def query(
     from app.querying.asked_map import open_map
     from app.querying.best_frames import BestFrames
 
-    asked = open_map(run, embedder, set, by_text=text is not None)
+    asked = open_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _answer(asked, text, image, box, min_score).best(k)
     if render is not None:
         _draw(asked, answer, render)

@@ -18,7 +18,7 @@ from data_tools.formats.sens import is_sens
 from data_tools.formats.seven_scenes import is_seven_scenes
 from data_tools.formats.tum import is_tum
 from razer.frame import BadInput, Frame, Intrinsics
-from razer.plugins import load
+from razer.plugins import Trust, load
 
 READERS = {
     "7scenes": "data_tools.formats.seven_scenes:read_seven_scenes",
@@ -81,12 +81,14 @@ def open_sequence(
     depth_scale: float | None = None,
     depth_to_color: Path | None = None,
     use_poses: bool = True,
+    trust: Trust | None = None,
 ) -> Sequence:
     """The recording in a folder; raises BadInput.
 
-    reader: a name in READERS or "module:function", None = recognised. camera: fx,fy,cx,cy[,k1,k2,p1,p2,k3]
-    or a JSON file; depth_scale: units per metre; depth_to_color: a file with the 4x4 matrix from the depth
-    to the colour camera, metres; each overrides what the folder says. use_poses=False leaves poses unread.
+    reader: a name in READERS or, where `trust` covers it, "module:function"; None = recognised. camera:
+    fx,fy,cx,cy[,k1,k2,p1,p2,k3] or a JSON file; depth_scale: units per metre; depth_to_color: a file with the 4x4
+    matrix from the depth to the colour camera, metres; each overrides what the folder says. use_poses=False leaves
+    poses unread.
     """
     folder = Path(folder).absolute()
     if not folder.exists():
@@ -97,7 +99,7 @@ def open_sequence(
         raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
     declared = declare(camera, depth_scale, depth_to_color)
     options = {"folder": folder, "declared": declared, "use_poses": use_poses}
-    sequence: Sequence = load("reader", reader or recognise(folder), READERS, options)
+    sequence: Sequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
     return sequence
 
 

@@ -1,26 +1,98 @@
-"""Parts chosen by name: a table of the ones that ship, and any outside `module:Class`."""
+"""Plug-ins by name: a table of the parts that ship, and `module:Class` from outside where that is trusted.
+
+A name is code: "os:system" is as good a `module:Class` as any. So names that come with data (a run folder's
+config.toml, a --config file) choose among the parts that ship, and outside code is loaded only where the one who
+started the program, or the program that calls this library, named it.
+"""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Any
 
 from razer.frame import BadInput
 
 
-def load(kind: str, name: str, table: Mapping[str, str], options: Mapping[str, Any]) -> Any:
-    """Build the part called `name` from `table` (name -> "module:Class"), or from `name` itself if it is
-    "module:Class". Raises BadInput for an unknown name or for options the class does not take."""
+@dataclass(frozen=True)
+class Trust:
+    """Which outside code may be loaded: that of the given names, or everything."""
+
+    names: frozenset[str] = frozenset()
+    everything: bool = False
+
+    def covers(self, name: str) -> bool:
+        """Whether code may be loaded under this name."""
+        return self.everything or name in self.names
+
+    def also(self, names: Sequence[str]) -> Trust:
+        """This trust, and that in more names."""
+        return Trust(self.names | frozenset(names), self.everything)
+
+
+NO_TRUST = Trust()
+FULL_TRUST = Trust(everything=True)
+# A part may be made of parts that its options name: they are trusted as far as it is.
+_inherited: ContextVar[Trust] = ContextVar("trust", default=NO_TRUST)
+
+
+def load(
+    kind: str,
+    name: str,
+    table: Mapping[str, str],
+    options: Mapping[str, Any],
+    *,
+    methods: Sequence[str] = (),
+    trust: Trust | None = None,
+) -> Any:
+    """Build a part by name.
+
+    Args:
+        kind: what it is, for messages: segmenter, embedder, reader.
+        name: a key of `table`, or "module:Class".
+        table: name -> "module:Class" of the parts that ship.
+        options: its named arguments.
+        methods: what its class must have; none: any function will do.
+        trust: which outside code may be loaded; None = as far as the part goes that is being built, else none.
+
+    Raises:
+        BadInput: for an unknown name, one that is not trusted, and options that the part does not take.
+    """
+    trust = _inherited.get() if trust is None else trust
+    make = _part(kind, name, table, methods, trust)
+    try:
+        with _trusting(trust):
+            return make(**options)
+    except TypeError as error:
+        raise BadInput(f"{kind} '{name}' does not take these options: {error}") from error
+
+
+def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str], trust: Trust) -> Callable[..., Any]:
     target = table.get(name, name)
     module_name, separator, class_name = target.partition(":")
     if not separator:
         raise BadInput(f"unknown {kind} '{name}': choose one of {', '.join(sorted(table))}, or module:Class")
+    if name not in table and not trust.covers(name):
+        raise BadInput(
+            f"{kind} '{name}' is code from outside, named by data: it is not loaded. If you know it, name it on the "
+            f"command line yourself, or add --trust-plugins"
+        )
     try:
-        part = getattr(importlib.import_module(module_name), class_name)
-    except (ImportError, AttributeError) as error:
+        part: Callable[..., Any] = getattr(importlib.import_module(module_name), class_name)
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
         raise BadInput(f"{kind} '{name}' cannot be loaded: {error}") from error
+    if methods and not (isinstance(part, type) and all(callable(getattr(part, each, None)) for each in methods)):
+        raise BadInput(f"{kind} '{name}' is no class with the method {' and '.join(methods)}")
+    return part
+
+
+@contextmanager
+def _trusting(trust: Trust) -> Iterator[None]:
+    token = _inherited.set(trust)
     try:
-        return part(**options)
-    except TypeError as error:
-        raise BadInput(f"{kind} '{name}' does not take these options: {error}") from error
+        yield
+    finally:
+        _inherited.reset(token)

@@ -99,7 +99,7 @@ class Blind:
 @pytest.mark.parametrize("export", [name for name in EXPORTS if name != "slim-sam"])
 def test_boxes_of_a_detector_become_masks_with_its_names(tmp_path: Path, export: str) -> None:
     frame, _ = frame_of(320, 240)
-    masks = SamSegmenter(EXPORTS[export].write(tmp_path), boxes="tests.test_sam:Boxes").segment(frame)
+    masks = SamSegmenter(EXPORTS[export].write(tmp_path), boxes=Boxes()).segment(frame)
     assert masks.class_names == ("desk", "cup")
     assert masks.scores.tolist() == [0.5, 0.75]
     for mask, (top, below, left, right) in zip(masks.masks, [(20, 100, 40, 200), (150, 230, 10, 90)], strict=True):
@@ -110,12 +110,12 @@ def test_boxes_of_a_detector_become_masks_with_its_names(tmp_path: Path, export:
 
 def test_a_detector_that_finds_nothing_gives_nothing(tmp_path: Path) -> None:
     frame, _ = frame_of(320, 240)
-    assert len(SamSegmenter(EXPORTS["edge-sam"].write(tmp_path), boxes="tests.test_sam:Blind").segment(frame)) == 0
+    assert len(SamSegmenter(EXPORTS["edge-sam"].write(tmp_path), boxes=Blind()).segment(frame)) == 0
 
 
 def test_an_export_without_boxes_says_so(tmp_path: Path) -> None:
     frame, _ = frame_of(320, 240)
-    segmenter = SamSegmenter(EXPORTS["slim-sam"].write(tmp_path), boxes="tests.test_sam:Boxes")
+    segmenter = SamSegmenter(EXPORTS["slim-sam"].write(tmp_path), boxes=Boxes())
     with pytest.raises(BadInput, match="takes points only"):
         segmenter.segment(frame)
 
@@ -222,8 +222,8 @@ def test_a_decoder_may_fix_the_numbers_of_prompts_and_points(tmp_path: Path) -> 
                 side.dim_value = {"P": 8, "K": 2}[side.dim_param]
     export.write(tmp_path / "fixed")
     onnx.save(model, tmp_path / "fixed" / export.decoder)
-    fixed = SamSegmenter(tmp_path / "fixed", boxes="tests.test_sam:Boxes").segment(frame)
-    free = SamSegmenter(tmp_path / "open", boxes="tests.test_sam:Boxes").segment(frame)
+    fixed = SamSegmenter(tmp_path / "fixed", boxes=Boxes()).segment(frame)
+    free = SamSegmenter(tmp_path / "open", boxes=Boxes()).segment(frame)
     np.testing.assert_array_equal(fixed.masks, free.masks)
     assert fixed.masks.any(axis=(1, 2)).all()
 

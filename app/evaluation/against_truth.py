@@ -14,6 +14,7 @@ from razer.metrics.evaluation import Evaluation, evaluate
 from razer.metrics.preset import Preset
 from razer.metrics.scene_pair import TimedPoses, TruthScene
 from razer.metrics.trajectory import PoseErrors, TrajectoryNumbers, errors_over_time, trajectory_numbers
+from razer.plugins import NO_TRUST, Trust
 
 LEAST_POSES = 3
 
@@ -45,11 +46,12 @@ def open_scene(folder: Path, preset: Preset) -> Truth:
     return Truth(truth_scene(truth, trajectory), trajectory, tuple(truth.notes))
 
 
-def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset) -> Measured:
+def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset, trust: Trust = NO_TRUST) -> Measured:
     """Evaluate a run in the frame of the truth; raises BadInput where too few of their stamps agree."""
     pose = compared(truth.trajectory, run.trajectory, "the truth", str(folder))
     scene = truth.scene
-    predicted = read_prediction(folder, scene.class_names, len(scene.vertices), template=preset.text_template)
+    n_vertices, template = len(scene.vertices), preset.text_template
+    predicted = read_prediction(folder, scene.class_names, n_vertices, template=template, trust=trust)
     evaluation = evaluate([(run.name, scene, replace(predicted, own_frame=True))], preset)
     return Measured(evaluation, pose, errors_over_time(truth.trajectory, run.trajectory, pose.truth_from_estimate))
 

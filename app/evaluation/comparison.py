@@ -17,6 +17,7 @@ from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.surface import compare
 from razer.metrics.surface_distance import Surface
 from razer.metrics.trajectory import PoseErrors, TrajectoryNumbers, errors_over_time
+from razer.plugins import NO_TRUST, Trust
 from razer.surface import LabelledMesh
 
 Numbers = dict[str, Any]
@@ -83,7 +84,9 @@ def _results(evaluation: Numbers) -> Numbers:
     return {key: value for key, value in evaluation.items() if key not in ("preset", "settings", "scenes")}
 
 
-def compare_runs(folder_a: Path, folder_b: Path, truth: Path | None, preset: Preset) -> Comparison:
+def compare_runs(
+    folder_a: Path, folder_b: Path, truth: Path | None, preset: Preset, trust: Trust = NO_TRUST
+) -> Comparison:
     """Compare two run folders, and by the preset's rules each with a truth where its folder is given.
 
     B is brought into the frame of A, and each into that of the truth, by the rigid motion between their trajectories.
@@ -92,8 +95,8 @@ def compare_runs(folder_a: Path, folder_b: Path, truth: Path | None, preset: Pre
     pose = compared(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
     moved = b.moved(pose.truth_from_estimate)
     scene = None if truth is None else open_scene(truth, preset)
-    truth_a = None if scene is None else measure(folder_a, a, scene, preset)
-    truth_b = None if scene is None else measure(folder_b, b, scene, preset)
+    truth_a = None if scene is None else measure(folder_a, a, scene, preset, trust)
+    truth_b = None if scene is None else measure(folder_b, b, scene, preset, trust)
     return Comparison(
         preset=preset.name,
         a=a,

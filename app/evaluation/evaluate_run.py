@@ -17,6 +17,7 @@ from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.presets import Preset
 from razer.metrics.scene_pair import TimedPoses, TruthScene
+from razer.plugins import NO_TRUST, Trust
 
 Job = tuple[str, Path, Path]
 
@@ -28,6 +29,7 @@ def evaluate_jobs(
     naming: Naming = "auto",
     scene: str | None = None,
     labels: Meaning = "instance",
+    trust: Trust = NO_TRUST,
     notes: list[str],
 ) -> Evaluation:
     """Evaluate (name, prediction, folder with the truth) one after the other; what readers had to say is added to
@@ -48,6 +50,7 @@ def evaluate_jobs(
                 template=preset.text_template,
                 scene=scene,
                 labels=labels,
+                trust=trust,
             )
             yield name, truth_scene(truth, true_poses(truth_folder)), predicted
 

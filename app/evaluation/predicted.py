@@ -18,6 +18,7 @@ from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.frame import BadInput
 from razer.metrics.scene_pair import PredictedScene, TimedPoses
 from razer.models import NameTable, TextSide, make_embedder
+from razer.plugins import NO_TRUST, Trust
 from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
@@ -39,6 +40,7 @@ def read_prediction(
     template: str = "{}",
     scene: str | None = None,
     labels: Meaning = "instance",
+    trust: Trust = NO_TRUST,
 ) -> PredictedScene:
     """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
 
@@ -48,7 +50,7 @@ def read_prediction(
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_run(path):
-        return _of_run(path, sorted(set(class_names.values())), naming, template)
+        return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
     if found := find_submission(path, scene):
         return _of_submission(found, class_names, n_vertices)
     if path.is_file() and path.suffix in SUFFIXES:
@@ -59,11 +61,11 @@ def read_prediction(
     )
 
 
-def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str) -> PredictedScene:
+def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str, trust: Trust) -> PredictedScene:
     mesh = read_mesh_ply(folder / names.MESH_PLY)
     instances = json.loads((folder / names.INSTANCES).read_text())["instances"]
     own = {int(i["id"]): str(i["class"]) for i in instances if i["class"]}
-    by_text = None if naming == "run" or (naming == "auto" and own) else _by_text(folder, class_names, template)
+    by_text = None if naming == "run" or (naming == "auto" and own) else _by_text(folder, class_names, template, trust)
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text side; use --names run")
     return PredictedScene(
@@ -82,10 +84,10 @@ def _estimated_poses(config: Path) -> bool:
     return config.exists() and read_config(config, (), {}).input.poses == "slam"
 
 
-def _by_text(folder: Path, class_names: Sequence[str], template: str) -> dict[int, str] | None:
+def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Trust) -> dict[int, str] | None:
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
-    config = read_config(folder / names.CONFIG, (), {})
-    embedder = make_embedder(config.embedder.name, config.embedder.options)
+    config = read_config(folder / names.CONFIG, (), {}, trust=trust)
+    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     if not isinstance(embedder, TextSide):
         return None
     texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]

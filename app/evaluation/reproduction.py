@@ -102,7 +102,7 @@ class Reproduction:
     def _evaluated(self, done: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:
         notes: list[str] = []
         jobs = [(name, self._out / name, place) for name, place in done.items()]
-        result = evaluate_jobs(jobs, self._preset, notes=notes)
+        result = evaluate_jobs(jobs, self._preset, trust=self._config.embedder.trust, notes=notes)
         for note in notes:
             console.print(f"note: {note}", soft_wrap=True)
         for name, numbers in result.as_json()["scenes"].items():
@@ -126,7 +126,7 @@ def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
         "input.stride": preset.every if preset.every > 1 else None,
     }
     hinted = [f"{name}={value}" for name, value in hints.items() if value is not None]
-    return read_config(options.config, (*hinted, *options.set), options.flags())
+    return read_config(options.config, (*hinted, *options.set), options.flags(), trust=options.trust)
 
 
 def _place_of(data: Path, name: str) -> Path | None:

@@ -16,6 +16,7 @@ from app.running import run_folder as names
 from app.running.save import camera_up
 from razer.models import Embedder, make_embedder
 from razer.panoptic_map import PanopticMap
+from razer.plugins import NO_TRUST, Trust
 from razer.up import upward
 from razer.words import Words
 
@@ -31,14 +32,17 @@ class AskedMap:
     up: NDArray[np.float64]
 
 
-def open_map(folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool) -> AskedMap:
+def open_map(
+    folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool, trust: Trust = NO_TRUST
+) -> AskedMap:
     """Read a run; its own embedder unless another one is named. Raises BadInput."""
     run = read_run(folder)
     noted = folder / names.CONFIG
     # Another embedder does not take the options of the run's own.
     anew = ("embedder.options={}",) if embedder else ()
-    config = read_config(noted if noted.is_file() else None, (*anew, *assignments), {"embedder.name": embedder})
-    made = make_embedder(config.embedder.name, config.embedder.options)
+    named = {"embedder.name": embedder}
+    config = read_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
+    made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     words = Words(made, contrast_of(Words(made), config.embedder)) if by_text else None
     up = upward(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
     return AskedMap(folder, config, made, replace(run.panoptic, words=words), up)

@@ -105,8 +105,8 @@ def make_mapper(config: RunConfig) -> Mapper:
     """The method with the models and on the device that the settings name; raises BadInput."""
     # The method's tensors are small: threads that wait for each other cost more than they bring.
     torch.set_num_threads(1)
-    segmenter = make_segmenter(config.segmenter.name, config.segmenter.options)
-    embedder = make_embedder(config.embedder.name, config.embedder.options)
+    segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
+    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     return Mapper(config, segmenter, embedder, device=_device(config.run.device))
 
 

@@ -37,6 +37,7 @@ def open_unchecked(folder: Path, settings: InputSettings) -> Sequence:
         camera=settings.intrinsics,
         depth_scale=settings.depth_scale,
         depth_to_color=None if extrinsic is None else Path(extrinsic),
+        trust=settings.trust,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.frame import Frame, Masks
-from razer.plugins import load
+from razer.plugins import Trust, load
 
 SEGMENTERS = {
     "geometric": "razer.models.geometric:GeometricSegmenter",
@@ -68,15 +68,15 @@ class ImageSide(Protocol):
         (H, W, 3)."""
 
 
-def make_segmenter(name: str, options: Mapping[str, Any]) -> Segmenter:
-    """The segmenter called `name` (see SEGMENTERS) or "module:Class"; raises BadInput."""
-    segmenter: Segmenter = load("segmenter", name, SEGMENTERS, options)
+def make_segmenter(name: str, options: Mapping[str, Any], trust: Trust | None = None) -> Segmenter:
+    """The segmenter called `name` (see SEGMENTERS), or a trusted "module:Class"; raises BadInput."""
+    segmenter: Segmenter = load("segmenter", name, SEGMENTERS, options, methods=["segment"], trust=trust)
     return segmenter
 
 
-def make_embedder(name: str, options: Mapping[str, Any]) -> Embedder:
-    """The embedder called `name` (see EMBEDDERS) or "module:Class"; raises BadInput."""
-    embedder: Embedder = load("embedder", name, EMBEDDERS, options)
+def make_embedder(name: str, options: Mapping[str, Any], trust: Trust | None = None) -> Embedder:
+    """The embedder called `name` (see EMBEDDERS), or a trusted "module:Class"; raises BadInput."""
+    embedder: Embedder = load("embedder", name, EMBEDDERS, options, methods=["embed"], trust=trust)
     return embedder
 
 

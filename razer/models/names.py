@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.frame import BadInput, Frame, Masks
-from razer.models import TextSide, make_embedder
+from razer.models import Embedder, TextSide, make_embedder
 from razer.models.prompted_text import PromptedText
 from razer.models.text_table import TextTable
 
@@ -22,7 +22,7 @@ class NamesEmbedder:
     """The text vector of each mask's class name, from one of two sources.
 
     table: a file of names and their text vectors (see TextTable); words it lacks cannot be asked for. embedder,
-    embedder_options: an embedder with a text side, a name or module:Class, which takes any word.
+    embedder_options: an embedder with a text side, a name or an object, which takes any word.
 
     A mask whose name the table lacks, or that has an empty one, gets a vector of that name's own, like no word of
     the table: the tracker keeps masks called alike together and others apart, and no query finds them by chance. A
@@ -32,12 +32,12 @@ class NamesEmbedder:
     def __init__(
         self,
         table: str | Path | None = None,
-        embedder: str | None = None,
+        embedder: str | Embedder | None = None,
         embedder_options: Mapping[str, Any] | None = None,
     ) -> None:
         if (table is None) == (embedder is None):
             raise BadInput("the names embedder takes either option table, a file of text vectors, or option embedder")
-        self._source = _encoder(str(embedder), embedder_options or {}) if table is None else TextTable(table)
+        self._source = TextTable(table) if table else _encoder(embedder or "", embedder_options or {})
         self._seen: dict[str, Vectors] = {}
 
     @property
@@ -75,8 +75,8 @@ class NamesEmbedder:
         return self._seen[name]
 
 
-def _encoder(name: str, options: Mapping[str, Any]) -> PromptedText:
-    embedder = make_embedder(name, options)
+def _encoder(chosen: str | Embedder, options: Mapping[str, Any]) -> PromptedText:
+    embedder = make_embedder(chosen, options) if isinstance(chosen, str) else chosen
     if not isinstance(embedder, TextSide):
-        raise BadInput(f"embedder '{name}' has no text side: the names embedder needs one that knows words")
+        raise BadInput(f"embedder '{chosen}' has no text side: the names embedder needs one that knows words")
     return PromptedText(embedder)

@@ -22,8 +22,8 @@ class SamSegmenter:
 
     weights: a name of the catalogue, a folder with both files or with a checkpoint, or the encoder's file, with
     `decoder` the other. batch: prompts at a time. boxes: instead of at points, masks are sought in the boxes around the
-    masks of this segmenter, made with boxes_options; they take its names and scores. device: auto, cpu or cuda.
-    limits: the options of ProposalLimits. Raises BadInput.
+    masks of this segmenter, an object or a name with boxes_options; they take its names and scores. device: auto, cpu
+    or cuda. limits: the options of ProposalLimits. Raises BadInput.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class SamSegmenter:
         weights: str | Path,
         decoder: str | Path | None = None,
         batch: int = 64,
-        boxes: str | None = None,
+        boxes: str | Segmenter | None = None,
         boxes_options: Mapping[str, Any] | None = None,
         device: Device = "auto",
         **limits: Any,
@@ -39,8 +39,8 @@ class SamSegmenter:
         if batch < 1:
             raise BadInput(f"segmenter option batch is at least 1, not {batch}")
         self.limits = ProposalLimits(**limits)
+        self.detector = make_segmenter(boxes, boxes_options or {}) if isinstance(boxes, str) else boxes
         self.model = sam_model(weights, decoder, batch, device)
-        self.detector: Segmenter | None = make_segmenter(boxes, boxes_options or {}) if boxes else None
 
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame; they may overlap. With `boxes`, in its order, else best first."""
