@@ -16,27 +16,52 @@ app = App(
     help_format="plaintext",
     version=lambda: metadata.version("razer"),
 )
-app.command("app.run:run", name="run", help="Map a posed RGB-D recording.")
-app.command("app.track:track", name="track", help="Estimate the camera's path, without a map.")
-app.command("app.view:view", name="view", help="Open the timeline of a run in Rerun.")
-app.command("app.query:query", name="query", help="Find instances of a map by words or by a picture.")
-app.command("app.label:label", name="label", help="Give the instances of a map classes of a vocabulary.")
-app.command("app.show_config:config", name="config", help="Print every setting with its value, range and meaning.")
-app.command("app.inspect_recording:inspect", name="inspect", help="Say what a recording is and what looks wrong.")
-app.command("app.convert:convert", name="convert", help="Write a recording anew, in our own or another layout.")
-app.command("app.synth:synth", name="synth", help="Write a recording of a simulated place with its truth.")
-app.command("app.evaluate:evaluate", name="eval", help="Measure a map against the truth.")
-app.command("app.compare:compare", name="compare", help="Compare two runs over one recording.")
-app.command("app.reproduce:reproduce", name="reproduce", help="Map and evaluate a table of the paper.")
-app.command("app.ablate:ablate", name="ablate", help="Measure what each part of the method contributes.")
-app.command("app.bench:bench", name="bench", help="Measure time per stage and memory, beside plain TSDF fusion.")
-app.command("app.demo:demo", name="demo", help="Map a small synthetic room, no data needed.")
+VERBS = {
+    "Map": {
+        "map.run:run": "Map a posed RGB-D recording.",
+        "map.track:track": "Estimate the camera's path, without a map.",
+        "map.demo:demo": "Map a small synthetic room, no data needed.",
+    },
+    "Ask": {
+        "ask.query:query": "Find instances of a map by words or by a picture.",
+        "ask.label:label": "Give the instances of a map classes of a vocabulary.",
+    },
+    "Look": {
+        "look.view:view": "Open the timeline of a run in Rerun.",
+        "look.inspect:inspect": "Say what a recording is and what looks wrong.",
+        "look.config:config": "Print every setting with its value, range and meaning.",
+    },
+    "Measure": {
+        "measure.eval:evaluate": "Measure a map against the truth.",
+        "measure.compare:compare": "Compare two runs over one recording.",
+        "measure.reproduce:reproduce": "Map and evaluate a table of the paper.",
+        "measure.ablate:ablate": "Measure what each part of the method contributes.",
+        "measure.bench:bench": "Measure time per stage and memory, beside plain TSDF fusion.",
+    },
+    "Prepare": {
+        "prepare.convert:convert": "Write a recording anew, in our own or another layout.",
+        "prepare.synth:synth": "Write a recording of a simulated place with its truth.",
+    },
+}
+MODEL_VERBS = {
+    "list_models": ("list", "Show the models that can be fetched by name."),
+    "info": ("info", "Show a model's source, licence, files, and whether it is here."),
+    "pull": ("pull", "Fetch a model, or go on where a download broke off."),
+}
 
-models = App(name="models", help="List and fetch 2D models.", help_format="plaintext")
-models.command("app.models:list_models", name="list", help="Show the models that can be fetched by name.")
-models.command("app.models:info", name="info", help="Show a model's source, licence, files, and whether it is here.")
-models.command("app.models:pull", name="pull", help="Fetch a model, or go on where a download broke off.")
-app.command(models)
+
+def _add_verbs(app: App) -> None:
+    for group, verbs in VERBS.items():
+        for target, about in verbs.items():
+            name = target.partition(":")[0].rpartition(".")[2]
+            app.command(f"app.commands.{target}", name=name, help=about, group=group)
+    models = App(name="models", help="List and fetch 2D models.", help_format="plaintext", group="Prepare")
+    for function, (name, about) in MODEL_VERBS.items():
+        models.command(f"app.commands.prepare.models:{function}", name=name, help=about)
+    app.command(models)
+
+
+_add_verbs(app)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -9,27 +9,27 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from razer.carving import carve
-from razer.cells import ObservedSurface
 from razer.config import MapperConfig
-from razer.duplicates import mapped_twice
-from razer.evidence import LabelEvidence
+from razer.detection.observed_surface import ObservedSurface
+from razer.detection.perception import Observation, Perception
 from razer.frame import Frame
-from razer.inheritance import heirs, successors
-from razer.known_surface import KnownSurface, points_of
 from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.panoptic_map import PanopticMap
-from razer.perception import Observation, Perception
-from razer.rebuild import Apply, Follower, Pose
+from razer.query.text_queries import Words
+from razer.reintegration.id_matching import heirs, successors
+from razer.reintegration.reintegrator import Apply, Follower, Pose
 from razer.stages import stage
-from razer.step import Step
-from razer.support import support_ratios
-from razer.surface import extract_mesh
-from razer.track import Track
-from razer.tracker import Tracker
-from razer.voting import vote
-from razer.voxels import VoxelMap
-from razer.words import Words
+from razer.tracking.duplicates import mapped_twice
+from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.step_result import Step
+from razer.tracking.track import Track
+from razer.tracking.tracker import Tracker
+from razer.volume.label_voting import vote
+from razer.volume.mesh_extraction import extract_mesh
+from razer.volume.space_carving import carve
+from razer.volume.support import support_ratios
+from razer.volume.surface_cache import KnownSurface, points_of
+from razer.volume.voxel_map import VoxelMap
 
 
 class Mapper:

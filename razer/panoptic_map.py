@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.boxes import OrientedBox
+from razer.boxes.oriented_box import OrientedBox
+from razer.detection.best_views import View
 from razer.frame import BadInput
-from razer.hypotheses import Hypotheses
-from razer.ranking import PRESENT, TextRanking, image_scores
-from razer.surface import LabelledMesh
-from razer.track import Track
-from razer.views import View
-from razer.words import Words
+from razer.query.embedding_table import Hypotheses
+from razer.query.ranking import PRESENT, TextRanking, image_scores
+from razer.query.text_queries import Words
+from razer.tracking.track import Track
+from razer.volume.mesh_extraction import LabelledMesh
 
 
 @dataclass(frozen=True)

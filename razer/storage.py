@@ -13,14 +13,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from razer.boxes import OrientedBox
-from razer.cells import BLOCK_VOXELS
+from razer.boxes.oriented_box import OrientedBox
 from razer.config import VoxelSettings
+from razer.detection.best_views import View
+from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.frame import BadInput
 from razer.panoptic_map import MapObject, PanopticMap
-from razer.surface import LabelledMesh
-from razer.views import View
-from razer.voxels import VoxelMap
+from razer.volume.mesh_extraction import LabelledMesh
+from razer.volume.voxel_map import VoxelMap
 
 FORMAT = 1
 ATTRIBUTES = ("tsdf", "weight", "color", "label", "ids", "counts")

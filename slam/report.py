@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.geometry import Array
-from slam.keyframes import Keyframe
-from slam.pose_graph import Edge
-from slam.registration import Registration
+from slam.backend.pose_graph import Edge
+from slam.frontend.icp import Registration
+from slam.frontend.keyframes import Keyframe
 
 
 @dataclass(frozen=True, slots=True)

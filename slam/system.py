@@ -10,17 +10,17 @@ import numpy as np
 
 from razer.frame import Frame
 from razer.geometry import Array, inverse
-from slam.alignment import Grids
-from slam.color_camera import ColorCamera
-from slam.features import FeatureFinder
-from slam.keyframe_map import KeyframeMap
-from slam.keyframes import STILL, Keyframe, Keyframes, View
-from slam.pose_graph import PoseGraph
+from slam.backend.keyframe_map import KeyframeMap
+from slam.backend.pose_graph import PoseGraph
+from slam.frontend.color_calibration import ColorCamera
+from slam.frontend.features import FeatureFinder
+from slam.frontend.frame_tracker import Tracking, needs_keyframe
+from slam.frontend.icp import Registration
+from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
+from slam.frontend.view_registration import Grids
 from slam.poses import Pose
-from slam.registration import Registration
 from slam.report import Finding, GraphReport, PoseReport
-from slam.rigid_motion import angle_deg, length_m
-from slam.tracking import Tracking, needs_keyframe
+from slam.se3 import angle_deg, length_m
 
 PATIENCE = 2  # frames that show something but nothing known, after which a new piece of the map is begun
 RESUME = 30  # frames after which the camera may be anywhere

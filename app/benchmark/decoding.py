@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.models.letterbox import Letterbox
-from razer.models.yolo_decode import YoloDecoder
+from razer.models.yolo.decoder import YoloDecoder
+from razer.models.yolo.letterbox import Letterbox
 
 Floats = NDArray[np.float32]
 

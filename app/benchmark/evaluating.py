@@ -7,8 +7,8 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.metrics.evaluation import evaluate
 from razer.metrics.presets import PRESETS
+from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.vocabulary import vocabulary
 

@@ -14,13 +14,13 @@ from app.benchmark.evaluating import measure_evaluation
 from app.benchmark.ranking import measure_ranking
 from app.benchmark.synth import measure_synth
 from app.benchmark.yardstick import fuse_plainly
-from app.config import RunConfig
-from app.consoles import progress_console
-from app.running.pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
-from app.running.recorder import summary
-from app.running.recording import open_recording
-from data_tools.sequence import Sequence
-from data_tools.worlds.synthetic import SyntheticRoom
+from app.console.streams import progress_console
+from app.frames.open_recording import open_recording
+from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
+from app.profiling.recorder import summary
+from app.settings.run_config import RunConfig
+from data_tools.open_sequence import Sequence
+from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame, UnusableFrame
 
 # Stages of the map itself; the others read, look at pictures with 2D models, or log.

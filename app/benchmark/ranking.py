@@ -8,8 +8,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.hypotheses import Hypotheses
-from razer.ranking import Contrast, TextRanking
+from razer.query.embedding_table import Hypotheses
+from razer.query.ranking import Contrast, TextRanking
 
 _INSTANCES, _NAMES, _DIMENSION = 10_000, 1_203, 512
 _REPEATS = 9

@@ -6,8 +6,8 @@ from typing import Any
 
 from rich.table import Table
 
-from app.consoles import result_console
-from app.running.report import print_timings
+from app.console.streams import result_console
+from app.pipeline.run_report import print_timings
 
 
 def print_bench(result: dict[str, Any]) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from time import perf_counter, process_time
 
-from data_tools.worlds.sensor_model import SensorModel
-from data_tools.worlds.synthetic import SyntheticRoom
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_room import SyntheticRoom
 
 _FRAMES = 30
 

@@ -1,1 +1,1 @@
-"""Maps and other systems' predictions beside the truth: `eval`, `reproduce`, `ablate`."""
+"""Maps and other systems' predictions beside the truth."""

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from app.evaluation.predicted import Meaning, Naming, read_prediction, timed_poses
-from data_tools.file_sequence import FileSequence
-from data_tools.sequence import open_sequence
+from app.evaluation.prediction import Meaning, Naming, read_prediction, timed_poses
+from data_tools.open_sequence import open_sequence
+from data_tools.recordings.file_sequence import FileSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import open_truth
 from razer.frame import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
-from razer.metrics.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.presets import Preset
+from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from razer.metrics.evaluation import Evaluation
+from razer.metrics.protocol.evaluation import Evaluation
 
 _MOST_CURVES = 12
 _MERGED = "any"

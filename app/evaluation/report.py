@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from razer.metrics.evaluation import Evaluation
+from razer.metrics.protocol.evaluation import Evaluation
 
 _CLASSES = 30
 _WORST = 8

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
-from razer.step import Candidate, Decision, Step
+from razer.tracking.step_result import Candidate, Decision, Step
 
 RUNNERS_UP = 2
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.cells import BLOCK
-from razer.surface import SurfacePoints
+from razer.detection.observed_surface import BLOCK
+from razer.volume.mesh_extraction import SurfacePoints
 
 BLOCKS_PER_EDGE = 4
 _WITHIN = np.stack(np.meshgrid(*3 * [np.arange(BLOCKS_PER_EDGE)], indexing="ij"), axis=-1).reshape(-1, 3)

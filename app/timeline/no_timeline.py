@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from app.running.look import Look
+from app.frames.frame_packet import Look
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.step import Step
+from razer.tracking.step_result import Step
 
 
 class NoTimeline:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from app.running.look import END, Look
+from app.frames.frame_packet import END, Look
 from app.timeline import entities
 from app.timeline.camera_path import CameraPath
 from app.timeline.config import TimelineConfig

@@ -15,12 +15,12 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from app.render.viewpoint import Viewpoint
 from app.timeline import entities
 from app.timeline.ellipsoids import Ellipsoids
-from app.timeline.viewpoint import Viewpoint
-from razer.boxes import OrientedBox
+from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
-from razer.surface import LabelledMesh
+from razer.volume.mesh_extraction import LabelledMesh
 
 Array = NDArray[np.float64]
 Colors = NDArray[np.uint8]

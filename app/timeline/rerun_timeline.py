@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.palette import instance_colors, tinted
-from app.running.look import END, Look
-from app.running.memory import rss_mb
+from app.frames.frame_packet import END, Look
+from app.profiling.memory import rss_mb
+from app.render.mesh_decimation import limited
+from app.render.palette import instance_colors, tinted
+from app.render.viewpoint import Viewpoint, behind, overview
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
     BOXES,
@@ -31,15 +33,13 @@ from app.timeline.entities import (
 from app.timeline.frame_story import decision_table, events
 from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
 from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
-from app.timeline.mesh_limit import limited
 from app.timeline.pose_story import PoseStory
 from app.timeline.rerun_log import RerunLog, run_layout
-from app.timeline.viewpoint import Viewpoint, behind, overview
 from razer.frame import Frame, Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.step import Step
-from razer.surface import extract_points
+from razer.tracking.step_result import Step
+from razer.volume.mesh_extraction import extract_points
 
 PATH_COLOR = (255, 160, 0)
 MAX_IDS = 2**16  # what an id image can hold

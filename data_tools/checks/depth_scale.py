@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
 from data_tools.checks.sample import Sample
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from razer.frame import Frame
 from razer.geometry import Array, inverse
 

@@ -12,7 +12,7 @@ from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
 from data_tools.checks.pose_check import PoseReport, check_poses
 from data_tools.checks.registration_check import RegistrationReport, check_registration
 from data_tools.checks.sample import Sample
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from razer.frame import Frame, Intrinsics, UnusableFrame
 
 _LOOKS = 40

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.camera import Camera
+from data_tools.recordings.camera import Camera
 from razer.frame import Frame, Intrinsics
 
 _WIDTH = 160  # images are looked at in this size

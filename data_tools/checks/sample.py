@@ -10,7 +10,7 @@ import numpy as np
 
 from data_tools.checks.camera_motion import Landmarks, Motion, find_landmarks, measure_motion
 from data_tools.checks.pose_conventions import Convention
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from razer.frame import Frame, UnusableFrame
 
 _STARTS, _OFFSETS = 6, (0, 1, 5, 16)

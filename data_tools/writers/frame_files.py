@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from razer.frame import BadInput, Frame, UnusableFrame
 
 _JPEG_QUALITY = 95

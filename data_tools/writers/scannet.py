@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
 from data_tools.writers.scannet_truth import write_scannet_truth

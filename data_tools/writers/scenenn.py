@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply

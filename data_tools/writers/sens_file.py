@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from data_tools.formats.sens_file import BODY, COLOR_KINDS, DEPTH_KINDS, FRAME_HEAD, NAME, VERSION
+from data_tools.readers.scannet.sens_file import BODY, COLOR_KINDS, DEPTH_KINDS, FRAME_HEAD, NAME, VERSION
 from data_tools.writers.frame_files import depth_units, encoded_color
 from razer.frame import Frame, Intrinsics
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_truth
 from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth

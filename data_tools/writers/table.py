@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from data_tools.truth.ground_truth import GroundTruth
 from razer.frame import BadInput
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from data_tools.sequence import Sequence
+from data_tools.open_sequence import Sequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_truth
 from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from razer.config import Settings
 from razer.metrics.class_table import FROM_TRUTH
-from razer.metrics.instance_ap import AP_THRESHOLDS, ApSettings
+from razer.metrics.instances.instance_ap import AP_THRESHOLDS, ApSettings
 
 OverScenes = Literal["pooled", "mean"]
 

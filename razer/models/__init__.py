@@ -12,19 +12,19 @@ from razer.frame import Frame, Masks
 from razer.plugins import Trust, load
 
 SEGMENTERS = {
-    "geometric": "razer.models.geometric:GeometricSegmenter",
-    "oracle": "razer.models.oracle:OracleSegmenter",
-    "masks": "razer.models.masks_on_disk:MasksOnDisk",
+    "geometric": "razer.models.geometric.segmenter:GeometricSegmenter",
+    "oracle": "razer.models.oracle.models:OracleSegmenter",
+    "masks": "razer.models.stored_masks:MasksOnDisk",
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
-    "prompted": "razer.models.prompted:PromptedSegmenter",
-    "sam": "razer.models.sam:SamSegmenter",
-    "yolo": "razer.models.yolo:YoloSegmenter",
+    "prompted": "razer.models.text_prompted.segmenter:PromptedSegmenter",
+    "sam": "razer.models.sam.segmenter:SamSegmenter",
+    "yolo": "razer.models.yolo.segmenter:YoloSegmenter",
 }
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
-    "clip": "razer.models.clip:ClipEmbedder",
+    "clip": "razer.models.clip.embedder:ClipEmbedder",
     "names": "razer.models.names:NamesEmbedder",
-    "oracle": "razer.models.oracle:OracleEmbedder",
+    "oracle": "razer.models.oracle.models:OracleEmbedder",
 }
 
 

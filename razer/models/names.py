@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from razer.frame import BadInput, Frame, Masks
 from razer.models import Embedder, TextSide, make_embedder
-from razer.models.prompted_text import PromptedText
-from razer.models.text_table import TextTable
+from razer.models.caption_vectors import PromptedText
+from razer.models.name_table import TextTable
 
 Vectors = NDArray[np.float32]
 

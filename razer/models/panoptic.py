@@ -11,10 +11,10 @@ import torch
 from numpy.typing import NDArray
 
 from razer.frame import BadInput, Frame, Masks
-from razer.models.checkpoint import Checkpoint
-from razer.models.device import Device
 from razer.models.panoptic_masks import panoptic_masks
-from razer.models.torch_device import torch_device
+from razer.models.runtime.checkpoint import Checkpoint
+from razer.models.runtime.device import Device
+from razer.models.runtime.torch_device import torch_device
 
 _KINDS = {"mask2former", "oneformer", "maskformer"}
 _TASK = "the task is panoptic"  # what OneFormer is told to do, in the words of its training

@@ -1,0 +1,1 @@
+"""What each part of the method contributes: mappers and queries with one thing changed."""

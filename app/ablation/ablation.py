@@ -1,0 +1,95 @@
+"""Many mappers, each with a part of the method changed, over the frames of one synthetic recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from rich.console import Console
+from rich.table import Table
+
+from app.console.progress import watch
+from app.settings.config_file import read_config
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from data_tools.truth.ground_truth import GroundTruth
+from razer.detection.perception import Perception
+from razer.mapper import Mapper
+from razer.metrics.presets import PRESETS
+from razer.metrics.protocol.evaluation import evaluate
+from razer.metrics.scene_pair import PredictedScene, TruthScene
+from razer.metrics.surface.nearest_vertices import transfer_labels
+from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.panoptic_map import PanopticMap
+
+_NEVER = 10**6
+# Perception is shared, so only what comes after it may differ: association, bank, maintenance.
+VARIANTS: dict[str, dict[str, Any]] = {
+    "as is": {},
+    "association: box IoU (paper)": {"association.association": "paper"},
+    "association: box containment": {"association.association": "containment"},
+    "bank: one hypothesis": {"bank.hypotheses": 1},
+    "no fusion of duplicates": {"maintenance.fuse_frames": _NEVER},
+    "votes never withdrawn": {"maintenance.withdraw_votes": False},
+    "no pruning": {"maintenance.max_misses": _NEVER, "maintenance.min_support": 0},
+}
+COLUMNS = ("ap50", "aware_ap50", "miou", "duplicates_percent", "missed", "instances")
+Row = dict[str, float]
+
+
+def measure(
+    scene: str, seed: int, n_frames: int | None, variants: Mapping[str, Mapping[str, Any]], console: Console
+) -> dict[str, Row]:
+    """The numbers of each variant on one seed of a scene."""
+    torch.set_num_threads(1)
+    sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
+    segmenter, embedder = OracleSegmenter("full", seed), OracleEmbedder("full", seed)
+    base = read_config(None, (), {})
+    perception = Perception(base, segmenter, embedder)
+    mappers = {name: Mapper(read_config(None, (), change), segmenter, embedder) for name, change in variants.items()}
+    for index in watch(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
+        seen = perception.observe(sequence[index])
+        for mapper in mappers.values():
+            mapper.fuse(seen)
+    truth = sequence.truth()
+    return {name: _row(mappers.pop(name), truth, embedder) for name in variants}
+
+
+def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
+    mapper.finish()
+    true = TruthScene(
+        truth.vertices, truth.instances, truth.classes, truth.class_names, evaluated=truth.visible.astype(np.bool_)
+    )
+    result = evaluate([("scene", true, _predicted(mapper.snapshot(), truth, embedder))], PRESETS["default"]).as_json()
+    return {
+        "ap50": result["class_agnostic"]["ap50"],
+        "aware_ap50": result["class_aware"]["ap50"],
+        "miou": result["semantic"]["miou"],
+        "duplicates_percent": 100 * result["duplicates"] / max(result["n_predicted"], 1),
+        "missed": result["missed"],
+        "instances": result["n_predicted"],
+    }
+
+
+def _predicted(panoptic: PanopticMap, truth: GroundTruth, embedder: OracleEmbedder) -> PredictedScene:
+    """The instances, each of the class its embeddings are nearest to, on the truth's vertices: distances between
+    surfaces are not asked for here."""
+    names = sorted(set(truth.instance_classes.values()))
+    vectors = np.stack([embedder.class_vector(name) for name in names])
+    nearest = {o.id: names[int((o.embeddings @ vectors.T).max(axis=0).argmax())] for o in panoptic.objects}
+    labels = transfer_labels(panoptic.mesh.vertices, panoptic.mesh.instances, truth.vertices)
+    return PredictedScene(instances=labels, scores={o.id: o.score for o in panoptic.objects}, class_names=nearest)
+
+
+def table(rows: list[dict[str, Row]], title: str) -> Table:
+    """Means over the seeds, one line for each variant."""
+    result = Table(title=title, title_justify="left")
+    result.add_column("variant")
+    for name in ("AP50", "AP50 by class", "mIoU", "duplicates %", "missed", "instances"):
+        result.add_column(name, justify="right")
+    for variant in rows[0]:
+        means = [float(np.mean([row[variant][column] for row in rows])) for column in COLUMNS]
+        result.add_row(variant, *(f"{mean:.3f}" for mean in means[:3]), *(f"{mean:.1f}" for mean in means[3:]))
+    return result

@@ -1,0 +1,102 @@
+"""How well instances are found by text: objects of a table, each observed many times with noise, asked for by name.
+
+Of each draw 60 names are in the map and 60 others are not. An object is observed 20 times as the vector of its
+picture, blurred to a cosine of 0.7; a share of the observations may be of another object, as where masks spill over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.ablation.exemplars import Exemplars
+from razer.config import BankSettings
+from razer.metrics.instances.precision_recall import Curve, precision_recall
+from razer.query.embedding_table import Hypotheses
+from razer.query.ranking import PRESENT, Contrast, TextRanking
+from razer.tracking.embedding_bank import EmbeddingBank
+
+Vectors = NDArray[np.float32]
+Banks = dict[int, tuple[Vectors, NDArray[np.float64]]]
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Objects and absent names of a draw, observations of each object, cosine of an observation to what it is of,
+    and the share of observations that are of another object."""
+
+    n_objects: int = 60
+    n_observations: int = 20
+    cosine: float = 0.7
+    of_neighbour: float = 0.0
+
+
+@dataclass(frozen=True)
+class QueryScore:
+    """Shares of a draw: names whose instance's name comes first, or among five (top1, top5); texts whose instance
+    comes first (text_top1). best (2n,) is the best score of each query, present (2n,) whether it is in the map."""
+
+    top1: float
+    top5: float
+    text_top1: float
+    best: NDArray[np.float64]
+    present: NDArray[np.bool_]
+
+
+def observed(exemplars: Exemplars, rows: NDArray[np.intp], rng: np.random.Generator, protocol: Protocol) -> Vectors:
+    """Observations (n objects, n observations, D) of unit length."""
+    n, count = len(rows), protocol.n_observations
+    neighbour = rows[(np.arange(n) + rng.integers(1, n, n)) % n]
+    strange = rng.permuted(np.tile(np.arange(count) < round(count * protocol.of_neighbour), (n, 1)), axis=1)
+    true = exemplars.image[np.where(strange, neighbour[:, None], rows[:, None])]
+    aside = rng.standard_normal(true.shape).astype(np.float32)
+    aside -= (aside * true).sum(axis=2, keepdims=True) * true
+    aside /= np.linalg.norm(aside, axis=2, keepdims=True)
+    return protocol.cosine * true + np.float32(np.sqrt(1 - protocol.cosine**2)) * aside
+
+
+def banks_of(observations: Vectors, settings: BankSettings) -> Banks:
+    """The bank of each object after all its observations, which count alike."""
+    result: Banks = {}
+    for number, rows in enumerate(observations):
+        bank = EmbeddingBank(settings, observations.shape[2])
+        for row in rows:
+            bank.add(row, 0.5)
+        result[number] = bank.settled()
+    return result
+
+
+def clean_banks(exemplars: Exemplars, rows: NDArray[np.intp]) -> Banks:
+    """Banks that hold the pictures' own vectors."""
+    return {number: (exemplars.image[[row]], np.ones(1)) for number, row in enumerate(rows)}
+
+
+def query_score(exemplars: Exemplars, banks: Banks, present: NDArray[np.intp], absent: NDArray[np.intp]) -> QueryScore:
+    """Ask for every name of the table, by the product's own ranking."""
+    ranking = TextRanking(Hypotheses.of(banks), Contrast(exemplars.names, exemplars.text))
+    evidence, objects = ranking.evidence(exemplars.text), np.arange(len(present))
+    better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
+    asked = np.concatenate([present, absent])
+    return QueryScore(
+        top1=float((better < 1).mean()),
+        top5=float((better < 5).mean()),
+        text_top1=float((evidence[:, present].argmax(axis=0) == objects).mean()),
+        best=ranking.scores(exemplars.text[asked]).max(axis=0),
+        present=np.arange(len(asked)) < len(present),
+    )
+
+
+def presence_curve(scores: list[QueryScore]) -> Curve:
+    """Precision over recall of the answer "present", over all queries of all draws."""
+    best, present = (np.concatenate([getattr(s, part) for s in scores]) for part in ("best", "present"))
+    return precision_recall(best, present, 0)
+
+
+def presence_at(scores: list[QueryScore], threshold: float = PRESENT) -> tuple[float, float]:
+    """Precision and recall of the answer "present" for best scores of at least `threshold`."""
+    best, present = (np.concatenate([getattr(s, part) for s in scores]) for part in ("best", "present"))
+    said = best >= threshold
+    right = float((said & present).sum())
+    return right / max(said.sum(), 1), right / present.sum()

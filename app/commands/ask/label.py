@@ -1,0 +1,65 @@
+"""`razer label`: classes of a vocabulary for the instances of a map, panoptic mesh and scene graph."""
+
+from __future__ import annotations
+
+from json import dumps
+from pathlib import Path
+
+from app.console.streams import progress_console
+from app.settings.options import Assignments, Flag, TrustOptions
+from razer.frame import BadInput
+
+
+def label(
+    run: Path,
+    /,
+    *,
+    vocabulary: str,
+    embedder: str | None = None,
+    set: Assignments = (),
+    options: TrustOptions = TrustOptions(),  # noqa: B008
+    json: Flag = False,
+) -> int:
+    """Give each instance the class of a vocabulary that suits it best; stuff of one class becomes one.
+
+    Fills the class in instances.json, and writes panoptic.ply, panoptic.json, scene_graph.json and mesh.glb.
+
+    Parameters
+    ----------
+    run:
+        The folder of a finished run.
+    vocabulary:
+        scannet200, scannet20, nyu40, replica, coco, lvis, or a file: a .csv with columns id, name and optionally stuff,
+        or a text with a name on each line.
+    embedder:
+        A name or module:Class, if not the embedder that the run was made with.
+    set:
+        One setting as section.key=value, such as an option of the embedder; may be repeated.
+    json:
+        One line of JSON.
+    """
+    # Late, since these bring Open3D and torch along.
+    from app.query.labelled_run import LabelledRun
+    from app.query.queryable_map import open_map
+    from razer.semantics.labelling import known_categories
+    from razer.semantics.labelling import label as label_map
+    from razer.vocabulary import vocabulary as read_vocabulary
+
+    classes = read_vocabulary(vocabulary)
+    asked = open_map(run, embedder, set, by_text=True, trust=options.trust)
+    known = known_categories(asked.panoptic, classes)
+    if left_out := len(classes.categories) - len(known):
+        progress_console().print(
+            f"note: the embedder does not know {left_out} of the {len(classes.categories)} names: left out",
+            soft_wrap=True,
+        )
+    labelled = LabelledRun.of(asked, classes.name, label_map(asked.panoptic, known))
+    try:
+        labelled.write()
+    except OSError as error:
+        raise BadInput(f"{run} cannot be written to ({error.strerror}): its older files are as they were") from error
+    if json:
+        print(dumps(labelled.told()))
+    else:
+        labelled.report()
+    return 0

@@ -1,0 +1,1 @@
+"""Verbs that show something as it is: view, inspect, config."""

@@ -1,0 +1,50 @@
+"""`razer view`: a finished run in the Rerun viewer, or as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from app.run_folder.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
+from app.settings.options import Flag
+from razer.frame import BadInput
+
+
+def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> None:
+    """Open the timeline of a run in Rerun, or draw its map.
+
+    Parameters
+    ----------
+    run:
+        The folder of a run, or a recording of Rerun's, such as the compare.rrd of `razer compare`.
+    web:
+        In the browser instead of the native viewer.
+    picture:
+        Write a PNG of the map, as coloured and by instance, instead of opening anything.
+    """
+    if picture is not None:
+        return _draw(run, picture)
+    timeline = run if run.suffix == ".rrd" else run / TIMELINE
+    if not timeline.is_file():
+        raise BadInput(f"{timeline} does not exist; give the folder of a run made with --timeline")
+
+    # Late, as in `razer run`.
+    from app.timeline.viewer import open_viewer
+
+    return open_viewer(timeline, web)
+
+
+def _draw(run: Path, target: Path) -> None:
+    for needed in (run / MESH_PLY, run / TRAJECTORY):
+        if not needed.is_file():
+            raise BadInput(f"{needed} does not exist; give the folder of a finished run")
+
+    # Late, as in `razer run`.
+    import cv2
+
+    from app.render.picture import picture
+    from app.run_folder.save_run import camera_up, read_tum
+    from razer.storage import read_mesh_ply
+
+    image = picture(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))
+    if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
+        raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

@@ -1,0 +1,1 @@
+"""Verbs that make maps and paths: run, track, demo."""

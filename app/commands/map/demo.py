@@ -1,0 +1,58 @@
+"""`razer demo`: a small synthetic room becomes a map, with nothing to download."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from app.commands.map.run import INTERRUPTED
+from app.console.streams import progress_console, result_console
+from app.profiling.cores import leave_cores_to_helpers
+from app.run_folder.run_folder import RunFolder
+from app.settings.config_file import read_config
+from app.settings.options import Flag, SettingOptions
+
+ROOM_FRAMES = 120
+ROOM_SIZE = (480, 360)  # pixels; half the work of 640x480
+_ABOUT = (
+    "A simulated room: masks and class names come from the simulator (segmenter and embedder 'oracle'), not from "
+    "a 2D model; what is shown is the mapping. On recordings of your own, `razer run` finds masks in depth and "
+    "colour, and instances stay nameless."
+)
+
+
+def demo(
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("demo_run"),
+    frames: int = ROOM_FRAMES,
+    options: SettingOptions = SettingOptions(),  # noqa: B008
+    json: Flag = False,
+) -> int:
+    """Map a small synthetic room that the project renders itself; no data or models are needed.
+
+    Parameters
+    ----------
+    out:
+        The folder to write; an older run there is replaced.
+    frames:
+        Length of the walk through the room.
+    json:
+        End standard output with one line of JSON, as `razer run` does.
+    """
+    target = RunFolder(out, overwrite=True)
+    oracle = {"segmenter.name": "oracle", "embedder.name": "oracle"}
+    config = read_config(options.config, options.set, oracle, trust=options.trust)
+
+    # Late, as in `razer run`.
+    leave_cores_to_helpers()
+    from app.pipeline.run_pipeline import run_to_folder
+    from app.pipeline.run_report import report
+    from data_tools.synthetic.synthetic_room import SyntheticRoom
+
+    finished = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
+    if not json:
+        result_console().print(_ABOUT)
+    report(finished, target.final, as_json=json)
+    return INTERRUPTED if finished.outcome.interrupted else 0

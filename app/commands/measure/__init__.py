@@ -1,0 +1,1 @@
+"""Verbs that measure: eval, compare, reproduce, ablate, bench."""

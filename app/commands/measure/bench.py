@@ -1,0 +1,48 @@
+"""`razer bench`: what each stage of a run costs, beside the yardstick of plain TSDF fusion."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from json import dumps
+from multiprocessing import get_context
+from pathlib import Path
+
+from app.settings.options import Flag, RunOptions
+from razer.frame import BadInput
+
+
+def bench(
+    folder: Path | None = None,
+    /,
+    *,
+    options: RunOptions = RunOptions(),  # noqa: B008
+    repeat: int = 1,
+    json: Flag = False,
+) -> None:
+    """Measure time per stage and memory of a run that keeps nothing, beside plain TSDF fusion.
+
+    Parameters
+    ----------
+    folder:
+        The recording; a synthetic room if not given.
+    repeat:
+        How many runs, each in a process of its own; the one of median speed is shown.
+    json:
+        One line of JSON.
+    """
+    if repeat < 1:
+        raise BadInput(f"--repeat {repeat}: give at least 1")
+    config = options.read()
+
+    # Late, as in `razer run`.
+    from app.benchmark.measure import measure
+    from app.benchmark.report import print_bench
+
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        runs = list(pool.map(measure, [folder] * repeat, [config] * repeat))
+    median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
+    result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}
+    if json:
+        print(dumps(result))
+    else:
+        print_bench(result)

@@ -1,0 +1,65 @@
+"""`razer compare`: two runs over one recording, most often with given and with estimated poses."""
+
+from __future__ import annotations
+
+from json import dumps
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from app.commands.measure.eval import chosen_rules, say
+from app.console.streams import result_console
+from app.settings.options import Assignments, Flag, TrustOptions
+
+FOLDER = "compare"
+
+
+def compare(
+    run_a: Path,
+    run_b: Path,
+    /,
+    *,
+    truth: Path | None = None,
+    preset: str = "default",
+    set: Assignments = (),
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
+    options: TrustOptions = TrustOptions(),  # noqa: B008
+    json: Flag = False,
+) -> int:
+    """Compare two runs over one recording: trajectories, surfaces and instances, B brought into A's frame.
+
+    Parameters
+    ----------
+    run_a:
+        The run folder to compare with, such as that under given poses.
+    run_b:
+        The other one, such as that under estimated poses.
+    truth:
+        The folder with the truth and its camera poses; each run is then measured against it too.
+    preset:
+        Whose rules the truth is compared by, as in `razer eval`.
+    set:
+        One rule as name=value; may be repeated.
+    out:
+        The folder for compare.json, pictures and compare.rrd; compare in RUN_B if not given.
+    json:
+        One line of JSON.
+    """
+    rules = chosen_rules(preset, set)
+
+    # Late, since these bring Open3D and torch along.
+    from app.comparison.comparison import compare_runs
+    from app.comparison.comparison_folder import check_folder, write_comparison
+    from app.comparison.comparison_report import report
+
+    folder = out or run_b / FOLDER
+    check_folder(folder)
+    result = compare_runs(run_a, run_b, truth, rules, options.trust)
+    say(result.notes)
+    write_comparison(result, folder)
+    if json:
+        print(dumps(result.as_json()))
+    else:
+        report(result, result_console(), folder)
+    return 0

@@ -1,0 +1,65 @@
+"""`razer reproduce`: a table of the paper, mapped and evaluated anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from json import dumps
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from app.console.streams import progress_console, result_console
+from app.profiling.cores import leave_cores_to_helpers
+from app.settings.options import BOTH, Flag, RunOptions
+
+
+def reproduce(
+    table: Literal["scenenn", "scannet200", "replica", "scannet", "retrieval"],
+    data: Path,
+    /,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("reproduced"),
+    scenes: str | None = None,
+    options: RunOptions = RunOptions(),  # noqa: B008
+    json: Flag = False,
+) -> int:
+    """Map and evaluate every scene of one of the paper's tables, and print our row beside the others.
+
+    Takes up where it was stopped: scenes mapped with the same settings are not mapped again.
+
+    Parameters
+    ----------
+    table:
+        Which table of the paper.
+    data:
+        The folder with the scenes in their dataset's layout, each with its truth.
+    out:
+        The folder for a run folder a scene; with --poses both for two folders of them, given and slam.
+    scenes:
+        Other scenes than the table's, with commas between.
+    json:
+        One line of JSON.
+    """
+    # Late, as in `razer run`.
+    leave_cores_to_helpers()
+    from app.reproduction.published_tables import TABLES
+    from app.reproduction.reproduction import Reproduction
+    from app.reproduction.reproduction_report import report
+
+    wanted = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
+    both = options.poses == "both"
+    places = {name: out / name for name in BOTH} if both else {options.poses: out}
+    results = {
+        name: Reproduction(TABLES[table], data, place, replace(options, poses=name), wanted).run(progress_console())
+        for name, place in places.items()
+    }
+    if json:
+        rows = {name: result.as_json(table) for name, result in results.items()}
+        print(dumps(rows if both else rows[options.poses]))
+        return 0
+    for name, result in results.items():
+        if both:
+            result_console().print(f"poses: {name}")
+        report(result, TABLES[table], result_console())
+    return 0

@@ -1,0 +1,1 @@
+"""Verbs that prepare recordings and models: convert, synth, models."""

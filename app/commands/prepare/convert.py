@@ -1,0 +1,75 @@
+"""`razer convert`: any recording that can be read becomes a folder in the project's own or another layout."""
+
+from __future__ import annotations
+
+from json import dumps
+from pathlib import Path
+from typing import Any
+
+from app.console.streams import progress_console, result_console
+from app.settings.options import Flag, RecordingOptions
+
+INTERRUPTED = 130
+FORMAT = 1
+MOST_NAMED = 5
+
+
+def convert(
+    folder: Path,
+    out: Path,
+    /,
+    *,
+    layout: str = "own",
+    options: RecordingOptions = RecordingOptions(),  # noqa: B008
+    lossless: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Write a recording anew, with its ground truth where it has one; frames that cannot be used are left out.
+
+    Parameters
+    ----------
+    folder:
+        The recording: a folder, a .bag, a .r3d or a .sens; its layout is recognised.
+    out:
+        The folder to write; it appears when it is complete.
+    layout:
+        own, scannet, sens (ScanNet's single file), replica, tum, scenenn or 7scenes.
+    lossless:
+        Write colour as PNG where the layout would have JPEG.
+    json:
+        End standard output with one line of JSON; progress goes to standard error in any case.
+    """
+    # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
+    from app.frames.open_recording import open_recording
+    from app.frames.selection import Selection
+    from data_tools.truth.open_truth import has_truth, open_truth
+    from data_tools.writers.table import write_recording
+
+    settings, console = options.input_settings(), progress_console()
+    part = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
+    truth = open_truth(folder) if has_truth(folder) else None
+    try:
+        skipped = write_recording(layout, part, out, truth=truth, lossless=lossless)
+    except KeyboardInterrupt:
+        console.print(f"interrupted: {out} is not written")
+        return INTERRUPTED
+    part.finish()
+    named = [{"frame": part.indices[index], "reason": reason} for index, reason in skipped]
+    result = {"format": FORMAT, "recording": part.name, "out": str(out), "layout": layout, "frames": len(part)}
+    result |= {"written": len(part) - len(skipped), "skipped": named, "truth": truth is not None}
+    if json:
+        print(dumps(result))
+    else:
+        _report(result)
+    return 0
+
+
+def _report(result: dict[str, Any]) -> None:
+    console = result_console()
+    truth = " with their ground truth" if result["truth"] else ""
+    for each in result["skipped"][:MOST_NAMED]:
+        console.print(f"skipped frame {each['frame']}: {each['reason']}", soft_wrap=True)
+    if (more := len(result["skipped"]) - MOST_NAMED) > 0:
+        console.print(f"skipped {more} more; --json names them all")
+    count = f"{result['written']} of {result['frames']} frames{truth}, layout {result['layout']}"
+    console.print(f"{result['out']}: {count}", soft_wrap=True)

@@ -1,0 +1,110 @@
+"""`razer models`: the catalogue of 2D models, and fetching them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from json import dumps
+from typing import Any
+
+from rich.padding import Padding
+
+from app.console.streams import progress_console, result_console
+from app.settings.options import Flag
+from razer.frame import BadInput
+from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
+
+INTERRUPTED = 130
+
+
+def list_models(*, json: Flag = False) -> None:
+    """Show the models that can be fetched by name.
+
+    Parameters
+    ----------
+    json:
+        One line of JSON.
+    """
+    rows = [_described(each) for each in catalogue().values()]
+    if json:
+        print(dumps(rows))
+        return
+    console = result_console()
+    for row in rows:
+        here = ", here" if row["path"] else ""
+        star = " *" if row["accept"] else ""
+        console.print(
+            f"{row['name']}: {row['use']}, {row['megabytes']} MB, {row['licence']}{star}{here}", soft_wrap=True
+        )
+        console.print(Padding(row["about"], (0, 0, 0, 4)))
+    console.print("* has terms to accept: razer models pull NAME --accept-license", soft_wrap=True)
+
+
+def info(name: str, /, *, json: Flag = False) -> None:
+    """Show where a model comes from, its licence and files, and whether it is here.
+
+    Parameters
+    ----------
+    name:
+        A name of `razer models list`.
+    json:
+        One line of JSON.
+    """
+    described = _described(entry(name))
+    if json:
+        print(dumps(described))
+        return
+    console = result_console()
+    for key in ("name", "about", "use", "licence", "accept", "repo", "revision", "megabytes"):
+        if described[key]:
+            console.print(f"{key}: {described[key]}", soft_wrap=True)
+    for file in described["files"]:
+        known = described["sha256"].get(file)
+        check = f"sha256 {known}" if known else "checked by the hub's checksum"
+        console.print(f"file: {file}, {check}", soft_wrap=True)
+    console.print(f"here: {described['path'] or 'no; ' + entry(name).how_to_get}", soft_wrap=True)
+
+
+def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> int:
+    """Fetch a model from the Hugging Face Hub into its cache; goes on where a download broke off.
+
+    HF_HOME says where the cache is, HF_ENDPOINT names a mirror, HF_HUB_OFFLINE=1 forbids the network.
+
+    Parameters
+    ----------
+    name:
+        A name of `razer models list`.
+    accept_license:
+        Accept the terms of the licence, where it has any that not everyone can meet.
+    json:
+        End standard output with one line of JSON; progress goes to standard error in any case.
+    """
+    wanted, console = entry(name), progress_console()
+    terms = f": {wanted.accept}" if wanted.accept else ""
+    console.print(f"{name}: licence {wanted.licence}{terms}", soft_wrap=True)
+    if wanted.accept and not accept_license:
+        raise BadInput(f"{name} is under {wanted.licence}{terms}; add --accept-license if you accept that")
+
+    # Late: the hub's library takes a moment to load.
+    from razer.models.hub.download import fetch
+
+    try:
+        path = fetch(wanted, lambda line: console.print(line, soft_wrap=True))
+    except KeyboardInterrupt:
+        console.print(f"interrupted: run 'razer models pull {name}' again to go on")
+        return INTERRUPTED
+    if json:
+        print(dumps(_described(wanted)))
+    else:
+        settings = [f"weights={name}", *wanted.also]
+        more = " ".join(f"--set {wanted.task}.options.{setting}" for setting in settings)
+        console.print(f"use it with --{wanted.use} {more}", soft_wrap=True)
+        result_console().print(str(path), soft_wrap=True)
+    return 0
+
+
+def _described(each: CatalogueEntry) -> dict[str, Any]:
+    """An entry as JSON has it, with `path` where it is in the cache."""
+    from razer.models.hub.cache import cached_model  # late, as in `pull`
+
+    path = cached_model(each)
+    return {**asdict(each), "path": None if path is None else str(path)}

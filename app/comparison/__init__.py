@@ -1,0 +1,1 @@
+"""Two runs over one recording, beside each other and beside the truth."""

@@ -1,0 +1,149 @@
+"""Two runs over one recording beside each other, most often with given and with estimated poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from app.comparison.against_truth import Measured, Truth, compared, differences, measure, open_scene
+from app.comparison.matched_instances import Matching, match_instances
+from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
+from razer.geometry import inverse
+from razer.metrics.preset import Preset
+from razer.metrics.protocol import over_scenes
+from razer.metrics.protocol.evaluation import plain_json
+from razer.metrics.scene_pair import TimedPoses
+from razer.metrics.surface.surface_distance import Surface
+from razer.metrics.surface.surface_errors import compare
+from razer.metrics.trajectory_errors import PoseErrors, TrajectoryNumbers, errors_over_time
+from razer.plugins import NO_TRUST, Trust
+from razer.volume.mesh_extraction import LabelledMesh
+
+Numbers = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Run A, and run B in the frame of A.
+
+    pose: B's trajectory against A's. surface: B's against A's, None where either is empty. truth_a, truth_b and
+    truth_trajectory, that in the frame of A: None without a truth. errors: of B's poses against A's, over time.
+    notes: what one should know of the result."""
+
+    preset: str
+    a: MappedRun
+    b: MappedRun
+    pose: TrajectoryNumbers
+    errors: PoseErrors
+    surface: Numbers | None
+    instances: Matching
+    truth_a: Measured | None
+    truth_b: Measured | None
+    truth_trajectory: TimedPoses | None
+    notes: tuple[str, ...]
+
+    def as_json(self) -> Numbers:
+        """The machine-readable contract: plain JSON values only, null where a part does not apply or is no number."""
+        a, b = (None if side is None else side.evaluation.as_json() for side in (self.truth_a, self.truth_b))
+        parts = {
+            "format": 1,
+            "run_a": self.a.name,
+            "run_b": self.b.name,
+            "preset": self.preset,
+            "a": a,
+            "b": b,
+            "delta": None if a is None or b is None else differences(_results(a), _results(b)),
+            "pose": self._pose(),
+            "surface": self.surface,
+            "instances": self.instances.as_json(),
+            "notes": self.notes,
+        }
+        return plain_json(parts)
+
+    def _pose(self) -> Numbers:
+        numbers = self.pose
+        sides = {"truth_from_a": self.truth_a, "truth_from_b": self.truth_b}
+        return {
+            "ate_rmse_m": numbers.ate_rmse_m,
+            "rotation_rmse_deg": numbers.rotation_rmse_deg,
+            "rpe_trans_m": numbers.per_frame.translation_m,
+            "rpe_rot_deg": numbers.per_frame.rotation_deg,
+            "rpe_second_trans_m": numbers.per_second.translation_m,
+            "rpe_second_rot_deg": numbers.per_second.rotation_deg,
+            "compared": numbers.compared,
+            "tracked_a": self.a.tracked,
+            "tracked_b": self.b.tracked,
+            "a_from_b": numbers.truth_from_estimate.tolist(),
+            "aligned_by": numbers.ground,
+        } | {key: None if side is None else side.pose.truth_from_estimate.tolist() for key, side in sides.items()}
+
+
+def _results(evaluation: Numbers) -> Numbers:
+    """What an evaluation found, without its rules, and without what is named after the run."""
+    return {key: value for key, value in evaluation.items() if key not in ("preset", "settings", "scenes")}
+
+
+def compare_runs(
+    folder_a: Path, folder_b: Path, truth: Path | None, preset: Preset, trust: Trust = NO_TRUST
+) -> Comparison:
+    """Compare two run folders, and by the preset's rules each with a truth where its folder is given.
+
+    B is brought into the frame of A, and each into that of the truth, by the rigid motion between their trajectories.
+    Raises BadInput where that is impossible, naming the folder."""
+    a, b = read_run(folder_a), read_run(folder_b)
+    pose = compared(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
+    moved = b.moved(pose.truth_from_estimate)
+    scene = None if truth is None else open_scene(truth, preset)
+    truth_a = None if scene is None else measure(folder_a, a, scene, preset, trust)
+    truth_b = None if scene is None else measure(folder_b, b, scene, preset, trust)
+    return Comparison(
+        preset=preset.name,
+        a=a,
+        b=moved,
+        pose=pose,
+        errors=errors_over_time(a.trajectory, b.trajectory, pose.truth_from_estimate),
+        surface=compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh),
+        instances=match_instances(a.panoptic, moved.panoptic),
+        truth_a=truth_a,
+        truth_b=truth_b,
+        truth_trajectory=None if scene is None or truth_a is None else _beside(scene, truth_a),
+        notes=(*_notes(a, b, pose, truth_a, truth_b), *(scene.notes if scene else ())),
+    )
+
+
+def _beside(truth: Truth, run: Measured) -> TimedPoses:
+    """The true trajectory in the frame of a run."""
+    return moved_poses(inverse(run.pose.truth_from_estimate), truth.trajectory)
+
+
+def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | None:
+    """How far the other surface is from the reference (accuracy) and that from it (completeness), in metres, and the
+    F-scores; None where either is empty."""
+    if not len(reference.vertices) or not len(other.vertices):
+        return None
+    to_reference = Surface(reference.vertices, reference.triangles).distances(other.vertices)
+    to_other = Surface(other.vertices, other.triangles).distances(reference.vertices)
+    numbers = over_scenes.surface([compare(to_reference, to_other)]) or {}
+    return {key: value for key, value in numbers.items() if key != "on_truth"}
+
+
+def _notes(
+    a: MappedRun, b: MappedRun, pose: TrajectoryNumbers, truth_a: Measured | None, truth_b: Measured | None
+) -> list[str]:
+    """What weakens the comparison."""
+    alignments = {"B to A": pose}
+    if truth_a and truth_b:
+        alignments |= {"A to the truth": truth_a.pose, "B to the truth": truth_b.pose}
+    notes = [
+        f"{which}: the camera hardly left a line, so that orientations helped to align"
+        for which, numbers in alignments.items()
+        if numbers.ground == "orientations"
+    ]
+    for side, run in (("A", a), ("B", b)):
+        if bare := [o.id for o in run.panoptic.objects if not o.n_vertices]:
+            ids = " ".join(map(str, bare))
+            notes.append(f"{side}: instances without a surface are left out: {ids}")
+        if not len(run.panoptic.mesh.vertices):
+            notes.append(f"{side}: the map is empty")
+    return notes

@@ -1,0 +1,42 @@
+"""The folder of a comparison: numbers, pictures and a recording, each written beside its place and renamed."""
+
+from __future__ import annotations
+
+import os
+from json import dumps
+from pathlib import Path
+
+from app.commands.measure.eval import write_atomically
+from app.comparison import comparison_plots
+from app.comparison.comparison import Comparison
+from app.comparison.comparison_recording import write_recording
+from razer.frame import BadInput
+
+NUMBERS = "compare.json"
+RECORDING = "compare.rrd"
+PICTURES = {
+    "trajectories.png": comparison_plots.trajectories,
+    "errors.png": comparison_plots.errors,
+    "instances.png": comparison_plots.instances,
+}
+
+
+def check_folder(folder: Path) -> None:
+    """Raise BadInput, before any work is done, if something else lies where the folder should be."""
+    blocking = next((path for path in (folder, *folder.absolute().parents) if path.exists()), folder)
+    if blocking.exists() and not blocking.is_dir():
+        raise BadInput(f"{blocking} is not a folder; choose another with -o")
+
+
+def write_comparison(result: Comparison, folder: Path) -> None:
+    """Write all files; others in the folder stay. Raises BadInput where it cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / NUMBERS, dumps(result.as_json(), indent=1) + "\n")
+        for name, draw in PICTURES.items():
+            write_atomically(folder / name, draw(result))
+        temporary = folder / f".part-{RECORDING}"
+        write_recording(temporary, result)
+        os.replace(temporary, folder / RECORDING)
+    except OSError as error:
+        raise BadInput(f"{folder} cannot be written ({error.strerror}); choose another folder with -o") from error

@@ -1,0 +1,156 @@
+"""What a run found, or another system's files, as the evaluator takes it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.run_folder import run_folder as names
+from app.settings.config_file import read_config
+from data_tools.predictions.submission import find_submission, read_submission
+from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
+from data_tools.recordings.trajectories import read_trajectory
+from razer.frame import BadInput
+from razer.metrics.scene_pair import PredictedScene, TimedPoses
+from razer.models import NameTable, TextSide, make_embedder
+from razer.plugins import NO_TRUST, Trust
+from razer.storage import read_mesh_ply
+from razer.vocabulary import vocabulary
+
+Naming = Literal["auto", "run", "text"]
+Meaning = Literal["instance", "class"]
+
+
+def is_run(path: Path) -> bool:
+    """Whether a folder is one that `razer run` wrote."""
+    return (path / names.INSTANCES).is_file() and (path / names.MESH_PLY).is_file()
+
+
+def read_prediction(
+    path: Path,
+    class_names: Mapping[int, str],
+    n_vertices: int,
+    *,
+    naming: Naming = "auto",
+    template: str = "{}",
+    scene: str | None = None,
+    labels: Meaning = "instance",
+    trust: Trust = NO_TRUST,
+) -> PredictedScene:
+    """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
+
+    class_names are the truth's, by number: the classes that instances are told apart by, and what a file's class
+    numbers mean where they are not ScanNet200's; n_vertices: of the truth. labels: what a file's numbers below 1000
+    are. Raises BadInput."""
+    if not path.exists():
+        raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
+    if is_run(path):
+        return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
+    if found := find_submission(path, scene):
+        return _of_submission(found, class_names, n_vertices)
+    if path.is_file() and path.suffix in SUFFIXES:
+        return _of_labels(path, class_names, labels)
+    raise BadInput(
+        f"{path} is no run folder (no {names.INSTANCES}), no list of `mask_file class confidence`, and no file of "
+        f"vertex labels ({', '.join(SUFFIXES)})"
+    )
+
+
+def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str, trust: Trust) -> PredictedScene:
+    mesh = read_mesh_ply(folder / names.MESH_PLY)
+    instances = json.loads((folder / names.INSTANCES).read_text())["instances"]
+    own = {int(i["id"]): str(i["class"]) for i in instances if i["class"]}
+    by_text = None if naming == "run" or (naming == "auto" and own) else _by_text(folder, class_names, template, trust)
+    if naming == "text" and by_text is None:
+        raise BadInput(f"--names text: the embedder of {folder} has no text side; use --names run")
+    return PredictedScene(
+        vertices=mesh.vertices,
+        instances=mesh.instances,
+        triangles=mesh.triangles,
+        scores={int(i["id"]): float(i["score"]) for i in instances},
+        class_names=own if by_text is None else by_text,
+        trajectory=_trajectory(folder / names.TRAJECTORY),
+        own_frame=_estimated_poses(folder / names.CONFIG),
+    )
+
+
+def _estimated_poses(config: Path) -> bool:
+    """Whether a run estimated its poses, and so lies in a frame of its own."""
+    return config.exists() and read_config(config, (), {}).input.poses == "slam"
+
+
+def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Trust) -> dict[int, str] | None:
+    """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
+    config = read_config(folder / names.CONFIG, (), {}, trust=trust)
+    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+    if not isinstance(embedder, TextSide):
+        return None
+    texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]
+    with np.load(folder / names.EMBEDDINGS) as bank:
+        return nearest_names(bank["ids"], bank["embeddings"], class_names, embedder.embed_texts(texts))
+
+
+def nearest_names(
+    ids: NDArray[np.integer], embeddings: NDArray[np.floating], class_names: Sequence[str], texts: NDArray[np.floating]
+) -> dict[int, str]:
+    """For each id the name whose text vector (N, D) has the largest cosine with any of its embeddings; ids (R,) and
+    embeddings (R, D) hold a row for each hypothesis."""
+    if len(ids) == 0:  # which have no width either
+        return {}
+    cosine = embeddings @ texts.T
+    return {int(i): class_names[int(cosine[ids == i].max(axis=0).argmax())] for i in np.unique(ids)}
+
+
+def _trajectory(path: Path) -> TimedPoses | None:
+    return timed_poses(path) if path.is_file() else None
+
+
+def timed_poses(path: Path) -> TimedPoses:
+    """The poses of a TUM file; those at one and the same time count once. Raises BadInput, also for none at all."""
+    trajectory = read_trajectory(path)
+    if not len(trajectory.stamps):
+        raise BadInput(f"{path} holds no pose")
+    stamps, first = np.unique(trajectory.stamps, return_index=True)
+    return TimedPoses(stamps, np.stack([trajectory.nearest(float(s))[0] for s in trajectory.stamps[first]]))
+
+
+def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:
+    found = read_submission(path)
+    if found.masks and found.n_vertices != n_vertices:
+        raise BadInput(f"the masks of {path} have {found.n_vertices} lines, but the truth has {n_vertices} vertices")
+    named = {i: name for i, label in found.labels.items() if (name := _name_of(label, class_names))}
+    return PredictedScene(masks=found.masks, scores=found.scores, class_names=named)
+
+
+def _of_labels(path: Path, class_names: Mapping[int, str], meaning: Meaning) -> PredictedScene:
+    labels = read_vertex_labels(path)
+    if labels.classes is None and meaning == "class":
+        numbers = np.unique(labels.instances).tolist()
+        named = {n: name for n in numbers if n and (name := _name_of(n, class_names))}
+        return PredictedScene(classes=labels.instances, vertex_class_names=named)
+    if labels.classes is None:
+        return PredictedScene(instances=labels.instances)
+    known = dict(labels.class_names)
+    for number in np.unique(labels.classes).tolist():
+        if number and number not in known and (name := _name_of(number, class_names)):
+            known[number] = name
+    ids, first = np.unique(labels.instances, return_index=True)
+    of_instance = {
+        int(i): known[c]
+        for i, c in zip(ids.tolist(), labels.classes[first].tolist(), strict=True)
+        if i > 0 and c in known
+    }
+    return PredictedScene(
+        instances=labels.instances, class_names=of_instance, classes=labels.classes, vertex_class_names=known
+    )
+
+
+def _name_of(number: int, class_names: Mapping[int, str]) -> str | None:
+    """The name of a class number: the truth's, or else ScanNet200's."""
+    category = vocabulary("scannet200").by_id.get(number)
+    return class_names.get(number) or (category.name if category else None)

@@ -1,0 +1,45 @@
+"""Opens the recording a run is about, and says loudly what looks wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from app.settings.run_config import InputSettings
+from data_tools.checks.depth_scale import check_depth_scale
+from data_tools.checks.pose_check import check_poses
+from data_tools.checks.sample import Sample
+from data_tools.open_sequence import Sequence, open_sequence
+
+
+def open_recording(folder: Path, settings: InputSettings, console: Console) -> Sequence:
+    """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
+    sequence = open_unchecked(folder, settings)
+    sample = Sample.of(sequence)
+    poses = check_poses(sample)
+    if poses.wrong:
+        _warn(f"the poses look wrong: {poses.convention.fix}", console)
+        sample = sample.reposed(poses.convention)
+    scale = check_depth_scale(sequence, sample)
+    if scale.verdict != "ok":
+        problem = f"the depth scale of {scale.declared:g} units per metre looks wrong: {scale.reason}"
+        _warn(f"{problem}; {scale.advice}", console)
+    return sequence
+
+
+def open_unchecked(folder: Path, settings: InputSettings) -> Sequence:
+    """The recording in `folder` as the settings say; raises BadInput."""
+    extrinsic = settings.depth_to_color
+    return open_sequence(
+        folder,
+        reader=settings.reader,
+        camera=settings.intrinsics,
+        depth_scale=settings.depth_scale,
+        depth_to_color=None if extrinsic is None else Path(extrinsic),
+        trust=settings.trust,
+    )
+
+
+def _warn(what: str, console: Console) -> None:
+    console.print(f"WARNING: {what}", style="bold red", soft_wrap=True)

@@ -1,0 +1,168 @@
+"""One run from an open sequence to a finished run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import chain, repeat
+from pathlib import Path
+from typing import Any
+
+import open3d as o3d
+import torch
+from rich.console import Console
+
+from app.console.progress import watch
+from app.frames.frame_accounting import Outcome
+from app.frames.frame_packet import END, LATE, Look
+from app.frames.locator import Locator
+from app.frames.perceiver import Perceiver
+from app.frames.prefetch_process import work_ahead
+from app.pipeline.interrupt import StopRequest
+from app.pipeline.main_loop import map_frames
+from app.profiling.memory import rss_mb
+from app.profiling.recorder import Recorder
+from app.run_folder.run_folder import TIMELINE, RunFolder
+from app.run_folder.save_run import save_run, save_timings
+from app.settings.run_config import InputSettings, RunConfig
+from app.timeline.no_timeline import NoTimeline
+from app.timeline.rerun_timeline import Timeline
+from data_tools.open_sequence import Sequence
+from razer.frame import BadInput
+from razer.mapper import Mapper
+from razer.models import make_embedder, make_segmenter
+from razer.panoptic_map import PanopticMap
+from slam.poses import GivenPoses, Poses
+from slam.system import SlamSystem
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a run made: the account of its frames, the map, and the contents of timings.json."""
+
+    outcome: Outcome
+    panoptic: PanopticMap
+    timings: dict[str, Any]
+
+
+def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, console: Console) -> Finished:
+    """Map `sequence` and leave everything in `folder`, or nothing at all if it fails.
+
+    Raises BadInput for input or settings that cannot be used; a Ctrl-C keeps what was mapped until then.
+    """
+    config = settled(config, sequence)
+    mapper = make_mapper(config)
+    for leftover in folder.leftovers():
+        console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
+    with folder:
+        with closing(open_timeline(folder.partial, sequence, config)) as timeline:
+            outcome, recorder = map_sequence(sequence, config, mapper, timeline, console)
+            if not outcome.used:
+                raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
+            panoptic = mapper.snapshot()
+            timeline.finish(mapper, panoptic)
+        save_run(folder, config, sequence.name, mapper, panoptic, outcome)
+        timings = recorder.timings()
+        if mapper.follower is not None:
+            timings["rebuilding"] = recorder.rebuilding(mapper.follower)
+        save_timings(folder, timings)
+        folder.commit()
+    return Finished(outcome, panoptic, timings)
+
+
+def map_sequence(
+    sequence: Sequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
+) -> tuple[Outcome, Recorder]:
+    """Run the main loop with progress shown; a Ctrl-C ends it early, and `outcome.interrupted` says so."""
+    indices = selected_frames(len(sequence), config.input)
+    outcome = Outcome(sequence.name, len(indices), config.input.max_bad)
+    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
+
+    def status() -> str:
+        confirmed = sum(track.confirmed for track in mapper.tracks)
+        return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
+
+    locating = work_ahead(Locator(sequence, poses_of(config)), chain(indices, [END], repeat(LATE)), ahead=4)
+    with StopRequest() as stop, closing(locating), closing(work_ahead(Perceiver(mapper.perception), locating)) as looks:
+        looks_shown = watch(until_stopped(looks, stop), len(indices), status, console)
+        map_frames(looks_shown, mapper, timeline, recorder, outcome)
+        outcome.interrupted = stop.requested
+    outcome.require_used()
+    _catch_up(mapper, recorder, console)
+    mapper.finish()
+    return outcome, recorder
+
+
+def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
+    """Let the map follow the last corrections."""
+    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(work_ahead))):
+        if number == 0:
+            console.print("mapping the kept frames once more at their final poses")
+
+
+def make_mapper(config: RunConfig) -> Mapper:
+    """The method with the models and on the device that the settings name; raises BadInput."""
+    # The method's tensors are small: threads that wait for each other cost more than they bring.
+    torch.set_num_threads(1)
+    segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
+    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+    return Mapper(config, segmenter, embedder, device=_device(config.run.device))
+
+
+def selected_frames(n_frames: int, settings: InputSettings) -> range:
+    """The indices of the frames to use."""
+    chosen = range(0, n_frames, settings.stride)
+    return chosen if settings.max_frames is None else chosen[: settings.max_frames]
+
+
+def until_stopped(looks: Iterable[Look], stop: StopRequest) -> Iterator[Look]:
+    """What was seen until a stop is requested."""
+    for look in looks:
+        if stop.requested:
+            return
+        yield look
+
+
+def settled(config: RunConfig, sequence: Sequence) -> RunConfig:
+    """The settings with the choice of poses made, and what follows from it: a map follows estimated poses. Raises
+    BadInput where poses are asked for that the sequence does not have."""
+    choice = config.input.poses
+    if choice == "auto":
+        choice = "given" if sequence.has_poses else "slam"
+    if choice == "given":
+        require_poses(sequence)
+    return config.model_copy(
+        update={
+            "input": config.input.model_copy(update={"poses": choice}),
+            "follow": config.follow.model_copy(update={"enabled": choice == "slam"}),
+        }
+    )
+
+
+def poses_of(config: RunConfig) -> Callable[[], Poses]:
+    """What makes the source of poses, by the settled settings."""
+    return SlamSystem if config.input.poses == "slam" else GivenPoses
+
+
+def require_poses(sequence: Sequence) -> None:
+    """Raise BadInput if the sequence has no poses at all."""
+    if not sequence.has_poses:
+        raise BadInput(
+            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
+            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader"
+        )
+
+
+def _device(choice: str) -> str:
+    has_cuda = o3d.core.cuda.is_available()
+    if choice == "cuda" and not has_cuda:
+        raise BadInput("--device cuda: Open3D finds no CUDA device here; use --device cpu or auto")
+    return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
+
+
+def open_timeline(folder: Path, sequence: Sequence, config: RunConfig) -> Timeline | NoTimeline:
+    """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
+    if not config.run.timeline:
+        return NoTimeline()
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)

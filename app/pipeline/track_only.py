@@ -1,0 +1,111 @@
+"""The camera's path through a recording, and what finding it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import groupby
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+
+from app.console.progress import watch
+from app.pipeline.interrupt import StopRequest
+from app.pipeline.run_pipeline import selected_frames
+from app.settings.run_config import InputSettings
+from data_tools.open_sequence import Sequence
+from razer.frame import BadInput, Frame, UnusableFrame
+from razer.metrics.scene_pair import TimedPoses
+from razer.metrics.trajectory_errors import trajectory_numbers
+from slam.poses import Pose
+from slam.system import SlamSystem
+
+
+@dataclass
+class TrackedPath:
+    """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
+    stamps of all frames looked at; lost, the indices of those not located; ms for each frame."""
+
+    stamps: dict[int, float] = field(default_factory=dict)
+    live: dict[int, Pose] = field(default_factory=dict)
+    final: Mapping[int, Pose] = field(default_factory=dict)
+    given: dict[int, Pose] = field(default_factory=dict)
+    lost: list[int] = field(default_factory=list)
+    ms: list[float] = field(default_factory=list)
+    n_keyframes: int = 0
+    n_loops: int = 0
+    interrupted: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract of `razer track --json`; errors are null where the recording brings no poses."""
+        median, p95 = np.percentile(self.ms, [50, 95]) if self.ms else (0.0, 0.0)
+        return {
+            "frames": len(self.stamps),
+            "tracked": len(self.final),
+            "lost_intervals": self.lost_intervals(),
+            "keyframes": self.n_keyframes,
+            "loops": self.n_loops,
+            "ms_median": round(float(median), 1),
+            "ms_p95": round(float(p95), 1),
+            **self._errors(),
+        }
+
+    def lost_intervals(self) -> list[list[int]]:
+        """First and last index of each run of frames that were not located when they came."""
+        frames = list(self.stamps)
+        place = {index: n for n, index in enumerate(frames)}
+        runs = groupby(enumerate(self.lost), key=lambda item: place[item[1]] - item[0])
+        return [[run[0][1], run[-1][1]] for _, group in runs if (run := list(group))]
+
+    def _errors(self) -> dict[str, float | None]:
+        numbers = None
+        if self.given and self.final:
+            numbers = trajectory_numbers(self._timed(self.given), self._timed(self.final))
+        if numbers is None:
+            return {"ate_rmse_m": None, "rpe_trans_m": None, "rpe_rot_deg": None}
+        step = numbers.per_frame
+        values = {"ate_rmse_m": numbers.ate_rmse_m, "rpe_trans_m": step.translation_m, "rpe_rot_deg": step.rotation_deg}
+        return {name: value if np.isfinite(value) else None for name, value in values.items()}
+
+    def _timed(self, poses: Mapping[int, Pose]) -> TimedPoses:
+        stamps: NDArray[np.float64] = np.array([self.stamps[index] for index in poses])
+        order = np.argsort(stamps, kind="stable")
+        keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0])]
+        return TimedPoses(stamps[keep], np.stack(list(poses.values()))[keep], len(self.stamps))
+
+
+def tracked_path(sequence: Sequence, settings: InputSettings, console: Console) -> TrackedPath:
+    """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
+    path, slam = TrackedPath(), SlamSystem()
+    indices = selected_frames(len(sequence), settings)
+    with StopRequest() as stop:
+        for index in watch(indices, len(indices), lambda: f"{len(path.lost)} lost", console):
+            if stop.requested:
+                path.interrupted = True
+                break
+            try:
+                _locate(sequence[index], slam, path)
+            except UnusableFrame as error:
+                console.print(f"skipped frame {index}: {error}", soft_wrap=True)
+    slam.finish()
+    path.final = slam.trajectory()
+    path.n_keyframes, path.n_loops = len(slam.keyframes), slam.n_loops
+    if not path.final and not path.interrupted:
+        raise BadInput(f"{sequence.name}: the camera could not be located in any frame")
+    return path
+
+
+def _locate(frame: Frame, slam: SlamSystem, path: TrackedPath) -> None:
+    path.stamps[frame.index] = frame.stamp
+    if frame.world_from_camera is not None:
+        path.given[frame.index] = frame.world_from_camera
+    start = perf_counter()
+    pose = slam.locate(frame)
+    path.ms.append(1e3 * (perf_counter() - start))
+    if pose is None:
+        path.lost.append(frame.index)
+    else:
+        path.live[frame.index] = pose

@@ -1,0 +1,111 @@
+"""A picture of a map: the room as a doll's house seen from above, in its own colours and by instance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import open3d as o3d
+import open3d.core as o3c
+from numpy.typing import NDArray
+
+from app.render.palette import instance_colors
+from razer.volume.mesh_extraction import LabelledMesh
+
+Array = NDArray[np.float64]
+_FIELD_OF_VIEW_DEG = 45.0
+_MOST_LAYERS = 8  # walls and ceilings seen from behind that a ray may pass through
+_BACKGROUND = 255
+_DIRECTIONS = 16
+_ELEVATION = np.radians(48.0)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a camera above a map sees of it: triangle (H, W), -1 = none, and how squarely it is met, in [0, 1]."""
+
+    mesh: LabelledMesh
+    triangle: NDArray[np.int64]
+    facing: Array
+
+    @property
+    def instances(self) -> NDArray[np.int32]:
+        """The instance at each pixel (H, W), 0 = nobody or nothing."""
+        first = self.mesh.triangles[self.triangle, 0] if len(self.mesh.triangles) else np.zeros_like(self.triangle)
+        labels = self.mesh.instances[first] if len(self.mesh.instances) else np.zeros(first.shape, np.int32)
+        return np.where(self.triangle >= 0, labels, 0).astype(np.int32)
+
+    def panel(self, colors: NDArray[np.uint8], blend: bool) -> NDArray[np.uint8]:
+        """The map in the given colours (V, 3) of its vertices, (H, W, 3); within a triangle blended or the first's."""
+        hit = self.triangle >= 0
+        image = np.full((*hit.shape, 3), _BACKGROUND, np.uint8)
+        corner = self.mesh.triangles[self.triangle[hit]]
+        flat = colors[corner].mean(axis=1) if blend else colors[corner[:, 0]]
+        image[hit] = np.clip(flat * (0.45 + 0.55 * self.facing[hit, None]), 0, 255)
+        return image
+
+
+def look_into(mesh: LabelledMesh, up: Array, width: int, height: int) -> Sight:
+    """The map from above, from the side on which most of it is seen; up (3,) points up in the world. Surfaces seen
+    from behind are left out, so that one looks into rooms."""
+    if len(mesh.triangles) == 0:
+        return Sight(mesh, np.full((height, width), -1), np.zeros((height, width)))
+    rays = _rays(mesh, up / np.linalg.norm(up), width, height)
+    return Sight(mesh, *_first_front_faces(mesh, rays))
+
+
+def picture(mesh: LabelledMesh, up: Array, width: int = 1280, height: int = 560) -> NDArray[np.uint8]:
+    """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance."""
+    sight = look_into(mesh, up, width // 2, height)
+    return np.concatenate(
+        [sight.panel(mesh.colors, blend=True), sight.panel(instance_colors(mesh.instances), blend=False)], axis=1
+    )
+
+
+def _rays(mesh: LabelledMesh, up: Array, width: int, height: int) -> NDArray[np.float32]:
+    """Rays (height, width, 6) of a camera above the map, on the side from which most of it is seen."""
+    low, high = np.quantile(mesh.vertices.astype(np.float64), [0.01, 0.99], axis=0)
+    middle, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+    distance = 1.05 * radius / np.tan(np.radians(_FIELD_OF_VIEW_DEG) / 2)
+    eye = middle + distance * _best_direction(mesh, up)
+    # Open3D's rows run along its "up", so that it has to be told what is down.
+    pinhole = (_FIELD_OF_VIEW_DEG, *(o3c.Tensor(v.astype(np.float32)) for v in (middle, eye, -up)), width, height)
+    rays: NDArray[np.float32] = o3d.t.geometry.RaycastingScene.create_rays_pinhole(*pinhole).numpy()
+    return rays
+
+
+def _best_direction(mesh: LabelledMesh, up: Array) -> Array:
+    """Of the directions around the map, well above it, the one that most of its area faces."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]].astype(np.float64) for i in range(3))
+    area = np.cross(b - a, c - a)
+    side = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side)
+    turns = np.arange(_DIRECTIONS) * 2 * np.pi / _DIRECTIONS
+    around = np.cos(turns)[:, None] * side + np.sin(turns)[:, None] * np.cross(up, side)
+    directions = np.sin(_ELEVATION) * up + np.cos(_ELEVATION) * around
+    best: Array = directions[np.clip(area @ directions.T, 0, None).sum(axis=0).argmax()]
+    return best
+
+
+def _first_front_faces(mesh: LabelledMesh, rays: NDArray[np.float32]) -> tuple[NDArray[np.int64], Array]:
+    """The first triangle (H, W) whose front each ray meets, -1 = none, and how squarely it is met, in [0, 1]."""
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(o3c.Tensor(mesh.vertices), o3c.Tensor(mesh.triangles.astype(np.uint32)))
+    triangle, facing = np.full(rays.shape[:2], -1), np.zeros(rays.shape[:2])
+    pending = np.argwhere(triangle < 0)
+    directions = rays[..., 3:] / np.linalg.norm(rays[..., 3:], axis=2, keepdims=True)
+    origins = rays[..., :3].copy()
+    for _ in range(_MOST_LAYERS):
+        at = tuple(pending.T)
+        answer = scene.cast_rays(o3c.Tensor(np.concatenate([origins[at], directions[at]], axis=1)))
+        distance, normals = answer["t_hit"].numpy(), answer["primitive_normals"].numpy()
+        found = np.isfinite(distance)
+        squarely = -np.einsum("ij,ij->i", normals, directions[at])
+        front = found & (squarely > 0)
+        triangle[at] = np.where(front, answer["primitive_ids"].numpy().astype(np.int64), -1)
+        facing[at] = np.where(front, squarely, 0)
+        origins[at] += directions[at] * np.where(found, distance + 1e-3, 0)[:, None].astype(np.float32)
+        pending = pending[found & ~front]
+        if len(pending) == 0:
+            break
+    return triangle, facing

@@ -1,0 +1,1 @@
+"""The paper's tables, mapped and evaluated anew."""

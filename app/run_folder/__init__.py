@@ -1,0 +1,1 @@
+"""The folder of a run: written whole, and read back."""

@@ -1,0 +1,92 @@
+"""Fills a run folder with what a run found."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from app.frames.frame_accounting import Outcome
+from app.render.glb import instance_names, write_glb
+from app.run_folder import run_folder as names
+from app.run_folder.run_folder import RunFolder
+from app.settings.run_config import RunConfig
+from app.settings.settings_list import list_settings
+from app.settings.toml_text import toml_text
+from razer import storage
+from razer.mapper import Mapper
+from razer.panoptic_map import PanopticMap
+from razer.semantics.gravity import upward
+from slam.report import GraphReport
+
+POSE_COVARIANCES_FORMAT = 1
+
+
+def save_run(
+    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, outcome: Outcome
+) -> None:
+    """Write every file of a run but the timeline and the timings."""
+    header = f"Settings of a run over {name}; `razer run --config` reads this file."
+    folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
+    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(outcome.stamps, outcome.poses)))
+    if (graph := outcome.graph) is not None:
+        folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
+    folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
+    up = upward(panoptic.mesh, camera_up(outcome.poses))
+    stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
+    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
+    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
+    folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic, up, stamps))
+    folder.write(names.EMBEDDINGS, lambda path: storage.write_embeddings_npz(path, panoptic))
+    folder.write(names.VOXELS, lambda path: storage.save_voxels(path, mapper.voxels))
+
+
+def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
+    """Write timings.json."""
+    folder.write(names.TIMINGS, lambda path: _write_text(path, json.dumps(timings, indent=1) + "\n"))
+
+
+def tum_text(stamps: list[float], poses: list[NDArray[np.float64]]) -> str:
+    """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
+    lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
+    for stamp, pose in zip(stamps, poses, strict=True):
+        numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True))
+        lines.append(f"{stamp:.6f} " + " ".join(f"{number:.9f}" for number in numbers))
+    return "\n".join(lines) + "\n"
+
+
+def write_pose_covariances(path: Path, graph: GraphReport) -> None:
+    """Format 1: of each keyframe whose marginal covariance is known, `frames` (K,) its index, `stamps` (K,) seconds,
+    `world_from_camera` (K, 4, 4), and `covariances` (K, 6, 6) of xi = (rotation x y z, radians; shift x y z, metres)
+    along the camera's own axes, where the true pose is world_from_camera exp(xi)."""
+    rows = [row for row, frame in enumerate(graph.frames.tolist()) if frame in graph.covariances]
+    np.savez_compressed(
+        path,
+        format=POSE_COVARIANCES_FORMAT,
+        frames=graph.frames[rows],
+        stamps=graph.stamps[rows],
+        world_from_camera=graph.world_from_camera[rows],
+        covariances=np.array([graph.covariances[int(graph.frames[row])] for row in rows]).reshape(-1, 6, 6),
+    )
+
+
+def read_tum(path: Path) -> list[NDArray[np.float64]]:
+    """The poses (4, 4) of a trajectory that `tum_text` wrote."""
+    rows = np.loadtxt(path, ndmin=2)
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, :3, 3], poses[:, :3, :3] = rows[:, 1:4], Rotation.from_quat(rows[:, 4:]).as_matrix()
+    return list(poses)
+
+
+def camera_up(poses: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
+    up: NDArray[np.float64] = -np.mean([pose[:3, 1] for pose in poses], axis=0)
+    return up
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

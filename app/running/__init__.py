@@ -1,1 +1,0 @@
-"""One run: recording in, main loop, run folder out."""

@@ -1,0 +1,110 @@
+"""Command-line options that several verbs share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from app.settings.config_file import read_config
+from app.settings.run_config import InputSettings, RunConfig
+from razer.frame import BadInput
+from razer.plugins import FULL_TRUST, NO_TRUST, Trust
+
+Assignments = Annotated[
+    tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
+]
+PosesName = Literal["given", "slam", "auto", "both"]
+BOTH: tuple[PosesName, ...] = ("given", "slam")
+Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class TrustOptions:
+    """Which code may be loaded that is not part of the project."""
+
+    trust_plugins: Flag = False
+    """Load module:Class also where a file names it, not only the command line. It runs with your rights."""
+
+    @property
+    def trust(self) -> Trust:
+        """What these options say."""
+        return FULL_TRUST if self.trust_plugins else NO_TRUST
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SettingOptions(TrustOptions):
+    """Settings from a file and from the command line; the latter win."""
+
+    config: Path | None = None
+    """TOML file with settings, such as the config.toml of an earlier run."""
+    set: Assignments = ()
+    """One setting as section.key=value; may be repeated. `razer config` lists them all."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SourceOptions:
+    """What a recording does not say itself."""
+
+    reader: str | None = None
+    """Layout of the folder; recognised if not given."""
+    intrinsics: str | None = None
+    """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
+    depth_scale: float | None = None
+    """Units of the depth images in a metre: 1000 for millimetres."""
+    depth_to_color: str | None = None
+    """File with the 4x4 transform from the depth to the colour camera."""
+
+    def input_settings(self) -> InputSettings:
+        """The settings these options lead to; raises BadInput."""
+        return read_config(None, (), self._recording_flags()).input
+
+    def _recording_flags(self) -> dict[str, Any]:
+        known = {field.name for field in fields(self)} & set(InputSettings.model_fields)
+        return {f"input.{name}": getattr(self, name) for name in known}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RecordingOptions(SourceOptions):
+    """What is read from a recording, and what it does not say itself."""
+
+    stride: int | None = None
+    """Use every n-th frame."""
+    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
+    """Use at most this many frames."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RunOptions(RecordingOptions, SettingOptions):
+    """Options that are shorter names for settings; those not given leave the setting as it is."""
+
+    poses: PosesName | None = None
+    """Where poses come from: with the recording, from its images, or whichever there is; both: two runs, compared."""
+    max_bad: float | None = None
+    """Give up when more than this share of the frames is unusable."""
+    segmenter: str | None = None
+    """What finds masks: a name or module:Class."""
+    embedder: str | None = None
+    """What describes masks by vectors: a name or module:Class."""
+    device: Literal["auto", "cpu", "cuda"] | None = None
+    """Where the voxels live."""
+    timeline: bool | None = None
+    """Write the timeline (the default) or not."""
+
+    def read(self) -> RunConfig:
+        """The settings these options lead to; raises BadInput."""
+        return read_config(self.config, self.set, self.flags(), trust=self.trust)
+
+    def flags(self) -> dict[str, Any]:
+        """Dotted names of settings with what these options say, None = nothing; raises BadInput."""
+        if self.poses == "both":
+            raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
+        flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
+        return flags | {"run.device": self.device, "run.timeline": self.timeline}

@@ -1,1 +1,0 @@
-"""Readers: one file for each dataset layout, all ending in a Sequence."""

@@ -1,0 +1,1 @@
+"""Readers: one file for each dataset layout, all ending in a sequence."""

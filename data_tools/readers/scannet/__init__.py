@@ -1,0 +1,1 @@
+"""Readers of ScanNet: extracted scenes and .sens files."""

@@ -1,0 +1,179 @@
+"""Bringing colour and depth onto one undistorted pixel grid: that of the depth image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from data_tools.recordings.camera import HOW_TO_DECLARE, Camera, Declared
+from razer.frame import BadInput, Intrinsics
+from razer.geometry import Array
+
+Size = tuple[int, int]
+"""(width, height) in pixels."""
+_SAME_RAYS = 0.01  # share of the image size by which two calibrations of one camera may differ
+
+
+@dataclass(frozen=True)
+class PixelMap:
+    """Where each pixel of an undistorted image comes from, in OpenCV's fixed-point form."""
+
+    xy: NDArray[np.int16]
+    fraction: NDArray[np.uint16]
+
+    @classmethod
+    def undistorting(cls, camera: Camera, source: Intrinsics, target: Intrinsics) -> PixelMap:
+        """From the distorted image of `camera` with `source` intrinsics to the pinhole `target`."""
+        xy, fraction = cv2.initUndistortRectifyMap(
+            source.matrix,
+            np.array(camera.distortion or [0.0] * 5),
+            None,
+            target.matrix,
+            (target.width, target.height),
+            cv2.CV_16SC2,
+        )
+        return cls(xy, fraction)
+
+    def smooth(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Colours, interpolated between pixels; black outside."""
+        return cv2.remap(image, self.xy, self.fraction, cv2.INTER_LINEAR)
+
+    def nearest(self, image: NDArray) -> NDArray:
+        """Depths or ids, never mixed between neighbours; 0 outside."""
+        return cv2.remap(image, self.xy, self.fraction, cv2.INTER_NEAREST)
+
+
+@dataclass(frozen=True)
+class Warp:
+    """Colours of a second camera looked up through depth: pixel p with depth d lies at `rays` p * d + `shift`
+    in homogeneous colour pixels, K_c (R K_d^-1 p d + t)."""
+
+    rays: NDArray[np.float32]
+    shift: NDArray[np.float32]
+
+    @classmethod
+    def between(cls, depth: Intrinsics, color: Intrinsics, color_from_depth: Array) -> Warp:
+        """The warp of two pinhole cameras and the pose of the one in the other."""
+        u, v = np.meshgrid(np.arange(depth.width), np.arange(depth.height))
+        pixels = np.stack([u, v, np.ones_like(u)]).reshape(3, -1)
+        rotation, translation = color_from_depth[:3, :3], color_from_depth[:3, 3]
+        rays = color.matrix @ rotation @ np.linalg.inv(depth.matrix) @ pixels
+        shift = color.matrix @ translation
+        return cls(
+            rays.reshape(3, depth.height, depth.width).astype(np.float32),
+            shift.reshape(3, 1, 1).astype(np.float32),
+        )
+
+    def apply(self, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Colour on the grid of `depth`; black where the colour camera does not look. Pixels without depth
+        are taken to be at the median depth; what one camera sees past an edge is left as it is."""
+        filled = np.where(depth > 0, depth, np.median(depth[depth > 0]))
+        x, y, w = self.rays * filled + self.shift
+        ahead = w > 0
+        w = np.where(ahead, w, np.float32(1))
+        x, y = np.where(ahead, x / w, np.float32(-2)), np.where(ahead, y / w, np.float32(-2))
+        return cv2.remap(rgb, x, y, cv2.INTER_LINEAR)
+
+
+@dataclass(frozen=True)
+class Registration:
+    """How raw images of known sizes become a colour and a depth image on the pinhole grid `intrinsics`."""
+
+    intrinsics: Intrinsics
+    color_size: Size
+    depth_size: Size
+    color_map: PixelMap | None = None
+    depth_map: PixelMap | None = None
+    warp: Warp | None = None
+
+    def color(self, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Colour on the grid of the registered `depth`."""
+        if self.warp is None and self.color_size != self.depth_size:
+            shrinks = self.color_size[0] > self.depth_size[0]
+            rgb = cv2.resize(rgb, self.depth_size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
+        if self.color_map is not None:
+            rgb = self.color_map.smooth(rgb)
+        return rgb if self.warp is None else self.warp.apply(rgb, depth)
+
+    def on_depth_grid(self, image: NDArray) -> NDArray:
+        """A depth or id image of the depth camera, undistorted."""
+        return image if self.depth_map is None else self.depth_map.nearest(image)
+
+
+def make_registration(declared: Declared, color_size: Size, depth_size: Size) -> Registration:
+    """The registration that follows from what is declared; raises BadInput when it does not follow."""
+    if declared.depth_camera is None:
+        raise BadInput(f"the camera is unknown: give {HOW_TO_DECLARE}")
+    depth_camera = declared.depth_camera
+    target = _depth_grid(depth_camera, depth_size, color_size)
+    depth_map = _undistortion(depth_camera, target, target)
+    if declared.color_from_depth is not None:
+        camera, pinhole = _color_camera(declared, color_size, depth_size)
+        warp = Warp.between(target, pinhole, declared.color_from_depth)
+        color_map = _undistortion(camera, pinhole, pinhole)
+        return Registration(target, color_size, depth_size, color_map, depth_map, warp)
+    camera = _shared_rays(declared, color_size, depth_size)
+    # The colour image is first resized to the depth grid, so its camera is taken at that size.
+    source = camera.at(color_size).resized(*depth_size) if camera is not depth_camera else target
+    color_map = _undistortion(camera, source, target)
+    return Registration(target, color_size, depth_size, color_map, depth_map)
+
+
+def _depth_grid(camera: Camera, depth_size: Size, color_size: Size) -> Intrinsics:
+    if camera.size not in (None, depth_size, color_size):
+        raise BadInput(
+            f"the intrinsics are for {_text(camera.size)} images but depth is {_text(depth_size)} "
+            f"and colour {_text(color_size)}: correct width and height"
+        )
+    return camera.at(depth_size)
+
+
+def _undistortion(camera: Camera, source: Intrinsics, target: Intrinsics) -> PixelMap | None:
+    if not any(camera.distortion) and source == target:
+        return None
+    return PixelMap.undistorting(camera, source, target)
+
+
+def _color_camera(declared: Declared, color_size: Size, depth_size: Size) -> tuple[Camera, Intrinsics]:
+    """The colour camera of an unregistered pair; one camera declared for both must fit both sizes."""
+    if declared.color_camera is not None:
+        return declared.color_camera, declared.color_camera.at(color_size)
+    assert declared.depth_camera is not None
+    if not _same_aspect(color_size, depth_size):
+        raise BadInput(
+            f"colour is {_text(color_size)} and depth {_text(depth_size)}, and only one camera is declared: "
+            'give --intrinsics FILE.json with a "color" camera beside the depth camera'
+        )
+    return declared.depth_camera, declared.depth_camera.at(depth_size).resized(*color_size)
+
+
+def _shared_rays(declared: Declared, color_size: Size, depth_size: Size) -> Camera:
+    """The camera of a colour image that shares its rays with depth, up to resolution."""
+    depth_camera, color_camera = declared.depth_camera, declared.color_camera
+    assert depth_camera is not None
+    if color_camera is not None:
+        own, other = color_camera.at(color_size).resized(*depth_size), depth_camera.at(depth_size)
+        tolerance = _SAME_RAYS * max(depth_size)
+        if np.abs(own.matrix - other.matrix).max() <= tolerance:
+            return color_camera
+        raise BadInput(
+            "colour and depth come from two different cameras: give --depth-to-color FILE with the 4x4 "
+            "matrix from the one to the other"
+        )
+    if color_size == depth_size or (depth_camera.size and _same_aspect(color_size, depth_size)):
+        return depth_camera
+    raise BadInput(
+        f"colour is {_text(color_size)} but depth {_text(depth_size)} and their relation is unknown: give "
+        "--depth-to-color FILE, or --intrinsics FILE.json with width and height if they are registered"
+    )
+
+
+def _same_aspect(a: Size, b: Size) -> bool:
+    return a[0] * b[1] == a[1] * b[0]
+
+
+def _text(size: Size | None) -> str:
+    return "unknown" if size is None else f"{size[0]}x{size[1]}"

@@ -1,0 +1,1 @@
+"""Synthetic worlds: things, rooms, cameras and sensors."""

@@ -1,0 +1,90 @@
+"""Where a camera can be carried, and the ways between two places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import gaussian_filter1d, label
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from data_tools.synthetic.layout.placement import solid_boxes
+from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from razer.geometry import Array
+
+CLEAR_M = 0.36
+# What is lower is reached over by the arms that hold the camera.
+_HEIGHTS_M = (1.05, 1.9)
+_CELL_M = 0.05
+_ROOMY_M = 0.6
+_SMOOTH_CELLS = 3.0
+
+
+class FreeSpace:
+    """The places that a camera at the height of the eyes can reach from `home` (x, y) while it keeps CLEAR_M away from
+    everything, in cells of 5 cm. Raises ValueError where home itself is not free."""
+
+    def __init__(self, things: Iterable[Thing], home: Sequence[float]) -> None:
+        boxes = np.concatenate([solid_boxes(thing) for thing in things])
+        low, high = boxes[:, 0], boxes[:, 1]
+        self._origin = low[:, :2].min(axis=0) - 0.5
+        shape = np.ceil((high[:, :2].max(axis=0) + 0.5 - self._origin) / _CELL_M).astype(int)
+        empty = np.ones(shape, np.uint8)
+        hit = (low[:, 2] < _HEIGHTS_M[1]) & (high[:, 2] > _HEIGHTS_M[0])
+        first = np.floor((low[hit, :2] - self._origin) / _CELL_M).astype(int)
+        last = np.floor((high[hit, :2] - self._origin) / _CELL_M).astype(int)
+        for (i0, j0), (i1, j1) in zip(first, last, strict=True):
+            empty[i0 : i1 + 1, j0 : j1 + 1] = 0
+        self._room_m = cv2.distanceTransform(empty, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * _CELL_M
+        parts, _ = label(self._room_m > CLEAR_M)
+        mine = parts[self._cell(home)]
+        if mine == 0:
+            raise ValueError(f"no camera can be at {tuple(home)}")
+        self._free = parts == mine
+        self._cells = np.argwhere(self._free)
+        self._graph = self._connected()
+
+    def nearest(self, point: ArrayLike) -> Array:
+        """The place (2,) nearest to a point that can be reached."""
+        places = self._origin + (self._cells + 0.5) * _CELL_M
+        place: Array = places[np.linalg.norm(places - point, axis=1).argmin()]
+        return place
+
+    def route(self, start: ArrayLike, end: ArrayLike) -> Array:
+        """A way (K, 2) between two places, in steps of about a cell, rather in the open than along things."""
+        first, last = self._number(start), self._number(end)
+        _, before = dijkstra(self._graph, indices=first, return_predecessors=True)
+        numbers = [last]
+        while numbers[-1] != first:
+            numbers.append(before[numbers[-1]])
+        way = self._origin + (self._cells[numbers[::-1]] + 0.5) * _CELL_M
+        smooth: Array = gaussian_filter1d(way, _SMOOTH_CELLS, axis=0, mode="nearest")
+        return np.concatenate([way[:1], smooth, way[-1:]])
+
+    def _cell(self, point: Sequence[float]) -> tuple[int, int]:
+        i, j = np.floor((np.asarray(point) - self._origin) / _CELL_M).astype(int)
+        return int(i), int(j)
+
+    def _number(self, point: ArrayLike) -> int:
+        places = self._origin + (self._cells + 0.5) * _CELL_M
+        return int(np.linalg.norm(places - point, axis=1).argmin())
+
+    def _connected(self) -> coo_matrix:
+        """The free cells as a graph whose edges are longer the nearer they are to things."""
+        number = np.full(self._free.shape, -1)
+        number[self._free] = np.arange(len(self._cells))
+        tight = 1 + 3 * ((_ROOMY_M - self._room_m) / (_ROOMY_M - CLEAR_M)).clip(0)
+        rows: list[NDArray] = []
+        for di, dj in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            i, j = self._cells.T
+            other = number[i + di, j + dj]
+            to = other >= 0
+            cost = np.hypot(di, dj) * (tight[i, j][to] + tight[i + di, j + dj][to])
+            rows.append(np.stack([np.flatnonzero(to), other[to], cost]))
+        one, two, cost = np.concatenate(rows, axis=1)
+        size = (len(self._cells), len(self._cells))
+        pairs = (np.concatenate([one, two]).astype(int), np.concatenate([two, one]).astype(int))
+        return coo_matrix((np.concatenate([cost, cost]), pairs), size).tocsr()

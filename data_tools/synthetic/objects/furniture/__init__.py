@@ -1,0 +1,1 @@
+"""Furniture and appliances, one maker per class."""

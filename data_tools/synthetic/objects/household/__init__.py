@@ -1,0 +1,1 @@
+"""Small things, one maker per class."""

@@ -1,0 +1,88 @@
+"""A world as a camera films it: RGB-D frames with poses and instance ids, rendered on demand, and the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.camera.walk import FRAMES_PER_S
+from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.rendering.ray_renderer import RayRenderer
+from data_tools.synthetic.truth.true_surface import ground_truth
+from data_tools.synthetic.truth.visibility import Vantage, View
+from data_tools.truth.ground_truth import GroundTruth
+from razer.frame import Frame, Intrinsics
+from razer.geometry import Array
+
+CAMERA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """An instance that changes its place: the first frame in which it stands at its new one, and it there."""
+
+    instance: int
+    frame: int
+    thing: Thing
+
+
+class Film:
+    """A recording of things (instance id -> Thing) along poses world_from_camera (N, 4, 4); frames are a pure
+    function of the arguments and the index. `made_by` makes the same film again, in another process."""
+
+    has_poses = True
+    depth_scale = 1.0
+
+    def __init__(
+        self,
+        name: str,
+        things: Mapping[int, Thing],
+        poses: Array,
+        camera: Intrinsics,
+        sensor: SensorModel,
+        seed: int,
+        made_by: Callable[[], Film],
+        *,
+        move: Move | None = None,
+        frames_per_s: float = FRAMES_PER_S,
+    ) -> None:
+        self.name = name
+        self.intrinsics = camera
+        self.move = move
+        self._poses = poses
+        self._sensor = sensor
+        self._seed = seed
+        self._made_by = made_by
+        self._frames_per_s = frames_per_s
+        self._final = {**things, move.instance: move.thing} if move else things
+        self._before = RayRenderer(things, camera, seed)
+        self._after = RayRenderer(self._final, camera, seed) if move else self._before
+        self.classes = {number: thing.class_name for number, thing in self._final.items()}
+
+    def __reduce__(self) -> tuple[Callable[[], Film], tuple[()]]:
+        # A ray caster cannot be sent to another process, but made again there.
+        return self._made_by, ()
+
+    def __len__(self) -> int:
+        return len(self._poses)
+
+    def __getitem__(self, index: int) -> Frame:
+        """Render one frame; raises IndexError outside the recording."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index} of {len(self)}")
+        pose = self._poses[index]
+        rgb, depth, ids = self._renderer_at(index).render(pose)
+        rgb, depth = self._sensor.observe(rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed)
+        stamp = index / self._frames_per_s
+        return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, dict(self.classes))
+
+    def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
+        """The surface as it is at the end, sampled every spacing_m metres; visible = seen within range_m
+        (metres along the optical axis) in at least 3 frames."""
+        vantages = [Vantage(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
+        late = {self.move.instance: self.move.frame} if self.move else {}
+        return ground_truth(self._final, vantages, View(self.intrinsics, range_m), spacing_m, late)
+
+    def _renderer_at(self, index: int) -> RayRenderer:
+        return self._after if self.move and index >= self.move.frame else self._before

@@ -1,0 +1,93 @@
+"""The faces of a scene as columns, and what each looks like from a camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.rendering.procedural_textures import SIZE
+from data_tools.synthetic.shapes.solids import Solid, quad_normals
+
+Column = NDArray[np.float32]
+# Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.
+_LAMPS = (((0.35, 0.5, 0.8), 0.3), ((-0.7, -0.35, 0.35), 0.2))
+_AMBIENT = 0.68
+
+
+@dataclass(frozen=True, slots=True)
+class FaceTable:
+    """One row for each of F quads: a corner and outward normal (F, 3); texture coordinates in tiles as an affine
+    function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); shaded colour dark + span * grey,
+    (F, 3) each with grey in 0..255; column of the texture in the atlas; texels per metre; instance id."""
+
+    corners: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    uv_gradient: NDArray[np.float64]
+    uv_origin: NDArray[np.float64]
+    dark: Column
+    span: Column
+    left: Column
+    texels_per_m: Column
+    instances: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, things: Mapping[int, Thing], left: Mapping[str, int]) -> FaceTable:
+        """The faces of all things in order; `left` is the atlas column of each texture."""
+        solids = [(number, solid) for number, thing in things.items() for solid in thing.solids]
+        rows = [_columns(solid, number, left[solid.material.texture]) for number, solid in solids]
+        return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+    def planes_seen_from(self, world_from_camera: NDArray[np.float64]) -> tuple[Column, Column, Column, Column]:
+        """For each face, as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z and v/z with z the depth in
+        metres and (u, v) in tiles; and the distance (F,) of the camera from the face's plane."""
+        rotation, center = world_from_camera[:3, :3], world_from_camera[:3, 3]
+        height = np.einsum("fk,fk->f", self.normals, self.corners - center)
+        height = np.where(np.abs(height) < 1e-6, 1e-6, height)
+        inverse_depth = self.normals @ rotation / height[:, None]
+        here = self.uv_origin + self.uv_gradient @ center
+        uv = here[:, :, None] * inverse_depth[:, None] + self.uv_gradient @ rotation
+        results = inverse_depth, uv[:, 0], uv[:, 1], np.abs(height)
+        return tuple(r.astype(np.float32) for r in results)  # type: ignore[return-value]
+
+
+def _columns(solid: Solid, instance: int, left: int) -> tuple[NDArray, ...]:
+    count = len(solid.quads)
+    normals = quad_normals(solid.quads)
+    gradient = _uv_gradient(solid)
+    corners = solid.quads[:, 2]
+    origin = solid.uv[:, 2] / solid.material.tile_m - np.einsum("fak,fk->fa", gradient, corners)
+    shade = _shade(normals)[:, None]
+    dark, light = np.array(solid.material.dark) * shade, np.array(solid.material.light) * shade
+    one = np.ones(count, np.float32)
+    return (
+        corners,
+        normals,
+        gradient,
+        origin,
+        dark.astype(np.float32),
+        ((light - dark) / 255).astype(np.float32),
+        one * left,
+        one * np.float32(SIZE / solid.material.tile_m),
+        np.full(count, instance, np.int32),
+    )
+
+
+def _uv_gradient(solid: Solid) -> NDArray[np.float64]:
+    """The gradients (F, 2, 3) of the texture coordinates, in tiles per metre, along each quad's plane."""
+    # Diagonals are never zero, also where two corners of a quad coincide.
+    edges = np.stack([solid.quads[:, 2] - solid.quads[:, 0], solid.quads[:, 3] - solid.quads[:, 1]], axis=1)
+    uv = np.stack([solid.uv[:, 2] - solid.uv[:, 0], solid.uv[:, 3] - solid.uv[:, 1]], axis=1)
+    return np.swapaxes(np.linalg.pinv(edges) @ uv, 1, 2) / solid.material.tile_m
+
+
+def _shade(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of light (F,) on faces with the given outward normals: two distant lamps and an even rest."""
+    light = np.full(len(normals), _AMBIENT)
+    for direction, strength in _LAMPS:
+        towards = np.array(direction) / np.linalg.norm(direction)
+        light += strength * (normals @ towards).clip(0)
+    return light.clip(0, 1)

@@ -1,0 +1,109 @@
+"""Colour, depth and instance images of things, by ray casting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+
+from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.rendering.face_table import FaceTable
+from data_tools.synthetic.rendering.procedural_textures import SIZE
+from data_tools.synthetic.rendering.texture_atlas import LEVELS, paint_atlas
+from razer.frame import Intrinsics
+
+Pixels = NDArray[np.float32]
+
+
+class RayRenderer:
+    """Renders a fixed set of things (instance id -> Thing) from any pose; a pure function of the pose."""
+
+    def __init__(self, things: Mapping[int, Thing], intrinsics: Intrinsics, texture_seed: int = 0) -> None:
+        self.intrinsics = intrinsics
+        self._atlas = paint_atlas(texture_seed)
+        self._faces = FaceTable.of(things, self._atlas.left)
+        self.scene = scene_of(things)
+        u, v = np.arange(intrinsics.width), np.arange(intrinsics.height)
+        self._x = ((u - intrinsics.cx) / intrinsics.fx).astype(np.float32)
+        self._y = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)
+        self._ray_length = np.sqrt(self._x**2 + self._y[:, None] ** 2 + 1)
+
+    def render(
+        self, world_from_camera: NDArray[np.float64]
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.int32]]:
+        """The (H, W, 3) uint8 colour, (H, W) float32 depth in metres (0 = nothing hit) and (H, W) int32
+        instance image (0 = nobody) seen by the camera."""
+        faces = self._seen_faces(world_from_camera)
+        nothing = faces < 0
+        faces[nothing] = 0
+        inverse_depth, tile_u, tile_v, distance_m = self._faces.planes_seen_from(world_from_camera)
+        depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, faces), np.float32(1e-6)))
+        u: Pixels = self._evaluate(tile_u, faces) * depth
+        v: Pixels = self._evaluate(tile_v, faces) * depth
+        grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
+        rgb = self._tint(faces, grey)
+        ids = self._faces.instances.take(faces)
+        rgb[nothing], depth[nothing], ids[nothing] = 0, 0, 0
+        return rgb, depth, ids
+
+    def _seen_faces(self, world_from_camera: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The face seen at each pixel, -1 = none. Rays go through every other pixel of every other row, and
+        through those in between whose neighbours disagree: only details of one pixel can slip through."""
+        height, width = len(self._y), len(self._x)
+        coarse = self._cast(np.arange(0, height, 2)[:, None], np.arange(0, width, 2)[None], world_from_camera)
+        padded = np.pad(coarse, (0, 1), constant_values=-2)
+        same = coarse == padded[1:, 1:]
+        same &= (coarse == padded[:-1, 1:]) & (coarse == padded[1:, :-1])
+        faces = coarse.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
+        unsure = ~same.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
+        unsure[::2, ::2] = False
+        rows, columns = np.nonzero(unsure)
+        faces[rows, columns] = self._cast(rows, columns, world_from_camera)
+        return faces
+
+    def _cast(self, rows: NDArray, columns: NDArray, world_from_camera: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The face hit by the ray through each pixel, -1 = none."""
+        x, y = np.broadcast_arrays(self._x[columns], self._y[rows])
+        rays = np.empty((*x.shape, 6), np.float32)
+        rays[..., :3] = world_from_camera[:3, 3]
+        rays[..., 3:] = np.stack([x, y, np.ones_like(x)], axis=-1) @ world_from_camera[:3, :3].T.astype(np.float32)
+        triangles = self.scene.cast_rays(o3d.core.Tensor.from_numpy(rays))["primitive_ids"].numpy()
+        # Two triangles a face; "no triangle" is all ones, so -1, and stays -1.
+        return (triangles.view(np.int32) >> 1).astype(np.int64)
+
+    def _evaluate(self, coefficients: NDArray[np.float32], faces: NDArray[np.int64]) -> Pixels:
+        """A linear function of the ray (x, y, 1) per face (F, 3), evaluated at every pixel."""
+        a, b, c = (np.ascontiguousarray(column).take(faces) for column in coefficients.T)
+        a *= self._x
+        b *= self._y[:, None]
+        a += b
+        a += c
+        return a
+
+    def _sample(self, faces: NDArray[np.int64], u: Pixels, v: Pixels, area: Pixels) -> Pixels:
+        """Look the texture up at (u, v) tiles, from the mipmap whose pixels are as large as the view's."""
+        footprint = area * self._faces.texels_per_m.take(faces) / np.float32(self.intrinsics.fx)
+        level = np.clip(np.log2(np.maximum(footprint, 1)) + 0.3, 0, LEVELS - 1).astype(np.int64)
+        size = (SIZE / 2.0 ** np.arange(LEVELS)).astype(np.float32).take(level)
+        x = (u - np.floor(u)) * size + (self._faces.left.take(faces) - np.float32(0.5))
+        y = (v - np.floor(v)) * size + (self._atlas.top.take(level) - np.float32(0.5))
+        return cv2.remap(self._atlas.image, x, y, cv2.INTER_LINEAR).astype(np.float32)
+
+    def _tint(self, faces: NDArray[np.int64], grey: Pixels) -> NDArray[np.uint8]:
+        rgb = self._faces.span.take(faces, axis=0)
+        rgb *= grey[..., None]
+        rgb += self._faces.dark.take(faces, axis=0)
+        return rgb.astype(np.uint8)
+
+
+def scene_of(things: Mapping[int, Thing]) -> o3d.t.geometry.RaycastingScene:
+    """The quads of all things as two triangles each, in the order of FaceTable."""
+    quads = np.concatenate([solid.quads for thing in things.values() for solid in thing.solids])
+    triangles = (4 * np.arange(len(quads))[:, None, None] + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
+    scene = o3d.t.geometry.RaycastingScene()
+    to_tensor = o3d.core.Tensor.from_numpy
+    scene.add_triangles(to_tensor(quads.reshape(-1, 3).astype(np.float32)), to_tensor(triangles.astype(np.uint32)))
+    return scene

@@ -1,0 +1,1 @@
+"""Whole scenes: a layout, its things and a walk."""

@@ -1,0 +1,1 @@
+"""Solids and materials that things are made of."""

@@ -1,0 +1,145 @@
+"""Materials of furniture with plausible random colours."""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Sequence
+
+import numpy as np
+
+from data_tools.synthetic.objects.furniture.simple_furniture import tinted
+from data_tools.synthetic.shapes.solids import Colour, Material
+
+_WOODS: tuple[Colour, ...] = (
+    (200, 150, 95),
+    (220, 182, 135),
+    (125, 84, 55),
+    (228, 195, 145),
+    (85, 60, 46),
+    (160, 95, 60),
+    (165, 150, 130),
+)
+_LACQUERS: tuple[Colour, ...] = (
+    (238, 236, 230),
+    (232, 228, 214),
+    (190, 195, 198),
+    (120, 135, 130),
+    (90, 110, 135),
+    (60, 62, 66),
+)
+_METALS: tuple[Colour, ...] = ((175, 178, 182), (120, 122, 126), (58, 58, 62), (205, 205, 208), (170, 140, 85))
+_CERAMICS: tuple[Colour, ...] = ((244, 244, 242), (240, 236, 226), (228, 232, 236))
+
+
+def around(rng: np.random.Generator, colours: Sequence[Colour], spread: float = 10.0) -> Colour:
+    """One of the colours, changed by up to `spread` in each channel."""
+    base = np.array(colours[int(rng.integers(len(colours)))])
+    red, green, blue = np.clip(base + rng.uniform(-spread, spread, 3), 15, 250)
+    return float(red), float(green), float(blue)
+
+
+def hue(rng: np.random.Generator, saturation: tuple[float, float], value: tuple[float, float]) -> Colour:
+    """A colour of any hue with saturation and value (0..1) in the given ranges."""
+    red, green, blue = colorsys.hsv_to_rgb(rng.uniform(), rng.uniform(*saturation), rng.uniform(*value))
+    return 255 * red, 255 * green, 255 * blue
+
+
+def wood(rng: np.random.Generator) -> Material:
+    """Oak, beech, walnut and the like."""
+    return tinted("wood", around(rng, _WOODS), 0.45, 1.2)
+
+
+def lacquer(rng: np.random.Generator) -> Material:
+    """Painted wood, mostly pale."""
+    return tinted("smooth", around(rng, _LACQUERS), 0.12)
+
+
+def wood_or_lacquer(rng: np.random.Generator) -> Material:
+    """What cabinets are made of."""
+    return wood(rng) if rng.uniform() < 0.6 else lacquer(rng)
+
+
+def fabric(rng: np.random.Generator) -> Material:
+    """Woven cloth of any colour."""
+    return tinted("fabric", hue(rng, (0.1, 0.6), (0.45, 0.9)), 0.5, 0.9)
+
+
+def leather(rng: np.random.Generator) -> Material:
+    """Black, brown or red leather."""
+    return tinted("smooth", around(rng, ((45, 42, 42), (110, 72, 45), (120, 45, 40))), 0.35, 0.5)
+
+
+def patterned(rng: np.random.Generator) -> Material:
+    """Printed cloth with two colours."""
+    return Material("shapes", hue(rng, (0.3, 0.7), (0.3, 0.6)), hue(rng, (0.1, 0.5), (0.8, 0.95)), 0.6)
+
+
+def metal(rng: np.random.Generator) -> Material:
+    """Steel, black iron or brass."""
+    return tinted("smooth", around(rng, _METALS, 6), 0.25)
+
+
+def plastic(rng: np.random.Generator) -> Material:
+    """Plastic of any colour."""
+    return tinted("smooth", hue(rng, (0.2, 0.85), (0.4, 0.9)), 0.15)
+
+
+def dark_plastic(rng: np.random.Generator) -> Material:
+    """The near-black of electronic devices."""
+    return tinted("smooth", around(rng, ((48, 48, 52), (70, 70, 74)), 6), 0.3)
+
+
+def ceramic(rng: np.random.Generator) -> Material:
+    """White sanitary ware."""
+    return tinted("smooth", around(rng, _CERAMICS, 4), 0.08)
+
+
+def glaze(rng: np.random.Generator) -> Material:
+    """Coloured tableware."""
+    return tinted("terrazzo", hue(rng, (0.1, 0.7), (0.6, 0.95)), 0.35, 0.4)
+
+
+def cardboard(rng: np.random.Generator) -> Material:
+    """Brown corrugated board."""
+    return tinted("smooth", around(rng, ((190, 150, 105), (205, 170, 125))), 0.2, 0.6)
+
+
+def leaves(rng: np.random.Generator) -> Material:
+    """Green foliage."""
+    return Material("terrazzo", (25, 60, 20), around(rng, ((120, 190, 80), (90, 160, 90), (150, 180, 90)), 15), 0.5)
+
+
+def display(rng: np.random.Generator) -> Material:
+    """A lit screen with windows."""
+    return Material("screen", around(rng, ((15, 20, 45), (20, 40, 30)), 10), (205, 225, 250), 0.7)
+
+
+def black_glass() -> Material:
+    """Glass of ovens and of screens that are off."""
+    return tinted("smooth", (40.0, 42.0, 46.0), 0.35)
+
+
+def mirror_glass() -> Material:
+    """Glass that shows a bright, blurred room."""
+    return Material("clouds", (120.0, 140.0, 150.0), (232.0, 240.0, 244.0), 1.2)
+
+
+def stone(rng: np.random.Generator) -> Material:
+    """Marble or granite of worktops."""
+    texture = "marble" if rng.uniform() < 0.5 else "terrazzo"
+    return tinted(texture, around(rng, ((225, 222, 216), (120, 118, 116), (190, 175, 155))), 0.4, 0.9)
+
+
+def linen(rng: np.random.Generator) -> Material:
+    """White or pale bed linen."""
+    return tinted("fabric", hue(rng, (0.0, 0.15), (0.86, 0.97)), 0.15, 0.8)
+
+
+def bedding(rng: np.random.Generator) -> Material:
+    """Duvets and blankets: plain, striped or printed."""
+    kind = int(rng.integers(3))
+    if kind == 0:
+        return fabric(rng)
+    if kind == 1:
+        return patterned(rng)
+    return Material("stripes", hue(rng, (0.2, 0.6), (0.5, 0.8)), hue(rng, (0.0, 0.2), (0.85, 0.97)), 1.1)

@@ -1,0 +1,50 @@
+"""A synthetic room as a sequence of RGB-D frames with poses, instance ids and ground truth."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from data_tools.synthetic.camera.hand_held import walk_round
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.camera.walk import FRAMES_PER_S
+from data_tools.synthetic.rendered_sequence import CAMERA, Film, Move
+from data_tools.synthetic.scenes.living_room import living_room
+from razer.frame import BadInput
+
+__all__ = ["FRAMES_PER_S", "SyntheticRoom"]
+
+_RADII_M = (1.75, 1.3)
+
+
+class SyntheticRoom(Film):
+    """A room rendered on demand; frames are a pure function of the arguments and the index.
+
+    seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away in
+    the middle of the recording, which then shows the same views before and after; `sensor` is what looks at it,
+    `noise` short for SensorModel.plain(). Raises BadInput for an empty recording."""
+
+    def __init__(
+        self,
+        seed: int = 0,
+        n_frames: int = 240,
+        width: int = 640,
+        height: int = 480,
+        *,
+        moved: bool = False,
+        noise: bool = False,
+        sensor: SensorModel | None = None,
+    ) -> None:
+        if n_frames < 1:
+            raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
+        sensor = sensor or (SensorModel.plain() if noise else SensorModel.none())
+        layout = living_room(seed)
+        super().__init__(
+            f"synthetic-room-{seed}",
+            layout.things,
+            walk_round(n_frames, _RADII_M, seed, look_out=not moved),
+            CAMERA.resized(width, height),
+            sensor,
+            seed,
+            partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, sensor=sensor),
+            move=Move(layout.movable, n_frames // 2, layout.elsewhere) if moved else None,
+        )

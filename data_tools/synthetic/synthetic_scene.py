@@ -1,0 +1,68 @@
+"""Synthetic scenes by name: the recording of a seeded world along its walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
+from data_tools.synthetic.rendered_sequence import CAMERA, Film
+from data_tools.synthetic.scenes.apartment import apartment
+from data_tools.synthetic.scenes.corridor_loop import corridor_loop
+from data_tools.synthetic.scenes.single_room import single_room
+from data_tools.synthetic.scenes.tabletop import tabletop
+from data_tools.synthetic.scenes.warehouse import warehouse
+from data_tools.synthetic.scenes.world import World
+from razer.frame import BadInput
+
+SCENES: dict[str, Callable[[int], World]] = {
+    "room": single_room,
+    "apartment": apartment,
+    "corridor-loop": corridor_loop,
+    "tabletop": tabletop,
+    "warehouse": warehouse,
+}
+
+
+class SyntheticScene(Film):
+    """One of SCENES rendered on demand; frames are a pure function of the arguments and the index.
+
+    The seed varies what stands where, colours and the hand that holds the camera. n_frames are spread evenly over
+    the whole walk, as many as make 15 frames/s if None or 0; stamps are those of a hand-held camera in any case.
+    Raises BadInput for an unknown scene or a recording of fewer than 0 frames."""
+
+    def __init__(
+        self,
+        scene: str,
+        seed: int = 0,
+        n_frames: int | None = None,
+        width: int = 640,
+        height: int = 480,
+        *,
+        sensor: SensorModel | None = None,
+    ) -> None:
+        if scene not in SCENES:
+            raise BadInput(f"unknown scene '{scene}': choose one of {', '.join(SCENES)}")
+        if seed < 0:
+            raise BadInput(f"seed {seed} is negative: give 0 or more")
+        if n_frames is not None and n_frames < 0:
+            raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
+        sensor = sensor or SensorModel.none()
+        world = SCENES[scene](seed)
+        usual = usual_frames(world.stations)
+        count = n_frames or usual
+        rate = FRAMES_PER_S * max(count - 1, 1) / (usual - 1)
+        # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
+        filmed_by = replace(sensor, shutter=min(1.0, sensor.shutter * rate / FRAMES_PER_S))
+        super().__init__(
+            f"synthetic-{scene}-{seed}",
+            world.things,
+            walk(world.stations, count, seed),
+            CAMERA.resized(width, height),
+            filmed_by,
+            seed,
+            partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor),
+            frames_per_s=rate,
+        )

@@ -1,0 +1,39 @@
+"""The ground truth of a synthetic world: its surface as labelled points, and which of them a recording could see."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.truth.tessellation import tessellate
+from data_tools.synthetic.truth.visibility import Vantage, View, seen_often
+from data_tools.truth.ground_truth import GroundTruth
+
+MIN_VIEWS = 3
+
+
+def ground_truth(
+    things: Mapping[int, Thing],
+    vantages: Sequence[Vantage],
+    view: View,
+    spacing_m: float = 0.01,
+    first_seen: Mapping[int, int] | None = None,
+) -> GroundTruth:
+    """The surface of things (instance id -> Thing) every spacing_m metres; visible = seen in at least MIN_VIEWS
+    vantages, counted for the instances in first_seen from that shot on (they stood elsewhere before)."""
+    surface = tessellate(things, spacing_m)
+    names = sorted({thing.class_name for thing in things.values()})
+    class_of, since = np.zeros((2, max(things) + 1), np.int64)
+    for number, thing in things.items():
+        class_of[number] = names.index(thing.class_name) + 1
+        since[number] = (first_seen or {}).get(number, 0)
+    return GroundTruth(
+        surface.vertices.astype(np.float32),
+        surface.triangles,
+        surface.instances,
+        class_of[surface.instances].astype(np.int32),
+        dict(enumerate(names, start=1)),
+        seen_often(surface, vantages, view, MIN_VIEWS, since[surface.instances]),
+    )

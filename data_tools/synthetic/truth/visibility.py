@@ -1,0 +1,131 @@
+"""Which points of a surface a recording sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+
+from data_tools.synthetic.truth.tessellation import Surface
+from razer.frame import Intrinsics
+from razer.geometry import inverse, project, transform_points
+
+TOLERANCE_M = 0.01
+_CELL_M = 0.25
+_GOLDEN = 0.6180339887
+
+
+@dataclass(frozen=True, slots=True)
+class Vantage:
+    """One frame's pose world_from_camera (4, 4) and what could hide a point from it."""
+
+    world_from_camera: NDArray[np.float64]
+    scene: o3d.t.geometry.RaycastingScene
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A camera and the depths along its axis, least and most in metres, at which it measures."""
+
+    intrinsics: Intrinsics
+    range_m: tuple[float, float]
+
+
+def seen_often(
+    surface: Surface, vantages: Sequence[Vantage], view: View, min_views: int, since: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Whether each vertex (V,) lies in the image within range, faces the camera, and has nothing more than
+    TOLERANCE_M before it, from at least min_views vantages of those numbered since[vertex] and later."""
+    faced = np.flatnonzero(_ever_faced(surface, vantages))
+    cells = _Cells.of(surface.vertices[faced])
+    number_of = faced[cells.order]
+    vertices = surface.vertices[number_of].astype(np.float32)
+    normals = surface.normals[number_of].astype(np.float32)
+    first = since[number_of]
+    views = np.zeros(len(number_of), np.int32)
+    # Very different views first: most vertices are soon done and are not tested again.
+    for number in np.argsort(np.arange(len(vantages)) * _GOLDEN % 1):
+        vantage = vantages[number]
+        near = cells.maybe_seen(vantage.world_from_camera, view)
+        near = near[(views[near] < min_views) & (first[near] <= number)]
+        near = near[_in_view(vertices[near], normals[near], vantage.world_from_camera, view)]
+        views[near[~_hidden(vertices[near], vantage)]] += 1
+    often = np.zeros(len(surface.vertices), np.bool_)
+    often[number_of] = views >= min_views
+    return often
+
+
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """Vertices sorted by cubes of _CELL_M: order (V,), the cubes' centres (C, 3), and where in the order each
+    cube's vertices start and how many they are, (C,)."""
+
+    order: NDArray[np.int64]
+    centers: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, vertices: NDArray[np.float64]) -> _Cells:
+        keys = np.floor(vertices / _CELL_M).astype(np.int64)
+        low = keys.min(axis=0)
+        shape = tuple(keys.max(axis=0) - low + 1)
+        flat = np.ravel_multi_index(tuple((keys - low).T), shape)
+        cells, starts, counts = np.unique(np.sort(flat), return_index=True, return_counts=True)
+        centers = (np.stack(np.unravel_index(cells, shape), axis=1) + low + 0.5) * _CELL_M
+        return cls(np.argsort(flat, kind="stable"), centers, starts, counts)
+
+    def maybe_seen(self, world_from_camera: NDArray[np.float64], view: View) -> NDArray[np.int64]:
+        """Places in the order of all vertices in cubes that may be in view."""
+        maybe = self._maybe_in_view(world_from_camera, view)
+        starts, counts = self.starts[maybe], self.counts[maybe]
+        before = np.cumsum(counts) - counts
+        return np.arange(counts.sum()) + np.repeat(starts - before, counts)
+
+    def _maybe_in_view(self, world_from_camera: NDArray[np.float64], view: View) -> NDArray[np.bool_]:
+        """Whether any point of each cube (C,) may project into the image within range; never wrongly no."""
+        camera = view.intrinsics
+        x, y, z = transform_points(inverse(world_from_camera), self.centers).T
+        radius = _CELL_M * np.sqrt(3) / 2
+        maybe = (z > view.range_m[0] - radius) & (z < view.range_m[1] + radius)
+        for along, size, focal, center in (
+            (x, camera.width, camera.fx, camera.cx),
+            (y, camera.height, camera.fy, camera.cy),
+        ):
+            low, high = (-0.5 - center) / focal, (size - 0.5 - center) / focal
+            maybe &= (along - low * z) > -radius * np.hypot(1, low)
+            maybe &= (high * z - along) > -radius * np.hypot(1, high)
+        return maybe
+
+
+def _ever_faced(surface: Surface, vantages: Sequence[Vantage]) -> NDArray[np.bool_]:
+    """Whether a camera may lie on the outer side of each vertex's tangent plane; never wrongly no."""
+    centers = np.array([vantage.world_from_camera[:3, 3] for vantage in vantages])
+    farthest = np.where(surface.normals > 0, centers.max(axis=0), centers.min(axis=0))
+    return np.einsum("vk,vk->v", surface.normals, farthest - surface.vertices) > 0
+
+
+def _in_view(
+    vertices: NDArray[np.float32], normals: NDArray[np.float32], world_from_camera: NDArray[np.float64], view: View
+) -> NDArray[np.bool_]:
+    """Whether vertices face the camera and project into its image, within range."""
+    camera = view.intrinsics
+    away = vertices - world_from_camera[:3, 3].astype(np.float32)
+    in_camera = away @ world_from_camera[:3, :3].astype(np.float32)
+    u, v, z = project(in_camera.astype(np.float64), camera.matrix)
+    with np.errstate(invalid="ignore"):
+        inside = (z >= view.range_m[0]) & (z <= view.range_m[1])
+        inside &= (u > -0.5) & (u < camera.width - 0.5) & (v > -0.5) & (v < camera.height - 0.5)
+    return inside & (np.einsum("vk,vk->v", normals, away) < 0)
+
+
+def _hidden(vertices: NDArray[np.float32], vantage: Vantage) -> NDArray[np.bool_]:
+    """Whether something lies between the camera and each vertex, more than the tolerance before it."""
+    rays = np.empty((len(vertices), 6), np.float32)
+    rays[:, :3] = vantage.world_from_camera[:3, 3]
+    towards = vertices - rays[:, :3]
+    rays[:, 3:] = towards * (1 - TOLERANCE_M / np.linalg.norm(towards, axis=1, keepdims=True))
+    return vantage.scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tfar=1.0).numpy().astype(bool)

@@ -1,1 +1,0 @@
-"""Synthetic worlds: furniture, rooms, cameras and sensors."""

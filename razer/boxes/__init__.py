@@ -1,0 +1,1 @@
+"""Oriented boxes: from moments, their overlap, and an index of them."""

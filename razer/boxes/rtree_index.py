@@ -1,0 +1,39 @@
+"""The R-tree of the tracks' boxes (section III-C); the only importer of rtree."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from rtree.index import Index, Property
+
+from razer.boxes.oriented_box import OrientedBox
+
+# Boxes that moved less than this stay where they are in the tree: an update costs over a millisecond at 20,000.
+SLACK_M = 0.02
+
+
+class BoxIndex:
+    """Track ids by the axis-aligned bounds of their boxes."""
+
+    def __init__(self) -> None:
+        self._tree = Index(properties=Property(dimension=3))
+        self._bounds: dict[int, NDArray[np.float64]] = {}
+
+    def put(self, track_id: int, box: OrientedBox) -> None:
+        """Insert a box, or move it if it has moved by more than the slack."""
+        bounds = box.enclosing_bounds()
+        known = self._bounds.get(track_id)
+        if known is not None:
+            if np.abs(known - bounds).max() <= SLACK_M:
+                return
+            self._tree.delete(track_id, known)
+        self._tree.insert(track_id, bounds)
+        self._bounds[track_id] = bounds
+
+    def drop(self, track_id: int) -> None:
+        """Remove a box."""
+        self._tree.delete(track_id, self._bounds.pop(track_id))
+
+    def near(self, box: OrientedBox, margin_m: float) -> list[int]:
+        """Ids, increasing, of the boxes whose bounds touch the given box grown by the margin."""
+        return sorted(self._tree.intersection(box.enclosing_bounds(margin_m + SLACK_M)))

@@ -1,0 +1,181 @@
+"""From masks to 3D detections: back-project, cluster, fit a box (section III-B)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.config import LiftingSettings, MaskSettings
+from razer.detection.background_filter import behind
+from razer.detection.best_views import Region
+from razer.detection.dbscan import cluster
+from razer.detection.observed_surface import ObservedSurface
+from razer.frame import Frame, Masks
+
+REFERENCE_PIXELS = 640 * 480
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One cluster of one mask: mask, index into the frame's masks; cells (n,), rows of the observed cells;
+    pixels (p,), indices of the observed surface's readings; quality in [0, 1], how much its view tells;
+    region, where the image shows it, None where that is not known."""
+
+    mask: int
+    cells: NDArray[np.int32]
+    pixels: NDArray[np.int32]
+    moments: PointMoments
+    box: OrientedBox
+    embedding: NDArray[np.float32]
+    score: float
+    quality: float
+    class_name: str | None
+    region: Region | None = None
+
+    @property
+    def n_cells(self) -> int:
+        """Occupied cells of the map's voxel size."""
+        return len(self.cells)
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """The detections of one frame, ordered by mask and then by size, largest first; and for each of M pairs of
+    a mask and a cell it covers, small clusters and noise included: member_mask (M,), member_cell (M,)."""
+
+    detections: tuple[Detection, ...]
+    member_mask: NDArray[np.int32]
+    member_cell: NDArray[np.int32]
+
+
+def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
+    """Masks that are big, sure and deep enough (`method.md` step 3)."""
+    if len(masks) == 0:
+        return masks
+    # Areas are counted on every second pixel: exact enough for a threshold, and four times cheaper.
+    sparse = masks.masks[:, ::2, ::2].reshape(len(masks), -1)
+    area = np.maximum(np.count_nonzero(sparse, axis=1), 1)
+    valid = np.count_nonzero(sparse & (frame.depth[::2, ::2] > 0).ravel(), axis=1) / area
+    scale = frame.depth.size / REFERENCE_PIXELS
+    keep = (area * 4 >= settings.min_pixels * scale) & (masks.scores >= settings.min_score)
+    keep &= valid >= settings.min_valid_depth
+    return masks if keep.all() else masks.select(keep)
+
+
+def shrink(masks: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:
+    """Each of (N, H, W) masks without its outermost pixels; the image border is no mask border."""
+    if pixels < 1 or masks.size == 0:
+        return masks
+    kernel = np.ones((2 * pixels + 1, 2 * pixels + 1), np.uint8)
+    shrunk = np.zeros_like(masks)
+    for source, target in zip(masks.view(np.uint8), shrunk.view(np.uint8), strict=True):
+        rows = np.flatnonzero(source.any(axis=1))
+        if len(rows):
+            part = slice(rows[0], rows[-1] + 1)
+            border = cv2.copyMakeBorder(source[part], 1, 1, 0, 0, cv2.BORDER_CONSTANT, value=0)
+            if rows[0] == 0:
+                border[0] = 1
+            if rows[-1] == len(source) - 1:
+                border[-1] = 1
+            target[part] = cv2.erode(border, kernel, borderValue=1)[1:-1]
+    return shrunk
+
+
+def lift(
+    surface: ObservedSurface,
+    masks: Masks,
+    embeddings: NDArray[np.float32],
+    lifting: LiftingSettings,
+    shrink_pixels: int,
+) -> Lifted:
+    """Back-project the shrunk masks (eq. 3), split them by DBSCAN and fit boxes (eqs. 4 to 6)."""
+    if len(masks) == 0 or len(surface.cells) == 0:
+        return Lifted((), np.zeros(0, np.int32), np.zeros(0, np.int32))
+    height = masks.masks.shape[1]
+    strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
+    strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
+    mask_of, pixel_of = surface.readings_in(strided)
+    member_set, member_cell, member_of_pixel = occupied(surface, len(masks), mask_of, pixel_of)
+    voxel_size_m = surface.cells.voxel_size_m
+    radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
+    labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
+    pixel_counts = np.bincount(mask_of, minlength=len(masks))
+    found: list[tuple[int, int, int, Detection]] = []
+    for label, member_rows, pixel_rows in _groups(labels, labels[member_of_pixel]):
+        if len(member_rows) < lifting.min_cells:
+            continue
+        mask = int(member_set[member_rows[0]])
+        cells = member_cell[member_rows]
+        points = surface.cells.points[cells]
+        moments = PointMoments.of(points)
+        score = float(masks.scores[mask])
+        share = len(pixel_rows) / pixel_counts[mask]
+        pixels = pixel_of[pixel_rows].astype(np.int32)
+        detection = Detection(
+            mask=mask,
+            cells=cells,
+            pixels=pixels,
+            moments=moments,
+            box=OrientedBox.around(points, moments.axes),
+            embedding=embeddings[mask],
+            score=score,
+            quality=view_quality(score, share, len(pixel_rows) * surface.stride**2),
+            class_name=None if masks.class_names is None else masks.class_names[mask],
+            region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
+        )
+        found.append((mask, -len(cells), label, detection))
+    seen_through = _seen_through(surface, [(label, detection) for *_, label, detection in found], lifting)
+    kept = sorted((entry for entry in found if entry[2] not in seen_through), key=lambda entry: entry[:3])
+    own = ~np.isin(labels, list(seen_through))
+    return Lifted(tuple(entry[3] for entry in kept), member_set[own], member_cell[own])
+
+
+def _seen_through(
+    surface: ObservedSurface, found: Sequence[tuple[int, Detection]], lifting: LiftingSettings
+) -> set[int]:
+    """Labels of the clusters that are no part of what their mask shows."""
+    of_mask: dict[int, list[tuple[int, Detection]]] = defaultdict(list)
+    for label, detection in found:
+        of_mask[detection.mask].append((label, detection))
+    gone: set[int] = set()
+    for pieces in of_mask.values():
+        if len(pieces) > 1:
+            depths = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in pieces]
+            gone |= {pieces[i][0] for i in behind(depths, [d.box for _, d in pieces], lifting.see_through_gap_m)}
+    return gone
+
+
+def occupied(
+    surface: ObservedSurface, n_sets: int, set_of: NDArray, pixel_of: NDArray
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """The distinct (set, cell) pairs of readings in sets, sorted by cell, and the pair of each of the readings."""
+    key = surface.pixel_cell[pixel_of].astype(np.int64) * n_sets + set_of
+    taken = np.zeros(len(surface.cells) * n_sets, bool)
+    taken[key] = True
+    members = np.flatnonzero(taken)
+    rank = np.zeros(len(taken), np.int32)
+    rank[members] = np.arange(len(members), dtype=np.int32)
+    return (members % n_sets).astype(np.int32), (members // n_sets).astype(np.int32), rank[key]
+
+
+def view_quality(score: float, visible_share: float, pixels: int, enough_pixels: int = 4000) -> float:
+    """c_new in [0, 1] of one observation: mask score x share of the mask x pixels, saturating."""
+    return score * visible_share * pixels / (pixels + enough_pixels)
+
+
+def _groups(member_labels: NDArray, pixel_labels: NDArray) -> Iterator[tuple[int, NDArray, NDArray]]:
+    """Rows of the members and of the pixels of each cluster, by label, without noise."""
+    member_order = np.argsort(member_labels, kind="stable")
+    pixel_order = np.argsort(pixel_labels, kind="stable")
+    present = np.unique(member_labels[member_labels >= 0])
+    member_bounds = np.searchsorted(member_labels[member_order], [present, present + 1])
+    pixel_bounds = np.searchsorted(pixel_labels[pixel_order], [present, present + 1])
+    for i, label in enumerate(present):
+        members = member_order[member_bounds[0, i] : member_bounds[1, i]]
+        yield int(label), members, pixel_order[pixel_bounds[0, i] : pixel_bounds[1, i]]

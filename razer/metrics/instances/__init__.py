@@ -1,0 +1,1 @@
+"""Instances against true ones: matching, AP, panoptic quality, retrieval."""

@@ -1,0 +1,1 @@
+"""One scene and many scenes evaluated by a preset's rules."""

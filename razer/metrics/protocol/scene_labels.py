@@ -1,0 +1,117 @@
+"""A prediction laid over the truth: what both say of the truth's vertices that count, by a preset's rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.metrics.class_table import ClassTable
+from razer.metrics.preset import Preset
+from razer.metrics.protocol.vertex_labels import Carrier, Labels, Masks, painted, renumbered
+from razer.metrics.scene_pair import PredictedScene, TruthScene
+
+
+@dataclass(frozen=True, slots=True)
+class SceneLabels:
+    """V evaluated vertices. truth_instances, truth_classes (V,); predicted_instances as ids or masks, None where the
+    prediction has none; predicted_classes (V,), None where it names none; classes are numbers of the table, 0 for none.
+    The classes of true and predicted instances are given by id, the unknown ones left out. scores by predicted id."""
+
+    table: ClassTable
+    truth_instances: Labels
+    truth_classes: Labels
+    truth_instance_classes: Mapping[int, int]
+    predicted_instances: Masks | None
+    predicted_classes: Labels | None
+    predicted_instance_classes: Mapping[int, int]
+    scores: Mapping[int, float]
+
+    @property
+    def single_instances(self) -> Labels:
+        """One predicted instance for each vertex (V,): where masks overlap that of the higher score, then lower id."""
+        found = self.predicted_instances
+        if not isinstance(found, Mapping):
+            return np.zeros(len(self.truth_instances), np.int64) if found is None else found
+        return painted(found, self.scores, len(self.truth_instances))
+
+
+def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneLabels:
+    """Bring a prediction onto the truth's vertices and its class names into the preset's list. Raises ValueError for
+    labels or masks that do not fit the truth."""
+    table = ClassTable.of(preset.vocabulary, truth.class_names)
+    counts = truth.counts
+    carrier = Carrier(truth, predicted, preset)
+    instances = carrier.instances()
+    own_classes = table.numbers(predicted.class_names)
+    classes = carrier.classes(table.numbers(predicted.vertex_class_names), own_classes, instances)
+    truth_instances = np.asarray(truth.instances, np.int64)[counts]
+    truth_classes = renumbered(truth.classes, table.numbers(truth.class_names))[counts]
+    instances = _only(instances, counts)
+    classes = None if classes is None else classes[counts]
+    if predicted.classes is not None and classes is not None and instances is not None:
+        by_vertices = _class_by_vertices(instances, classes)
+        unnamed = {number: c for number, c in by_vertices.items() if number not in predicted.class_names}
+        own_classes = by_vertices if preset.instance_class == "vertices" else own_classes | unnamed
+    return SceneLabels(
+        table,
+        truth_instances,
+        truth_classes,
+        _class_by_vertices(truth_instances, truth_classes),
+        instances,
+        classes,
+        own_classes,
+        _scores(instances, own_classes, predicted.scores, preset),
+    )
+
+
+def _only(instances: Masks | None, counts: NDArray[np.bool_]) -> Masks | None:
+    """The instances on the vertices that count, numbered among these."""
+    if instances is None or counts.all():
+        return instances
+    if not isinstance(instances, Mapping):
+        return instances[counts]
+    place = np.cumsum(counts) - 1
+    return {number: place[mask[counts[mask]]] for number, mask in instances.items()}
+
+
+def _class_by_vertices(instances: Masks, classes: Labels) -> dict[int, int]:
+    """The most frequent class of each instance's vertices, the lowest of equally frequent ones; none if unlabelled."""
+    if isinstance(instances, Mapping):
+        modes = {number: _mode(classes[mask]) for number, mask in instances.items()}
+        return {number: mode for number, mode in modes.items() if mode}
+    own = (instances > 0) & (classes > 0)
+    span = int(classes.max(initial=0)) + 1
+    pairs, counts = np.unique(instances[own] * span + classes[own], return_counts=True)
+    order = np.lexsort((-(pairs % span), counts))  # the last one written stays
+    return {int(pair) // span: int(pair) % span for pair in pairs[order]}
+
+
+def _mode(classes: Labels) -> int:
+    labelled = classes[classes > 0]
+    return int(np.bincount(labelled).argmax()) if len(labelled) else 0
+
+
+def _scores(
+    instances: Masks | None, classes: Mapping[int, int], own: Mapping[int, float], preset: Preset
+) -> Mapping[int, float]:
+    """The confidence of each prediction by the preset's rule."""
+    if preset.score == "own" or instances is None:
+        return own
+    sizes = _sizes(instances)
+    if preset.score == "one":
+        return dict.fromkeys(sizes, 1.0)
+    largest: dict[int, int] = {}
+    for number, size in sizes.items():
+        kind = classes.get(number, 0)
+        largest[kind] = max(size, largest.get(kind, 1))
+    return {number: size / largest[classes.get(number, 0)] for number, size in sizes.items()}
+
+
+def _sizes(instances: Masks) -> dict[int, int]:
+    if isinstance(instances, Mapping):
+        return {number: len(mask) for number, mask in instances.items()}
+    ids, counts = np.unique(instances[instances > 0], return_counts=True)
+    return dict(zip(ids.tolist(), counts.tolist(), strict=True))

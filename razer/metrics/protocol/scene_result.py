@@ -1,0 +1,192 @@
+"""One scene evaluated: judgements and counts that can be pooled with those of other scenes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from razer.metrics.instances.instance_ap import Scene, SceneJudgement, judge_scene, scores_of
+from razer.metrics.instances.match_summary import Found, find_matches
+from razer.metrics.instances.matching import Overlaps
+from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segments, merge_stuff
+from razer.metrics.instances.retrieval import RetrievalCounts, classes_given, classes_of_partners
+from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
+from razer.metrics.preset import Preset
+from razer.metrics.protocol.scene_labels import SceneLabels, lay_over
+from razer.metrics.scene_pair import PredictedScene, TruthScene
+from razer.metrics.semantic_segmentation import confusion
+from razer.metrics.surface.surface_errors import SurfaceNumbers, surface_numbers
+from razer.metrics.trajectory_errors import TrajectoryNumbers, trajectory_numbers
+
+MAIN_LIST = ""
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceResult:
+    """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
+    named: whether any prediction has a class. groups: class name -> split of the vocabulary."""
+
+    agnostic: SceneJudgement
+    aware: Mapping[str, SceneJudgement] | None
+    named: bool
+    found: Found
+    n_truth: int
+    n_predicted: int
+    panoptic_agnostic: Mapping[Any, PanopticCounts]
+    panoptic_aware: Mapping[Any, PanopticCounts] | None
+    groups: Mapping[str, str]
+    worst: tuple[WorstInstance, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SceneResult:
+    """What is kept of one scene; None for parts that do not apply. unknown_names: names that the list lacks."""
+
+    name: str
+    instances: InstanceResult | None
+    confusion: Counter[tuple[str, str]] | None
+    retrieval_given: RetrievalCounts | None
+    retrieval_partners: RetrievalCounts | None
+    surface: SurfaceNumbers | None
+    pose: TrajectoryNumbers | None
+    unknown_names: frozenset[str]
+
+
+def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneResult:
+    """Evaluate one scene by the preset's rules."""
+    pose = _pose(truth, predicted)
+    if predicted.own_frame and pose is not None and predicted.vertices is not None:
+        motion = pose.truth_from_estimate
+        predicted = replace(predicted, vertices=predicted.vertices @ motion[:3, :3].T + motion[:3, 3])
+    labels = lay_over(truth, predicted, preset)
+    overlaps = None if labels.predicted_instances is None else _scene(labels, _evaluated(labels, preset)).overlaps()
+    return SceneResult(
+        name,
+        None if overlaps is None else _instances(name, labels, overlaps, preset),
+        _confusion(labels),
+        _retrieval_given(labels, predicted, preset),
+        None if overlaps is None else _retrieval_partners(labels, preset),
+        surface_numbers(truth, predicted),
+        pose,
+        frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
+    )
+
+
+def _names(truth: TruthScene, predicted: PredictedScene) -> set[str]:
+    """The class names that truth and prediction make use of."""
+    names = {*predicted.class_names.values(), *(predicted.names_of_truth or {}).values()}
+    for classes, named in ((truth.classes, truth.class_names), (predicted.classes, predicted.vertex_class_names)):
+        used = [] if classes is None else np.unique(classes).tolist()
+        names |= {named[number] for number in used if number > 0 and number in named}
+    return names
+
+
+def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryNumbers | None:
+    if truth.trajectory is None or predicted.trajectory is None:
+        return None
+    return trajectory_numbers(truth.trajectory, predicted.trajectory)
+
+
+def _evaluated(labels: SceneLabels, preset: Preset, classes: tuple[str, ...] | None = None) -> set[int]:
+    """The numbers of the classes whose instances are evaluated."""
+    chosen = labels.table.chosen(preset.instance_classes if classes is None else classes, otherwise_all=True)
+    return chosen - labels.table.chosen(preset.instance_ignored)
+
+
+def _scene(labels: SceneLabels, evaluated: set[int], aware: bool = False) -> Scene:
+    """The scene with only truths of the evaluated classes; where the truth knows no class at all, with all of them."""
+    names = labels.table.names
+    classes = {i: names[c] for i, c in labels.truth_instance_classes.items() if c in evaluated}
+    truth = labels.truth_instances
+    if labels.truth_instance_classes:
+        truth = np.where(np.isin(truth, list(classes)), truth, 0)
+    predicted = {} if labels.predicted_instances is None else labels.predicted_instances
+    own = {i: names[c] for i, c in labels.predicted_instance_classes.items() if c in evaluated}
+    return Scene(truth, predicted, labels.scores, classes if aware else None, own if aware else None)
+
+
+def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> InstanceResult:
+    evaluated = _evaluated(labels, preset)
+    scene = _scene(labels, evaluated)
+    scores = scores_of(scene, overlaps)
+    found = find_matches(overlaps, scores, preset.min_region, preset.strict)
+    single, names = labels.single_instances, labels.table.names
+    return InstanceResult(
+        judge_scene(scene, overlaps, preset.ap_settings),
+        _aware(labels, overlaps, preset) if labels.truth_instance_classes else None,
+        bool(labels.predicted_instance_classes),
+        found,
+        int((overlaps.truth_sizes >= preset.min_region).sum()),
+        int((overlaps.predicted_sizes >= preset.min_region).sum()),
+        count_segments(scene.truth, single, min_region=preset.panoptic_min_region),
+        _panoptic(labels, single, evaluated, preset) if labels.truth_instance_classes else None,
+        labels.table.groups,
+        worst_instances(
+            name,
+            overlaps,
+            {i: names[c] for i, c in labels.truth_instance_classes.items()},
+            {i: names[c] for i, c in labels.predicted_instance_classes.items()},
+            preset.min_region,
+            preset.worst,
+        ),
+    )
+
+
+def _aware(labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> dict[str, SceneJudgement]:
+    """Judgements by class for each list of classes."""
+    main = _scene(labels, _evaluated(labels, preset), aware=True)
+    judged = {MAIN_LIST: judge_scene(main, overlaps, preset.ap_settings)}
+    for title, classes in preset.class_lists.items():
+        scene = _scene(labels, _evaluated(labels, preset, classes), aware=True)
+        judged[title] = judge_scene(scene, scene.overlaps(), preset.ap_settings)
+    return judged
+
+
+def _panoptic(
+    labels: SceneLabels, single: np.ndarray, evaluated: set[int], preset: Preset
+) -> dict[Any, PanopticCounts]:
+    """Things as instances, stuff merged, by class name."""
+    stuff = labels.table.chosen(preset.stuff)
+    counted = evaluated | stuff
+    predicted_classes = np.zeros_like(single) if labels.predicted_classes is None else labels.predicted_classes
+    sides = (
+        merge_stuff(labels.truth_instances, labels.truth_classes, labels.truth_instance_classes, stuff),
+        merge_stuff(single, predicted_classes, labels.predicted_instance_classes, stuff),
+    )
+    (truth, truth_names), (predicted, predicted_names) = (
+        (segments, {i: labels.table.names[c] for i, c in classes.items() if c in counted})
+        for segments, classes in sides
+    )
+    return count_segments(truth, predicted, truth_names, predicted_names, preset.panoptic_min_region)
+
+
+def _confusion(labels: SceneLabels) -> Counter[tuple[str, str]] | None:
+    if labels.predicted_classes is None or not labels.truth_classes.any():
+        return None
+    return confusion(labels.truth_classes, labels.predicted_classes, labels.table.names)
+
+
+def _retrieval_classes(labels: SceneLabels, preset: Preset) -> dict[int, str]:
+    """The class names of the true instances that are asked for."""
+    chosen = labels.table.chosen(preset.retrieval_classes) or _evaluated(labels, preset)
+    return {i: labels.table.names[c] for i, c in labels.truth_instance_classes.items() if c in chosen}
+
+
+def _retrieval_given(labels: SceneLabels, predicted: PredictedScene, preset: Preset) -> RetrievalCounts | None:
+    if predicted.names_of_truth is None:
+        return None
+    given = {i: labels.table.names[c] for i, c in labels.table.numbers(predicted.names_of_truth).items()}
+    return classes_given(_retrieval_classes(labels, preset), given)
+
+
+def _retrieval_partners(labels: SceneLabels, preset: Preset) -> RetrievalCounts | None:
+    if not labels.predicted_instance_classes or not labels.truth_instance_classes:
+        return None
+    asked = _retrieval_classes(labels, preset)
+    overlaps = _scene(labels, set(labels.table.names)).overlaps()
+    own = {i: labels.table.names[c] for i, c in labels.predicted_instance_classes.items()}
+    return classes_of_partners(overlaps, asked, own, preset.retrieval_min_iou, preset.retrieval_missed == "wrong")

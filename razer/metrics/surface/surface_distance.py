@@ -1,0 +1,101 @@
+"""How far points are from a surface, whatever the spacing of its vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from razer.metrics.surface.point_triangle import squared_distances
+
+_CHUNK = 1 << 14
+_CANDIDATES = 3
+_MOST_POINTS_INSIDE = 2_000_000
+
+Floats = NDArray[np.floating]
+
+
+class Surface:
+    """V vertices (V, 3), metres, and T triangles (T, 3) of their numbers; without triangles a cloud of points.
+
+    Triangles with edges longer than spacing_m also get points inside, by which they are found, spacing_m apart at most
+    (more where that would take more than two million points).
+    """
+
+    def __init__(
+        self, vertices: NDArray[np.floating], triangles: NDArray[np.integer] | None = None, spacing_m: float = 0.05
+    ) -> None:
+        vertices = np.asarray(vertices, np.float64)
+        given = np.zeros((0, 3), np.int64) if triangles is None else np.asarray(triangles, np.int64).reshape(-1, 3)
+        corners = vertices[given]
+        self._corners = corners.reshape(-1, 9)
+        self._centres = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3
+        self._reach = np.sqrt(_squared_lengths(corners - self._centres[:, None]).max(axis=1, initial=0.0))
+        # No edge is longer than twice the way from the centre to the farthest corner.
+        large = np.flatnonzero(2 * self._reach > spacing_m)
+        inner, owner = _points_inside(corners[large], spacing_m)
+        owner = large[owner]
+        self._points = np.concatenate([vertices, inner])
+        self._tree = cKDTree(self._points) if len(self._points) else None
+        # Triangles by point, as in a sparse matrix of rows.
+        point = np.concatenate([given.ravel(), len(vertices) + np.arange(len(inner))])
+        triangle = np.concatenate([np.repeat(np.arange(len(given)), 3), owner])
+        order = np.argsort(point, kind="stable")
+        self._triangles = triangle[order]
+        self._first = np.searchsorted(point[order], np.arange(len(self._points) + 1))
+
+    def distances(self, points: NDArray[np.floating]) -> Floats:
+        """The distance (N,) of each point (N, 3), metres; infinite from an empty surface.
+
+        It is the exact distance from the triangles at the three nearest vertices (or points inside a triangle) and from
+        these themselves, so never too small, and 0 for the surface's own vertices."""
+        points = np.asarray(points, np.float64)
+        if self._tree is None or len(points) == 0:
+            return np.full(len(points), np.inf)
+        wanted = list(range(1, min(_CANDIDATES, len(self._points)) + 1))
+        _, near = self._tree.query(points, k=wanted)
+        found = [self._near(points[part], near[part]) for part in _parts(len(points))]
+        return np.sqrt(np.concatenate(found))
+
+    def _near(self, points: Floats, near: NDArray[np.int64]) -> Floats:
+        """Squared distances (N,) of points (N, 3) from what lies at the points (N, k) of the surface near them."""
+        best = _squared_lengths(self._points[near[:, 0]] - points)
+        for column in range(near.shape[1]):
+            first, after = self._first[near[:, column]], self._first[near[:, column] + 1]
+            for place in range(int((after - first).max(initial=0))):
+                rows = np.flatnonzero(first + place < after)
+                chosen = self._triangles[first[rows] + place]
+                # Whoever is farther from the sphere around a triangle than from what was found is no nearer to it.
+                away = _squared_lengths(self._centres[chosen] - points[rows])
+                hopeful = away <= (np.sqrt(best[rows]) + self._reach[chosen]) ** 2
+                rows, chosen = rows[hopeful], chosen[hopeful]
+                corners = np.ascontiguousarray(self._corners[chosen].T).reshape(3, 3, -1)
+                best[rows] = np.minimum(best[rows], squared_distances(points[rows].T, corners))
+        return best
+
+
+def _squared_lengths(vectors: Floats) -> Floats:
+    return np.einsum("...x,...x->...", vectors, vectors)
+
+
+def _parts(count: int) -> Iterator[slice]:
+    """Slices small enough for what is computed of them to stay in the cache."""
+    return (slice(start, start + _CHUNK) for start in range(0, count, _CHUNK))
+
+
+def _points_inside(corners: Floats, spacing_m: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Points (M, 3) in the triangles (T, 3, 3) with edges longer than the spacing, and their triangles (M,)."""
+    edges = np.sqrt(_squared_lengths(corners - corners[:, [1, 2, 0]])).max(axis=1, initial=0.0)
+    needed = ((edges / spacing_m)[edges > spacing_m] ** 2).sum() / 2
+    spacing_m *= max(np.sqrt(needed / _MOST_POINTS_INSIDE), 1.0)
+    steps = np.ceil(edges / spacing_m).astype(np.int64)
+    points, owners = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    for n in np.unique(steps[steps > 1]).tolist():
+        chosen = np.flatnonzero(steps == n)
+        i, j = (index.ravel() for index in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+        grid = np.stack([i, j, n - i - j], axis=1)[(i + j <= n) & (np.maximum(np.maximum(i, j), n - i - j) < n)] / n
+        points.append(np.einsum("gc,tcx->tgx", grid, corners[chosen]).reshape(-1, 3))
+        owners.append(np.repeat(chosen, len(grid)))
+    return np.concatenate(points), np.concatenate(owners)

@@ -1,0 +1,156 @@
+"""How well poses are estimated: absolute trajectory error after alignment, relative pose errors, share tracked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.geometry import Array
+from razer.metrics.scene_pair import TimedPoses
+from razer.metrics.umeyama import Ground, align_poses
+
+Floats = NDArray[np.floating]
+MAX_DIFFERENCE_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeErrors:
+    """Root mean squares of the relative pose errors over `pairs` pairs of poses; nan without any."""
+
+    translation_m: float
+    rotation_deg: float
+    pairs: int
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryNumbers:
+    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4) and its ground; errors from one
+    frame to the next and over one second; poses compared, and the share of the true frames that have an estimated
+    pose."""
+
+    ate_rmse_m: float
+    rotation_rmse_deg: float
+    per_frame: RelativeErrors
+    per_second: RelativeErrors
+    compared: int
+    tracked: float
+    truth_from_estimate: Array
+    ground: Ground
+
+
+class PoseErrors(NamedTuple):
+    """Stamps (N,) in seconds, and how far each estimated pose is from the true one: metres (N,), degrees (N,)."""
+
+    stamps: Floats
+    distances_m: Floats
+    angles_deg: Floats
+
+
+def trajectory_numbers(
+    truth: TimedPoses, estimate: TimedPoses, max_difference_s: float = MAX_DIFFERENCE_S
+) -> TrajectoryNumbers | None:
+    """Compare trajectories (protocol E); None where no stamps agree. Sources: Sturm et al., IROS 2012; Umeyama 1991."""
+    rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
+    if len(rows) == 0:
+        return None
+    stamps, true_poses = truth.stamps[rows], truth.world_from_camera[rows]
+    alignment = align_poses(estimate.world_from_camera[columns], true_poses)
+    poses = alignment.target_from_source @ estimate.world_from_camera[columns]
+    errors = _errors(stamps, true_poses, poses)
+    frames = truth.n_frames or len(truth.stamps)
+    seconds = _one_second_later(stamps, max_difference_s)
+    return TrajectoryNumbers(
+        _root_mean_square(errors.distances_m),
+        _root_mean_square(errors.angles_deg),
+        _relative(true_poses, poses, np.arange(len(poses) - 1), np.arange(1, len(poses))),
+        _relative(true_poses, poses, *seconds),
+        len(poses),
+        len(poses) / frames,
+        alignment.target_from_source,
+        alignment.ground,
+    )
+
+
+def errors_over_time(
+    truth: TimedPoses, estimate: TimedPoses, truth_from_estimate: Array, max_difference_s: float = MAX_DIFFERENCE_S
+) -> PoseErrors:
+    """The error of each estimated pose, brought to the truth by an alignment (4, 4), where stamps agree."""
+    rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
+    return _errors(
+        truth.stamps[rows], truth.world_from_camera[rows], truth_from_estimate @ estimate.world_from_camera[columns]
+    )
+
+
+def _errors(stamps: Floats, truth: Floats, estimate: Floats) -> PoseErrors:
+    distances_m = np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1)
+    return PoseErrors(stamps, distances_m, _angles_deg(truth, estimate))
+
+
+def associate(
+    truth_stamps: Floats, estimate_stamps: Floats, max_difference_s: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers (M,) of true and estimated stamps that belong together, increasing: the nearest first, each stamp once,
+    at most max_difference_s apart."""
+    pairs = []
+    for row, stamp in enumerate(truth_stamps):
+        first, after = np.searchsorted(estimate_stamps, [stamp - max_difference_s, stamp + max_difference_s])
+        # One more on either side: the limit itself counts, whatever its rounding.
+        near = range(max(int(first) - 1, 0), min(int(after) + 1, len(estimate_stamps)))
+        pairs += [(abs(float(estimate_stamps[c] - stamp)), row, c) for c in near]
+    used_rows, used_columns = set(), set()
+    chosen = []
+    for difference, row, column in sorted(pairs):
+        if difference <= max_difference_s + 1e-9 and row not in used_rows and column not in used_columns:
+            used_rows.add(row)
+            used_columns.add(column)
+            chosen.append((row, column))
+    ordered = np.array(sorted(chosen), np.int64).reshape(-1, 2)
+    return ordered[:, 0], ordered[:, 1]
+
+
+def _one_second_later(stamps: Floats, tolerance_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers (M,) of stamps and of those nearest to one second later, where they differ by a frame at most."""
+    spacing = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    after = np.searchsorted(stamps, stamps + 1.0).clip(1, max(len(stamps) - 1, 1))
+    if len(stamps) < 2:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    before_is_nearer = (stamps + 1.0) - stamps[after - 1] <= stamps[after] - (stamps + 1.0)
+    later = np.where(before_is_nearer, after - 1, after)
+    good = np.abs(stamps[later] - stamps - 1.0) <= max(spacing / 2, tolerance_s) + 1e-9
+    first = np.flatnonzero(good & (later > np.arange(len(stamps))))
+    return first, later[first]
+
+
+def _relative(
+    true_poses: Floats, poses: Floats, first: NDArray[np.integer], second: NDArray[np.integer]
+) -> RelativeErrors:
+    """Errors E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j) of the steps from i to j."""
+    if len(first) == 0:
+        return RelativeErrors(float("nan"), float("nan"), 0)
+    true_step = np.linalg.inv(true_poses[first]) @ true_poses[second]
+    step = np.linalg.inv(poses[first]) @ poses[second]
+    error = np.linalg.inv(true_step) @ step
+    lengths = np.linalg.norm(error[:, :3, 3], axis=1)
+    return RelativeErrors(_root_mean_square(lengths), _root_mean_square(_angles_deg(true_step, step)), len(first))
+
+
+def _angles_deg(poses: Floats, others: Floats) -> Floats:
+    """The angle (N,) between the rotations of two stacks of poses (N, 4, 4), degrees; accurate near 0 as well."""
+    relative = poses[:, :3, :3].transpose(0, 2, 1) @ others[:, :3, :3]
+    sine = np.stack(
+        [
+            relative[:, 2, 1] - relative[:, 1, 2],
+            relative[:, 0, 2] - relative[:, 2, 0],
+            relative[:, 1, 0] - relative[:, 0, 1],
+        ],
+        axis=1,
+    )
+    cosine = np.trace(relative, axis1=1, axis2=2) - 1.0
+    return np.degrees(np.arctan2(np.linalg.norm(sine, axis=1), cosine))
+
+
+def _root_mean_square(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,41 @@
+"""Text vectors of names from a text encoder, which knows captions better than single words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.models import TextSide
+from razer.models.name_table import median_cosine, plain
+
+Vectors = NDArray[np.float32]
+# What the captions themselves say is averaged away.
+TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
+_UNNAMED = "thing"
+_UNLIKE = ("person", "chair", "wall", "cup", "car", "tree", "shoe", "lamp", "book", "sky", "dog", "bread")
+
+
+class PromptedText:
+    """Any name, put into captions, whose vectors are averaged."""
+
+    names: tuple[str, ...] = ()
+
+    def __init__(self, encoder: TextSide) -> None:
+        self._encoder = encoder
+
+    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+        """Unit vectors (N, D) of names or short descriptions."""
+        captions = [template.format(plain(text)) for text in texts for template in TEMPLATES]
+        mean = self._encoder.embed_texts(captions).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
+        unit: Vectors = mean / np.linalg.norm(mean, axis=1, keepdims=True)
+        return unit
+
+    def embed_class(self, name: str) -> Vectors:
+        """The unit vector (D,) of a class; without a name it is just a thing."""
+        return self.embed_texts([name or _UNNAMED])[0]
+
+    def unrelated_cosine(self) -> float:
+        """The median of the cosines between a dozen unlike names."""
+        return median_cosine(self.embed_texts(_UNLIKE))

@@ -1,0 +1,1 @@
+"""Image-text models: CLIP, SigLIP and their kin."""

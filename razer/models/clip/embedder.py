@@ -1,0 +1,143 @@
+"""Vectors that words and pictures can be held against, by an image-text model such as CLIP or SigLIP (eq. 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput, Frame, Masks
+from razer.models.clip.library import library_of, open_towers
+from razer.models.clip.towers import Towers
+from razer.models.hub.model_file import model_file
+from razer.models.mask_crops import mask_crops
+from razer.models.mask_pooling import pool_masks
+from razer.models.runtime.device import Device
+
+Vectors = NDArray[np.float32]
+Kind = Literal["crops", "dense", "tokens"]
+
+
+class ClipEmbedder:
+    """One vector for each mask, one for each text, in the space of the model in `weights`: a folder, a file or a hub
+    id (see clip_library); `architecture` is open_clip's MODEL or MODEL:TAG where a file holds weights alone.
+
+    vectors: "crops" encodes a picture of each mask; "dense" encodes the frame once and takes the mean over the mask's
+    pixels of features that texts can be held against (MaskCLIP's value path, or a model made for it): quicker, and
+    worse for small things; "tokens" takes the mean of the encoder's own tokens, which tell things apart but know no
+    words.
+    crop_scale: side of a crop over the longer side of the mask. Larger: more of what is around it is seen.
+    background: share in [0, 1] with which the rest of a crop shows. 0 looks unlike any picture the model was trained
+    on, 1 does not say which of the things in the crop is meant; HOV-SG too takes about half of each.
+    map_scale: shorter side of the frame for "dense" and "tokens", over the size of pictures that the model was
+    trained with. Larger: finer features, and time grows at least with the square.
+    batch: pictures or texts encoded at a time. Larger: faster on a GPU, more memory.
+    unrelated_cosine: what pictures of unlike things have in common (see `likeness`): 0.55 to 0.85 with CLIP ViT-B/32,
+    0.72 on average over objects of LVIS. Larger: what looks alike is told apart, and one thing from two sides, too.
+
+    The files are looked for at once, and loaded on first use, so that the embedder can travel to another process.
+    Raises BadInput.
+    """
+
+    def __init__(
+        self,
+        weights: str | Path | None = None,
+        *,
+        vectors: Kind = "crops",
+        crop_scale: float = 1.2,
+        background: float = 0.5,
+        map_scale: float = 2.0,
+        batch: int = 32,
+        unrelated_cosine: float = 0.5,
+        architecture: str | None = None,
+        device: Device = "auto",
+    ) -> None:
+        if weights is None:
+            raise BadInput("embedder clip needs a model: set embedder option weights to a folder, a file or a hub id")
+        _require(vectors in get_args(Kind), f"vectors is crops, dense or tokens, not '{vectors}'")
+        _require(0.5 <= crop_scale <= 5, f"crop_scale {crop_scale} is not in 0.5 to 5")
+        _require(0 <= background <= 1, f"background {background} is not in 0 to 1")
+        _require(0.5 <= map_scale <= 8, f"map_scale {map_scale} is not in 0.5 to 8")
+        _require(batch >= 1, f"batch {batch} is less than 1")
+        _require(0 <= unrelated_cosine < 1, f"unrelated_cosine {unrelated_cosine} is not in 0 to 1")
+        _require(device in get_args(Device), f"device is auto, cpu or cuda, not '{device}'")
+        self.vectors, self.crop_scale, self.background = vectors, crop_scale, background
+        self.map_scale, self.batch, self.unrelated_cosine = map_scale, batch, unrelated_cosine
+        self.architecture, self.device = architecture, device
+        self.weights = model_file(weights)
+        self.library = library_of(self.weights, architecture)
+
+    def embed(self, frame: Frame, masks: Masks) -> Vectors:
+        """See Embedder; raises BadInput where the model cannot be loaded or has no vectors of this kind."""
+        return self._of_masks(frame.rgb, masks.masks)
+
+    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> Vectors:
+        """See ImageSide; a mask without pixels counts as the whole image."""
+        return self._of_masks(rgb, mask[None])[0]
+
+    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+        """See TextSide; raises BadInput where vectors know no words."""
+        if self.vectors == "tokens":
+            raise BadInput(
+                "an image encoder's own tokens cannot be held against text: set embedder option vectors to crops or "
+                "dense and map the recording again"
+            )
+        encode = self._towers.encode_texts
+        return _unit(self._in_batches(len(texts), lambda chosen: encode(texts[chosen])))
+
+    def _of_masks(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+        if len(masks) == 0:
+            return np.zeros((0, 0), np.float32)
+        return _unit(self._of_crops(rgb, masks) if self.vectors == "crops" else self._of_features(rgb, masks))
+
+    def _of_crops(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+        wanted, encode = self._towers.image_input, self._towers.encode_images
+
+        def encoded(chosen: slice) -> Vectors:
+            look = {"scale": self.crop_scale, "background": self.background}
+            crops = mask_crops(rgb, masks[chosen], wanted.size, fill=wanted.neutral, **look)
+            return encode(wanted.batch(crops))
+
+        return self._in_batches(len(masks), encoded)
+
+    def _of_features(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+        wanted = self._towers.image_input
+        height, width = _map_size(rgb.shape[:2], wanted.size, self._towers.patch, self.map_scale)
+        smaller = height < rgb.shape[0]
+        resized = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
+        image = wanted.batch(resized[None])[0]
+        return pool_masks(self._towers.feature_map(image, aligned=self.vectors == "dense"), masks)
+
+    def _in_batches(self, n: int, encode: Callable[[slice], Vectors]) -> Vectors:
+        parts = [encode(slice(start, start + self.batch)) for start in range(0, n, self.batch)]
+        return np.concatenate(parts) if parts else np.zeros((0, 0), np.float32)
+
+    @cached_property
+    def _towers(self) -> Towers:
+        return open_towers(self.weights, self.library, self.architecture, self.device)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_towers"}
+
+
+def _map_size(shape: Sequence[int], size: int, patch: int | None, scale: float) -> tuple[int, int]:
+    """Height and width in which a frame is encoded, whole patches; where the model takes one size only, that one."""
+    if patch is None:
+        return size, size
+    enlarged = scale * size / min(shape)
+    height, width = (patch * max(1, round(side * enlarged / patch)) for side in shape)
+    return height, width
+
+
+def _unit(vectors: Vectors) -> Vectors:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+
+
+def _require(holds: bool, otherwise: str) -> None:
+    if not holds:
+        raise BadInput(f"embedder option {otherwise}")

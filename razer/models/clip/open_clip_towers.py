@@ -1,0 +1,70 @@
+"""CLIP and its kin (MobileCLIP, PE, EVA, ...) by the library open_clip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import Any
+
+import numpy as np
+import open_clip
+import torch
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+
+from razer.frame import BadInput
+from razer.models.clip.image_input import ImageInput
+from razer.models.clip.open_clip_training import choices_for
+from razer.models.one_line import one_line
+from razer.models.runtime.device import Device
+from razer.models.runtime.torch_device import torch_device
+
+Vectors = NDArray[np.float32]
+_DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, UnpicklingError, SafetensorError)
+
+
+class OpenClipTowers:
+    """Towers from a folder with open_clip_config.json, or from a file of weights of a named architecture (see
+    choices_for); raises BadInput."""
+
+    patch: int | None = None
+
+    def __init__(self, weights: Path, architecture: str | None, device: Device) -> None:
+        self._weights = weights
+        self._device = torch_device(device)
+        model, self._tokenizer = _loaded(weights, architecture)
+        self._model = model.eval().to(self._device)
+        config = open_clip.get_model_preprocess_cfg(model)
+        size = config["size"]
+        self.image_input = ImageInput(
+            size if isinstance(size, int) else size[0], tuple(config["mean"]), tuple(config["std"])
+        )
+
+    @torch.inference_mode()
+    def encode_images(self, batch: Vectors) -> Vectors:
+        """See Towers."""
+        return self._model.encode_image(torch.from_numpy(batch).to(self._device)).float().cpu().numpy()
+
+    @torch.inference_mode()
+    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+        """See Towers."""
+        return self._model.encode_text(self._tokenizer(list(texts)).to(self._device)).float().cpu().numpy()
+
+    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+        """Raises BadInput: open_clip's encoders are too different from each other inside."""
+        raise BadInput(f"{self._weights}: features at each pixel need a model of transformers; set vectors to crops")
+
+
+def _loaded(weights: Path, architecture: str | None) -> tuple[Any, Any]:
+    try:
+        if weights.is_dir():
+            name = f"local-dir:{weights}"
+            return open_clip.create_model(name, require_pretrained=True), open_clip.get_tokenizer(name)
+        choices = choices_for(architecture or "")
+        model = open_clip.create_model(**choices, pretrained=str(weights))
+        return model, open_clip.get_tokenizer(choices["model_name"])
+    except _DAMAGED as error:
+        if isinstance(error, BadInput):
+            raise
+        raise BadInput(f"{weights} cannot be loaded by open_clip: {one_line(error)}") from error

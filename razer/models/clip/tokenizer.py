@@ -1,0 +1,67 @@
+"""Texts as rows of token numbers for an exported text tower, by the tokenizer.json beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.models.hub.sidecar_files import nearest, read_json
+
+Numbers = NDArray[np.int64]
+_CLIP_LENGTH = 77
+_LONGEST = 1024  # tokenizers that know no limit name an astronomic one
+
+
+class ClipTokens:
+    """Rows of one length, padded as the model was trained; length None = as the files beside the tower say.
+
+    Raises BadInput for a missing or unreadable tokenizer.
+    """
+
+    def __init__(self, text_tower: Path, length: int | None) -> None:
+        try:
+            from tokenizers import Tokenizer
+        except ImportError:
+            raise BadInput(
+                "texts for an ONNX model need the package tokenizers: pip install 'razer[transformers]'"
+            ) from None
+        file = nearest(text_tower, "tokenizer.json")
+        if file is None:
+            raise BadInput(f"{text_tower} has no tokenizer.json beside it: texts cannot be read without one")
+        try:
+            self._tokenizer = Tokenizer.from_file(str(file))
+        except Exception as error:  # the library raises bare Exception
+            raise BadInput(f"{file} is no tokenizer: {error}") from error
+        length = length or _length(text_tower)
+        self._tokenizer.enable_truncation(length)
+        padding = self._tokenizer.padding or {}
+        pad = padding.get("pad_token") or _pad_token(text_tower)
+        number = padding.get("pad_id", self._tokenizer.token_to_id(pad) or 0)
+        self._tokenizer.enable_padding(pad_id=number, pad_token=pad, length=length)
+
+    def __call__(self, texts: Sequence[str]) -> tuple[Numbers, Numbers]:
+        """Token numbers (N, length), and 1 where they are words, 0 where padding. Texts are lowered: models of this
+        kind were trained on such."""
+        encodings = self._tokenizer.encode_batch([text.lower() for text in texts])
+        ids, attention = ([e.ids for e in encodings], [e.attention_mask for e in encodings])
+        return np.array(ids, np.int64), np.array(attention, np.int64)
+
+
+def _length(text_tower: Path) -> int:
+    config, tokenizer = (_beside(text_tower, name) for name in ("config.json", "tokenizer_config.json"))
+    lengths = (config.get("text_config", {}).get("max_position_embeddings"), tokenizer.get("model_max_length"))
+    return next((int(length) for length in lengths if length and length <= _LONGEST), _CLIP_LENGTH)
+
+
+def _pad_token(text_tower: Path) -> str:
+    token = _beside(text_tower, "tokenizer_config.json").get("pad_token", "<|endoftext|>")
+    return token["content"] if isinstance(token, dict) else token
+
+
+def _beside(text_tower: Path, name: str) -> dict:
+    file = nearest(text_tower, name)
+    return read_json(file) if file else {}

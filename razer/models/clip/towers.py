@@ -1,0 +1,35 @@
+"""The two towers of an image-text model, whatever library runs them: pictures and texts into one space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.models.clip.image_input import ImageInput
+
+Vectors = NDArray[np.float32]
+
+
+class Towers(Protocol):
+    """Two encoders with one space of D dimensions; vectors are as the model gives them, not of unit length."""
+
+    @property
+    def image_input(self) -> ImageInput:
+        """What the image tower takes."""
+
+    @property
+    def patch(self) -> int | None:
+        """Side in pixels of the cells of a feature map, for images of any size; None where the size is fixed."""
+
+    def encode_images(self, batch: Vectors) -> Vectors:
+        """Vectors (N, D) of pictures (N, 3, size, size), prepared as image_input says."""
+
+    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+        """Vectors (N, D) of texts; raises BadInput where there is no text tower."""
+
+    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+        """Features (h, w, D) of a prepared image (3, H, W): if aligned, in the space of texts, else the encoder's own
+        last tokens. Raises BadInput where the model has none."""

@@ -1,0 +1,1 @@
+"""Masks from depth and colour, without weights."""

@@ -1,0 +1,57 @@
+"""The first, too many regions of an image: what no edge crosses, grown until it meets its neighbours."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.models.geometric.local_planes import Image
+
+Labels = NDArray[np.int32]
+
+_MIN_SEED = 20  # pixels an edge-free region needs to count
+_MIN_CORE = 80  # pixels its parts need, between necks, to count by themselves
+_GROWTH, _GROWTH_OVER_HOLES = 6.0, 2.5  # pixels regions grow over edges, and where nothing was read
+
+
+def seeds(strength: Image, valid: NDArray[np.bool_]) -> tuple[Labels, int]:
+    """Label image (h, w), 0 .. n-1 and -1 = nobody, of the regions where strength (h, w) stays below 1, and n.
+
+    Large parts of a region that are joined only by a neck one pixel wide count each by itself, as the neck may
+    be a gap in an edge. Then all grow over the edges to the nearest."""
+    inside = ((strength < 1) & valid).astype(np.uint8)
+    cores, n_cores = _components(cv2.erode(inside, np.ones((2, 2), np.uint8)), _MIN_CORE)
+    whole, n_whole = _components(inside, _MIN_SEED)
+    home = np.zeros(n_cores + 1, np.int64)  # the region each core is part of
+    in_core = np.flatnonzero(cores)
+    home[cores.ravel()[in_core]] = whole.ravel()[in_core]
+    n_within = np.bincount(home[1:], minlength=n_whole + 1)
+    number = np.zeros(n_whole + 1, np.int32)  # of a region that stays whole
+    number[home[1:]] = np.arange(1, n_cores + 1)
+    number[n_within > 1] = 0
+    without_core = np.flatnonzero(n_within[1:] == 0) + 1
+    number[without_core] = n_cores + np.arange(1, len(without_core) + 1)
+    number[0] = 0
+    labels = np.maximum(cores, number[whole])
+    return _grown(labels, valid) - 1, n_cores + len(without_core)
+
+
+def _components(inside: NDArray[np.uint8], min_pixels: int) -> tuple[Labels, int]:
+    """Connected components of at least min_pixels, numbered from 1, and how many."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
+    large = stats[:, cv2.CC_STAT_AREA] >= min_pixels
+    large[0] = False
+    return np.where(large, np.cumsum(large), 0).astype(np.int32)[labels], int(large.sum())
+
+
+def _grown(labels: Labels, valid: NDArray[np.bool_]) -> Labels:
+    """The labels (0 = nobody), each pixel near one taking that of the nearest."""
+    distance, nearest = cv2.distanceTransformWithLabels(
+        (labels == 0).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    label_of = np.zeros(nearest.max() + 1, np.int32)
+    held = np.flatnonzero(labels)
+    label_of[nearest.ravel()[held]] = labels.ravel()[held]
+    reached = distance < np.where(valid, np.float32(_GROWTH), np.float32(_GROWTH_OVER_HOLES))
+    return np.where(reached, label_of[nearest], 0)

@@ -1,0 +1,72 @@
+"""The catalogue: models that can be fetched by name, with where they come from and what their licence asks."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+
+from razer.frame import BadInput
+
+_WITHOUT = {
+    "segmenter": "without it, '--segmenter geometric' finds masks from depth alone",
+    "embedder": "without it, '--embedder appearance' maps as well, but knows no words",
+}
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """One model: `use` names the segmenter or embedder that takes it as `weights`; files of `repo` at `revision` on
+    the Hugging Face Hub, as names or patterns; sha256 by file name where publicly known; accept, what has to be
+    accepted before a download, if anything; also, options that it cannot be used without."""
+
+    name: str
+    use: str
+    about: str
+    repo: str
+    revision: str
+    files: tuple[str, ...]
+    licence: str
+    megabytes: int
+    accept: str = ""
+    sha256: Mapping[str, str] = field(default_factory=dict)
+    also: tuple[str, ...] = ()
+
+    @property
+    def task(self) -> str:
+        """segmenter or embedder."""
+        return self.use.split()[0]
+
+    @property
+    def patterns(self) -> bool:
+        """Whether the hub has to be asked which files there are."""
+        return any("*" in name for name in self.files)
+
+    @property
+    def how_to_get(self) -> str:
+        """The command that fetches it, and what works without."""
+        return f"run 'razer models pull {self.name}{' --accept-license' if self.accept else ''}'; {_WITHOUT[self.task]}"
+
+
+@cache
+def catalogue() -> Mapping[str, CatalogueEntry]:
+    """All entries by name, in the order of the table."""
+    table = tomllib.loads((files("razer.models.hub") / "catalogue.toml").read_text(encoding="utf-8"))
+    rows = {
+        name: CatalogueEntry(name, **{**row, "files": tuple(row["files"]), "also": tuple(row.get("also", ()))})
+        for name, row in table.items()
+    }
+    return MappingProxyType(rows)
+
+
+def entry(name: str) -> CatalogueEntry:
+    """The entry called `name`; raises BadInput that names the nearest ones."""
+    known = catalogue()
+    if name in known:
+        return known[name]
+    near = get_close_matches(name, known, 3, 0.4) or list(known)
+    raise BadInput(f"no model '{name}' in the catalogue: did you mean {', '.join(near)}? 'razer models list' has all")

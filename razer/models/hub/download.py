@@ -1,0 +1,125 @@
+"""Models fetched from the Hugging Face Hub into its cache, resumed where a download broke off.
+
+The hub's library throws away what a broken download had brought. So each file is brought here, under the name that
+the library itself gives to unfinished ones, is checked, and only then handed to the library, which links it.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+
+from filelock import FileLock
+from huggingface_hub import HfApi, HfFileMetadata, get_hf_file_metadata, hf_hub_download, hf_hub_url
+from huggingface_hub.file_download import http_get, repo_folder_name
+from huggingface_hub.hf_api import RepoFile
+from huggingface_hub.utils import build_hf_headers  # type: ignore[attr-defined]
+
+from razer.frame import BadInput
+from razer.models.hub.cache import cache_folder, cached_model
+from razer.models.hub.catalogue import CatalogueEntry
+from razer.models.hub.checksum import checksum, checksum_kind
+from razer.models.hub.download_errors import told_plainly
+
+
+@dataclass(frozen=True)
+class RemoteFile:
+    """One file at the hub: `published` is its checksum there (see checksum_kind), `n_bytes` its size."""
+
+    name: str
+    published: str
+    n_bytes: int
+
+
+def fetch(entry: CatalogueEntry, tell: Callable[[str], None]) -> Path:
+    """Fetch a model unless it is in the cache, and return what `model_file` returns for its name.
+
+    tell is given one line for each file. Raises BadInput where the hub, the network, the disk or the content of a file
+    stands in the way; what a broken download has brought is kept, and the next call goes on from there.
+    """
+    if (present := cached_model(entry)) is not None:
+        return present
+    with told_plainly(entry):
+        remote = [_look_up(entry, name) for name in _names(entry)]
+        for file in sorted(remote, key=lambda file: file.n_bytes):
+            _fetch_file(entry, file, tell)
+    found = cached_model(entry)
+    if found is None:
+        raise BadInput(f"{entry.repo} changed while it was fetched: run the command again")
+    return found
+
+
+def _names(entry: CatalogueEntry) -> list[str]:
+    """The names of the files; patterns are filled in from the hub's listing, without its subfolders."""
+    if not entry.patterns:
+        return list(entry.files)
+    listing = HfApi().list_repo_tree(entry.repo, revision=entry.revision)
+    present = [item.path for item in listing if isinstance(item, RepoFile)]
+    for wanted in entry.files:
+        if not any(fnmatch(name, wanted) for name in present):
+            raise BadInput(f"{entry.repo} at {entry.revision} holds no {wanted}: it is not the model it was")
+    return [name for name in present if any(fnmatch(name, wanted) for wanted in entry.files)]
+
+
+def _look_up(entry: CatalogueEntry, name: str) -> RemoteFile:
+    found: HfFileMetadata = get_hf_file_metadata(hf_hub_url(entry.repo, name, revision=entry.revision))
+    expected = entry.sha256.get(name)
+    if not found.etag or found.size is None:
+        raise BadInput(f"{entry.repo}/{name}: the server names no checksum or size; is HF_ENDPOINT a hub?")
+    if expected and found.etag != expected:
+        raise BadInput(f"{entry.repo}/{name} is not what it was: checksum {found.etag}, expected {expected}")
+    return RemoteFile(name, found.etag, found.size)
+
+
+def _fetch_file(entry: CatalogueEntry, file: RemoteFile, tell: Callable[[str], None]) -> None:
+    """Bring one file into the cache. Another process that wants the same waits."""
+    folder = repo_folder_name(repo_id=entry.repo, repo_type="model")
+    blob = cache_folder() / folder / "blobs" / file.published
+    lock = cache_folder() / ".locks" / folder / f"{file.published}.part.lock"
+    blob.parent.mkdir(parents=True, exist_ok=True)
+    lock.parent.mkdir(parents=True, exist_ok=True)
+    with FileLock(lock):
+        if not blob.exists():
+            partial = blob.with_name(f"{file.published}.incomplete")
+            _download(entry, file, partial, tell)
+            _check(entry, file, partial)
+            partial.rename(blob)
+    hf_hub_download(entry.repo, file.name, revision=entry.revision)  # the content is there: this only links it
+
+
+def _download(entry: CatalogueEntry, file: RemoteFile, partial: Path, tell: Callable[[str], None]) -> None:
+    """Append to `partial` what it still lacks."""
+    have = partial.stat().st_size if partial.exists() else 0
+    if have > file.n_bytes:
+        partial.unlink()
+        have = 0
+    free = shutil.disk_usage(partial.parent).free
+    if free < file.n_bytes - have:
+        raise BadInput(
+            f"no room for {file.name}: {(file.n_bytes - have) / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB free at "
+            f"{cache_folder()}; free some, or set HF_HOME to a folder on another disk"
+        )
+    tell(f"{file.name}: {file.n_bytes / 1e6:.1f} MB" + (f", {have / 1e6:.1f} of them here already" if have else ""))
+    url = hf_hub_url(entry.repo, file.name, revision=entry.revision)
+    with partial.open("ab") as target:
+        http_get(
+            url,
+            target,
+            resume_size=have,
+            headers=build_hf_headers(),
+            expected_size=file.n_bytes,
+            displayed_filename=Path(file.name).name,
+        )
+
+
+def _check(entry: CatalogueEntry, file: RemoteFile, partial: Path) -> None:
+    kind = checksum_kind(file.published)
+    if kind and (found := checksum(partial, kind)) != file.published:
+        partial.unlink()
+        raise BadInput(
+            f"{entry.repo}/{file.name} came damaged: {kind} {found}, expected {file.published}; it is deleted, "
+            "run the command again"
+        )

@@ -1,0 +1,1 @@
+"""Models that know the truth, with as much noise as asked for."""

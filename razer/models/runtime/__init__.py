@@ -1,0 +1,1 @@
+"""What computes a model: ONNX Runtime, torch, checkpoints of transformers."""

@@ -1,0 +1,103 @@
+"""Checkpoints of the `transformers` library: folders that its `save_pretrained` writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from razer.frame import BadInput
+from razer.models.hub.model_file import model_file
+from razer.models.model_view import DEVIATION, MEAN
+from razer.models.runtime.device import Device
+from razer.models.runtime.torch_device import torch_device
+
+_HALF = (0.5, 0.5, 0.5)  # what SAM 3 has where its settings say nothing
+_PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A folder with config.json and weights; it is read and checked, but nothing is loaded."""
+
+    folder: Path
+    config: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, weights: str | Path) -> Checkpoint:
+        """The checkpoint at a path, or of a name of the catalogue or the hub that is in the cache; raises BadInput."""
+        folder = model_file(weights)
+        if find_spec("transformers") is None:
+            raise BadInput("this model needs the transformers library: pip install 'razer[transformers]'")
+        if not (folder / "config.json").is_file():
+            raise BadInput(f"{folder} is no checkpoint: it should be a folder with config.json and model.safetensors")
+        files = [*folder.glob("*.safetensors"), *folder.glob("pytorch_model*.bin")]
+        if not files:
+            raise BadInput(f"{folder} has no weights: model.safetensors is missing")
+        for file in files:
+            _check_whole(file)
+        return cls(folder, _read_json(folder / "config.json"))
+
+    @property
+    def kind(self) -> str:
+        """The library's name of the architecture, such as sam2; empty if the file tells none."""
+        return str(self.config.get("model_type", ""))
+
+    def colours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Mean and standard deviation that its images are normalised with, of colours in [0, 1]."""
+        settings: dict[str, Any] = {}
+        for name in _PREPROCESSING:
+            if not settings and (self.folder / name).is_file():
+                settings = _read_json(self.folder / name)
+        settings = settings.get("image_processor", settings)
+        mean, deviation = (_HALF, _HALF) if self.kind.startswith("sam3") else (MEAN, DEVIATION)
+        return tuple(settings.get("image_mean", mean)), tuple(settings.get("image_std", deviation))
+
+    def load(self, loader: str, device: Device) -> Any:
+        """The model, by one of the library's classes, ready to compute on the device; raises BadInput."""
+        loaded, told = self._from_pretrained(loader, output_loading_info=True)
+        if missing := told["missing_keys"]:
+            raise BadInput(
+                f"{self.folder} lacks {len(missing)} weights, such as {min(missing)}: "
+                "it was saved from another kind of model"
+            )
+        return loaded.eval().to(torch_device(device))
+
+    def part(self, loader: str, **options: Any) -> Any:
+        """A processor or tokenizer, by one of the library's classes; raises BadInput."""
+        return self._from_pretrained(loader, **options)
+
+    def _from_pretrained(self, loader: str, **options: Any) -> Any:
+        import transformers  # late: it takes seconds
+        from safetensors import SafetensorError
+
+        transformers.utils.logging.set_verbosity_error()
+        transformers.utils.logging.disable_progress_bar()
+        try:
+            return getattr(transformers, loader).from_pretrained(self.folder, local_files_only=True, **options)
+        except (OSError, ValueError, KeyError, RuntimeError, ImportError, TypeError, SafetensorError) as error:
+            first = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
+            raise BadInput(f"{self.folder} cannot be loaded as {loader}: {first}") from error
+
+
+def _check_whole(file: Path) -> None:
+    """A file in safetensors format tells its own length."""
+    from safetensors import SafetensorError, safe_open
+
+    if file.suffix != ".safetensors":
+        return
+    try:
+        with safe_open(file, "pt"):
+            pass
+    except (OSError, SafetensorError) as error:
+        raise BadInput(f"{file} is damaged or cut short: {error}") from error
+
+
+def _read_json(file: Path) -> Any:
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{file} cannot be read: {error}") from error

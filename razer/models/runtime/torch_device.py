@@ -1,0 +1,17 @@
+"""Where torch computes."""
+
+from __future__ import annotations
+
+import torch
+
+from razer.frame import BadInput
+from razer.models.runtime.device import Device
+
+
+def torch_device(device: Device) -> torch.device:
+    """Where a model of the settings' device computes; raises BadInput."""
+    if device not in ("auto", "cpu", "cuda"):
+        raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
+    if device == "cuda" and not torch.cuda.is_available():
+        raise BadInput("torch finds no CUDA device here: set option device to cpu or auto")
+    return torch.device("cuda" if device != "cpu" and torch.cuda.is_available() else "cpu")

@@ -1,0 +1,79 @@
+"""From the answers of a promptable model to masks of an image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.models.mask_filters import best_of_overlapping, stability
+from razer.models.sam.promptable import Promptable
+
+_OVERLAP_RASTER = 128  # columns on which overlaps are measured, about: enough for a threshold, and four times as fast
+
+
+@dataclass(frozen=True)
+class ProposalLimits:
+    """points: prompts along the longer side of the image, each giving up to three masks. More: smaller things are
+    found, and the time grows with the square. min_quality: least quality that the model expects of a mask.
+    min_stability: least stability against the threshold. Lower: more masks, with worse borders. most_iou: overlap above
+    which the lesser of two masks is dropped. Higher: one thing has several masks. Raises BadInput."""
+
+    points: int = 16
+    min_quality: float = 0.8
+    min_stability: float = 0.9
+    most_iou: float = 0.7
+
+    def __post_init__(self) -> None:
+        shares = (self.min_quality, self.min_stability, self.most_iou)
+        if self.points < 1 or not all(0 <= share <= 1 for share in shares):
+            raise BadInput("segmenter options: points is at least 1, and quality, stability and IoU are from 0 to 1")
+
+
+def masks_of_everything(
+    model: Promptable, rgb: NDArray[np.uint8], limits: ProposalLimits
+) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+    """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the quality expected of each."""
+    features, view = model.encode(rgb)
+    height, width = rgb.shape[:2]
+    parts: list[tuple[NDArray[np.float32], ...]] = []
+    for found, scores in model.at_points(features, view, point_grid(height, width, limits.points)):
+        good = scores >= limits.min_quality
+        candidates, quality, firmness = found[good], scores[good], stability(found[good])
+        stable = firmness >= limits.min_stability
+        parts.append((candidates[stable], quality[stable], firmness[stable]))
+    logits, quality, firmness = (np.concatenate(column) for column in zip(*parts, strict=True))
+    step = max(1, logits.shape[-1] // _OVERLAP_RASTER)
+    order = best_of_overlapping(logits[:, ::step, ::step] > 0, quality * firmness, limits.most_iou)
+    return masks_at_size(logits[order], height, width), quality[order].clip(0, 1)
+
+
+def masks_in_boxes(model: Promptable, rgb: NDArray[np.uint8], boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """The best mask (N, H, W) for each of N boxes (N, 4) of an image (H, W, 3)."""
+    height, width = rgb.shape[:2]
+    if not len(boxes):
+        return np.zeros((0, height, width), bool)
+    features, view = model.encode(rgb)
+    best = [
+        found[np.arange(len(found)), scores.argmax(axis=1)] for found, scores in model.in_boxes(features, view, boxes)
+    ]
+    return masks_at_size(np.concatenate(best), height, width)
+
+
+def point_grid(height: int, width: int, n: int) -> NDArray[np.float64]:
+    """Centres (N, 2), x before y, of about square cells, n of them along the longer side of an image."""
+    size = max(height, width) / n
+    columns, rows = max(1, round(width / size)), max(1, round(height / size))
+    x, y = (np.arange(columns) + 0.5) * width / columns, (np.arange(rows) + 0.5) * height / rows
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+def masks_at_size(logits: NDArray[np.float32], height: int, width: int) -> NDArray[np.bool_]:
+    """Masks (N, height, width) of logits (N, h, w) over the same image."""
+    masks = np.empty((len(logits), height, width), bool)
+    for mask, each in zip(masks, logits, strict=True):
+        mask[:] = cv2.resize(each, (width, height), interpolation=cv2.INTER_LINEAR) > 0
+    return masks

@@ -1,0 +1,36 @@
+"""A SAM export in ONNX format: two files that work as one model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.models.model_view import ModelView
+from razer.models.runtime.device import Device
+from razer.models.runtime.onnx_graph import OnnxGraph
+from razer.models.sam.decoder import SamDecoder
+from razer.models.sam.encoder import SamEncoder
+from razer.models.sam.promptable import Answers
+
+
+class OnnxSam:
+    """Encoder and decoder of one export, Promptable; raises BadInput where the two files are not that."""
+
+    def __init__(self, encoder: Path, decoder: Path, batch: int, device: Device) -> None:
+        self.encoder = SamEncoder(OnnxGraph(encoder, device))
+        self.decoder = SamDecoder(OnnxGraph(decoder, device), self.encoder.graph.outputs, batch)
+
+    def encode(self, rgb: NDArray[np.uint8]) -> tuple[dict[str, NDArray], ModelView]:
+        """As Promptable."""
+        return self.encoder.encode(rgb)
+
+    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
+        return self.decoder.at_points(features, view, points)
+
+    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
+        return self.decoder.in_boxes(features, view, boxes)

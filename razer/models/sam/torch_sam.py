@@ -1,0 +1,66 @@
+"""SAM checkpoints of the `transformers` library, in torch."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.models.model_view import ModelView
+from razer.models.runtime.checkpoint import Checkpoint
+from razer.models.runtime.device import Device
+from razer.models.runtime.torch_device import torch_device
+from razer.models.sam.promptable import Answers
+
+_KEEPS_SHAPE = {"sam"}
+_STRETCHES = {"sam2", "sam2_video", "sam3_tracker", "edgetam", "edgetam_video"}
+
+
+class TorchSam:
+    """SAM, SAM 2 and their kin, Promptable. The model is loaded on first use and stays behind when this travels to
+    another process. Raises BadInput for other checkpoints."""
+
+    def __init__(self, checkpoint: Checkpoint, batch: int, device: Device) -> None:
+        if checkpoint.kind not in _KEEPS_SHAPE | _STRETCHES:
+            raise BadInput(f"{checkpoint.folder} holds '{checkpoint.kind}', which is no model of SAM's family")
+        self.checkpoint, self.batch, self.device = checkpoint, batch, device
+        self.colours = checkpoint.colours()
+        torch_device(device)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_model"}
+
+    @cached_property
+    def _model(self) -> Any:
+        return self.checkpoint.load("AutoModelForMaskGeneration", self.device)
+
+    @torch.inference_mode()
+    def encode(self, rgb: NDArray[np.uint8]) -> tuple[Any, ModelView]:
+        """As Promptable."""
+        height, width = rgb.shape[:2]
+        side = self._model.prompt_encoder.input_image_size
+        view = ModelView.of(height, width, side, self.checkpoint.kind in _STRETCHES)
+        square = torch.from_numpy(view.square(rgb, *self.colours)).to(torch_device(self.device))
+        return self._model.get_image_embeddings(square), view
+
+    def at_points(self, features: Any, view: ModelView, points: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
+        yield from self._answers(features, view, "input_points", view.coordinates(points)[:, None])
+
+    def in_boxes(self, features: Any, view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+        """As Promptable."""
+        corners = view.coordinates(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
+        yield from self._answers(features, view, "input_boxes", corners)
+
+    def _answers(self, features: Any, view: ModelView, name: str, prompts: NDArray[np.float32]) -> Answers:
+        device = torch_device(self.device)
+        for start in range(0, len(prompts), self.batch):
+            part = torch.from_numpy(prompts[None, start : start + self.batch]).to(device)
+            with torch.inference_mode():
+                outputs = self._model(image_embeddings=features, **{name: part})
+            masks, scores = outputs.pred_masks[0].float(), outputs.iou_scores[0].float()
+            yield view.filled(masks.cpu().numpy()), scores.cpu().numpy()

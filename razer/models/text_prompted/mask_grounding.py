@@ -1,0 +1,74 @@
+"""Masks of what words name, from SAM 3, in one model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from razer.models.model_view import ModelView
+from razer.models.runtime.checkpoint import Checkpoint
+from razer.models.runtime.device import Device
+from razer.models.runtime.torch_device import torch_device
+from razer.models.sam.mask_proposals import masks_at_size
+
+KINDS = {"sam3", "sam3_video"}
+_TEXT_TOKENS = 32  # to which SAM 3 fills up a text
+
+
+class WordMasks:
+    """A SAM 3 checkpoint. It is loaded on first use and stays behind when this travels to another process."""
+
+    def __init__(self, checkpoint: Checkpoint, words: Sequence[str], confidence: float, device: Device) -> None:
+        self.checkpoint, self.words, self.confidence, self.device = checkpoint, words, confidence, device
+        self.colours = checkpoint.colours()
+        torch_device(device)
+
+    def find(self, rgb: NDArray[np.uint8]) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.intp]]:
+        """Masks (N, H, W) of an image (H, W, 3), scores (N,) in [0, 1] and the number of each one's word (N,)."""
+        height, width = rgb.shape[:2]
+        masks, scores, words = [np.zeros((0, height, width), bool)], [np.zeros(0, np.float32)], [np.zeros(0, np.intp)]
+        vision = self._look(rgb)
+        for number, text in enumerate(self._texts):
+            logits, score = self._ask(vision, text)
+            sure = score > self.confidence
+            masks.append(masks_at_size(logits[sure], height, width))
+            scores.append(score[sure])
+            words.append(np.full(sure.sum(), number))
+        return np.concatenate(masks), np.concatenate(scores), np.concatenate(words)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in ("_model", "_texts")}
+
+    @cached_property
+    def _model(self) -> Any:
+        return self.checkpoint.load("Sam3Model", self.device)
+
+    @cached_property
+    def _texts(self) -> list[Any]:
+        tokenizer = self.checkpoint.part("AutoTokenizer")
+        return [
+            tokenizer(word, padding="max_length", max_length=_TEXT_TOKENS, truncation=True, return_tensors="pt")
+            for word in self.words
+        ]
+
+    @torch.inference_mode()
+    def _look(self, rgb: NDArray[np.uint8]) -> Any:
+        height, width = rgb.shape[:2]
+        side = self._model.config.vision_config.backbone_config.image_size
+        square = ModelView.of(height, width, side, stretched=True).square(rgb, *self.colours)
+        return self._model.get_vision_features(torch.from_numpy(square).to(torch_device(self.device)))
+
+    @torch.inference_mode()
+    def _ask(self, vision: Any, text: Any) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Logits (Q, h, w) and scores (Q,) of all candidates for one word."""
+        text = text.to(torch_device(self.device))
+        outputs = self._model(vision_embeds=vision, input_ids=text["input_ids"], attention_mask=text["attention_mask"])
+        scores = outputs.pred_logits[0].sigmoid()
+        if outputs.presence_logits is not None:
+            scores = scores * outputs.presence_logits[0].sigmoid()
+        return outputs.pred_masks[0].float().cpu().numpy(), scores.float().cpu().numpy()

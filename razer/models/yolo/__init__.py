@@ -1,0 +1,1 @@
+"""YOLO segmentation models in ONNX format."""

@@ -1,0 +1,117 @@
+"""What the outputs of a YOLO segmentation model mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput, Masks
+from razer.models.yolo.letterbox import Letterbox
+from razer.models.yolo.prototype_masks import prototype_masks
+
+Floats = NDArray[np.float32]
+Layout = Literal["dense", "end to end"]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """N things found: boxes (N, 4) x1, y1, x2, y2 in pixels of the input, scores (N,), classes (N,), and the mask
+    coefficients (N, M)."""
+
+    boxes: Floats
+    scores: Floats
+    classes: NDArray[np.int64]
+    coefficients: Floats
+
+    def select(self, rows: NDArray) -> Candidates:
+        """Those at the given rows, in their order."""
+        return Candidates(self.boxes[rows], self.scores[rows], self.classes[rows], self.coefficients[rows])
+
+
+@dataclass(frozen=True)
+class YoloDecoder:
+    """From outputs to masks. source names the model in messages; class_names is None for a model that does not tell;
+    the rest is as in YoloSegmenter."""
+
+    source: str
+    class_names: tuple[str, ...] | None
+    confidence: float
+    iou: float
+    max_masks: int
+
+    def layout(self, rows: int, columns: int, n_prototypes: int) -> Layout:
+        """How predictions (1, rows, columns) are laid out; raises BadInput.
+
+        Dense: (4 + classes + M, anchors), centres and sizes, of YOLOv8, YOLO11, YOLOE and FastSAM. End to end:
+        (N, 6 + M), corners, score and class, of YOLO26, YOLOv10 and exports with NMS inside.
+        """
+        if columns == 6 + n_prototypes:
+            return "end to end"
+        n_classes = rows - 4 - n_prototypes
+        if n_classes >= 1 and (self.class_names is None or n_classes == len(self.class_names)):
+            return "dense"
+        named = "C" if self.class_names is None else len(self.class_names)
+        raise BadInput(
+            f"{self.source}: predictions of {rows}x{columns} fit no YOLO layout: expected 4 + {named} classes + "
+            f"{n_prototypes} rows, or 6 + {n_prototypes} columns"
+        )
+
+    def masks(self, predictions: Floats, prototypes: Floats, letterbox: Letterbox) -> Masks:
+        """Masks at the size of the image, best first, from predictions (1, rows, columns) and prototypes
+        (1, M, h, w); raises BadInput."""
+        _, rows, columns = predictions.shape
+        if self.layout(rows, columns, prototypes.shape[1]) == "dense":
+            found = without_doubles(dense(predictions[0], prototypes.shape[1], self.confidence), self.iou)
+        else:
+            found = end_to_end(predictions[0], self.confidence)
+        found = found.select(np.argsort(-found.scores, kind="stable")[: self.max_masks])
+        masks = prototype_masks(found.coefficients, prototypes[0], found.boxes, letterbox)
+        filled = np.array([mask.any() for mask in masks], np.bool_)
+        named = Masks(masks, found.scores.clip(0, 1), self._names(found.classes))
+        return named if filled.all() else named.select(filled)
+
+    def _names(self, classes: NDArray[np.int64]) -> tuple[str, ...] | None:
+        if self.class_names is None:
+            return None
+        if len(classes) and not 0 <= classes.min() <= classes.max() < len(self.class_names):
+            raise BadInput(f"{self.source}: predicts class {classes.max()}, but names {len(self.class_names)} classes")
+        return tuple(self.class_names[number] for number in classes)
+
+
+def dense(predictions: Floats, n_prototypes: int, confidence: float) -> Candidates:
+    """What predictions (4 + classes + M, anchors) say with at least this confidence."""
+    end = len(predictions) - n_prototypes
+    best = predictions[4:end].max(axis=0)
+    found = predictions[:, best >= confidence].T
+    centers, halves = found[:, :2], found[:, 2:4] / 2
+    boxes = np.concatenate([centers - halves, centers + halves], axis=1)
+    return Candidates(boxes, best[best >= confidence], found[:, 4:end].argmax(axis=1), found[:, end:])
+
+
+def end_to_end(predictions: Floats, confidence: float) -> Candidates:
+    """What predictions (N, 6 + M) say with at least this confidence."""
+    found = predictions[predictions[:, 4] >= confidence]
+    return Candidates(found[:, :4], found[:, 4], found[:, 5].astype(np.int64), found[:, 6:])
+
+
+def without_doubles(found: Candidates, iou: float) -> Candidates:
+    """The candidates, best first, without those that overlap a better one of their class by more than `iou`."""
+    order = np.argsort(-found.scores, kind="stable")
+    kept: list[int] = []
+    while len(order):
+        first, order = int(order[0]), order[1:]
+        kept.append(first)
+        double = box_iou(found.boxes[first], found.boxes[order]) > iou
+        order = order[~(double & (found.classes[order] == found.classes[first]))]
+    return found.select(np.array(kept, np.int64))
+
+
+def box_iou(box: Floats, others: Floats) -> Floats:
+    """Intersection over union (N,) of a box (4,) x1, y1, x2, y2 with each of (N, 4)."""
+    sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
+    shared: Floats = sides.clip(0).prod(axis=1)
+    area, areas = (box[2:] - box[:2]).prod(), (others[:, 2:] - others[:, :2]).prod(axis=1)
+    return shared / np.maximum(area + areas - shared, 1e-9)

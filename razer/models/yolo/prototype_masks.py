@@ -1,0 +1,35 @@
+"""Masks that are weighted sums of a few coarse prototypes, as YOLACT made them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.models.yolo.letterbox import Letterbox
+
+_FLAGS = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+
+
+def prototype_masks(
+    coefficients: NDArray[np.float32],
+    prototypes: NDArray[np.float32],
+    boxes: NDArray[np.float32],
+    letterbox: Letterbox,
+) -> NDArray[np.bool_]:
+    """Masks (N, H, W) at the size of the image, from coefficients (N, M), prototypes (M, h, w) that span the input,
+    and boxes (N, 4) x1, y1, x2, y2 in pixels of the input, outside which a mask is false.
+
+    The sums are interpolated before they are compared with zero, and inside the boxes only.
+    """
+    grid = prototypes.shape[1:]
+    sums = (coefficients @ prototypes.reshape(len(prototypes), -1)).reshape(-1, *grid)
+    slope, offset = letterbox.grid_from_image((grid[0], grid[1]))
+    masks = np.zeros((len(coefficients), *letterbox.image), np.bool_)
+    for mask, values, (x1, y1, x2, y2) in zip(masks, sums, letterbox.boxes_in_image(boxes).tolist(), strict=True):
+        if x1 < x2 and y1 < y2:
+            start = slope * [x1, y1] + offset
+            matrix = np.column_stack([np.diag(slope), start])
+            inside = cv2.warpAffine(values, matrix, (x2 - x1, y2 - y1), flags=_FLAGS, borderMode=cv2.BORDER_REPLICATE)
+            np.greater(inside, 0, out=mask[y1:y2, x1:x2])
+    return masks

@@ -1,0 +1,51 @@
+"""Masks with class names from a YOLO segmentation model in ONNX format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from razer.frame import BadInput, Frame, Masks
+from razer.models.runtime.device import Device
+from razer.models.runtime.onnx_model import OnnxModel
+from razer.models.yolo.decoder import YoloDecoder
+from razer.models.yolo.export import YoloExport
+
+
+class YoloSegmenter:
+    """Any segmentation model that Ultralytics exports: YOLOv8, 11 and 26, YOLOE, FastSAM.
+
+    weights: the ONNX file; class names come from its metadata. confidence: least score. Lower: more small things,
+    and more that are none. iou: overlap of boxes of one class above which the lesser is a double. Lower: things
+    that stand close become one; higher: one thing is found twice. max_masks: at most so many, the best. size:
+    longest side in pixels that the model is given, where it leaves that open. Smaller: faster, small things are
+    lost. device: auto, cpu or cuda. Raises BadInput, at once for what the file itself tells.
+    """
+
+    def __init__(
+        self,
+        weights: str | Path,
+        confidence: float = 0.25,
+        iou: float = 0.7,
+        max_masks: int = 100,
+        size: int | None = None,
+        device: Device = "auto",
+    ) -> None:
+        if not (0 < confidence <= 1 and 0 < iou <= 1 and max_masks >= 1):
+            raise BadInput("the yolo segmenter takes confidence and iou above 0 and up to 1, and max_masks >= 1")
+        self.model = OnnxModel(weights, device)
+        self.export = YoloExport.of(self.model, size)
+        self.decoder = YoloDecoder(str(weights), self.export.class_names, confidence, iou, max_masks)
+        self._check_layout()
+
+    def segment(self, frame: Frame) -> Masks:
+        """The masks of one frame, best first; they may overlap. Raises BadInput for outputs unlike YOLO's."""
+        letterbox = self.export.letterbox((frame.intrinsics.height, frame.intrinsics.width))
+        outputs = self.model(letterbox.batch(frame.rgb))
+        return self.decoder.masks(outputs[self.export.predictions], outputs[self.export.prototypes], letterbox)
+
+    def _check_layout(self) -> None:
+        """Refuse a file whose outputs are of fixed shape and unlike YOLO's; of open ones the first frame tells."""
+        rows, columns = self.model.outputs[self.export.predictions].shape[1:]
+        n_prototypes = self.model.outputs[self.export.prototypes].shape[1]
+        if rows is not None and columns is not None and n_prototypes is not None:
+            self.decoder.layout(rows, columns, n_prototypes)

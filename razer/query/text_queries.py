@@ -1,0 +1,91 @@
+"""What words mean to an embedder: prompts averaged, and the names that every query is set against."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.models import NameTable, TextSide
+from razer.query.ranking import Contrast
+from razer.vocabulary import vocabulary
+
+Vectors = NDArray[np.float32]
+
+# A text encoder knows captions better than words; what the frames of the captions say is averaged away.
+TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
+# Every third of the 1,203 names of LVIS, with near as much to say as all (precision 0.88 instead of 0.89 where 80 % of
+# what is present is found), since each name costs an encoder some ten milliseconds; and words that mean nothing.
+EVERY_NAME = 3
+NEUTRAL = ("object", "thing", "things", "stuff", "texture", "surface", "background")
+_ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
+
+
+class Words:
+    """The text side of an embedder. It may have none: what asks for words then raises BadInput."""
+
+    def __init__(self, embedder: object, contrast: Contrast | None = None) -> None:
+        """`contrast`, where it is known already, saves embedding its names."""
+        self._embedder = embedder
+        self._known_contrast = contrast
+
+    @property
+    def text_side(self) -> TextSide:
+        """The embedder; raises BadInput if it knows no words."""
+        if not isinstance(self._embedder, TextSide):
+            raise BadInput(
+                f"{type(self._embedder).__name__} has no text side, so that its vectors cannot be asked for by words: "
+                "map with another --embedder, or ask with --image"
+            )
+        return self._embedder
+
+    @property
+    def is_table(self) -> bool:
+        """Whether only the names of a table are known, whose vectors are at hand."""
+        return isinstance(self.text_side, NameTable) and not getattr(self.text_side, "takes_any_name", False)
+
+    def vectors(self, texts: Sequence[str]) -> Vectors:
+        """Unit vectors (N, D) of texts; raises BadInput for a text that a table of names does not have."""
+        side = self.text_side
+        if not texts or not all(text.strip() for text in texts):
+            raise BadInput("an empty text means nothing: give a name or a short description")
+        bare = [_ARTICLE.sub("", text.strip()) for text in texts]
+        if isinstance(side, NameTable):
+            return side.embed_texts(bare)
+        prompts = [template.format(text) for text in bare for template in TEMPLATES]
+        means = side.embed_texts(prompts).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
+        return means / np.linalg.norm(means, axis=1, keepdims=True)
+
+    def knows(self, name: str) -> bool:
+        """Whether a name has a vector: a table does not have all of them."""
+        if not self.is_table:
+            return True
+        try:
+            self.vectors([name])
+        except BadInput:
+            return False
+        return True
+
+    @property
+    def contrast_names(self) -> tuple[str, ...]:
+        """The names of the contrast: all that a table has, or else names of LVIS."""
+        side = self.text_side
+        if isinstance(side, NameTable):
+            return tuple(side.known_names) or vocabulary("lvis").names
+        return (*vocabulary("lvis").names[::EVERY_NAME], *NEUTRAL)
+
+    @cached_property
+    def contrast(self) -> Contrast:
+        """What queries are set against; embedded once."""
+        if self._known_contrast is not None:
+            return self._known_contrast
+        names = self.contrast_names
+        if len(names) < 2:
+            raise BadInput(
+                "a table of a single name cannot tell what is there from what is not: give one of many names"
+            )
+        return Contrast(names, self.vectors(names))

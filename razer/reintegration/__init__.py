@@ -1,0 +1,1 @@
+"""The map follows corrected poses: kept frames are integrated anew."""

@@ -1,0 +1,1 @@
+"""Classes, gravity and relations of instances."""

@@ -1,0 +1,29 @@
+"""Which way is up: floors, table tops and ceilings tell it better than the way a camera was held."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.volume.mesh_extraction import LabelledMesh
+
+Array = NDArray[np.float64]
+_CONES_DEG = (45.0, 25.0, 12.0, 6.0)
+
+
+def upward(mesh: LabelledMesh, guess: Array) -> Array:
+    """The unit direction (3,) that most horizontal surface faces, up or down, starting within 45 degrees of `guess`
+    (3,); the guess itself where no surface lies so, or where it has no length."""
+    if not np.linalg.norm(guess) > 0:
+        return guess
+    up: Array = guess / np.linalg.norm(guess)
+    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
+    normals = np.cross(b - a, c - a)
+    areas = np.linalg.norm(normals, axis=1)
+    for cone in _CONES_DEG:
+        along = normals @ up
+        mean = (normals * np.sign(along)[:, None])[np.abs(along) > np.cos(np.radians(cone)) * areas].sum(axis=0)
+        length = np.linalg.norm(mean)
+        if length > 0:
+            up = mean / length
+    return up

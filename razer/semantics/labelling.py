@@ -1,0 +1,82 @@
+"""Classes of a vocabulary for the instances of a map; stuff has no instances (`method.md` section 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.frame import BadInput
+from razer.panoptic_map import PanopticMap
+from razer.vocabulary import Category, Vocabulary
+from razer.volume.mesh_extraction import LabelledMesh
+
+
+@dataclass(frozen=True)
+class Label:
+    """The class of an instance, the probability that its name fits, and the next best class, if there are two."""
+
+    id: int
+    category: Category
+    score: float
+    runner_up: Category | None
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A thing, or all stuff of one class: id, that of the instance or the lowest of the `instances` merged."""
+
+    id: int
+    category: Category
+    score: float
+    instances: tuple[int, ...]
+
+
+def known_categories(panoptic: PanopticMap, vocabulary: Vocabulary) -> list[Category]:
+    """The classes whose names the words of a map know; raises BadInput if there is none."""
+    if panoptic.words is None:
+        raise BadInput("no embedder is known for this map, so that names mean nothing")
+    known = [category for category in vocabulary.categories if panoptic.words.knows(category.name)]
+    if not known:
+        raise BadInput(f"the embedder knows no name of the vocabulary {vocabulary.name}: choose another of either")
+    return known
+
+
+def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
+    """The nearest of the given classes for each instance that has an embedding, by id. Raises BadInput."""
+    texts = panoptic.text_vectors([category.name for category in categories])
+    ranking = panoptic.text_ranking
+    if not len(panoptic.hypotheses):
+        return []
+    likeness, scores = ranking.likeness(texts), ranking.scores(texts)
+    labels = []
+    for row, instance in enumerate(panoptic.hypotheses.ids.tolist()):
+        order = np.argsort(-likeness[row], kind="stable")
+        best = int(order[0])
+        second = categories[order[1]] if len(order) > 1 else None
+        labels.append(Label(instance, categories[best], float(scores[row, best]), second))
+    return sorted(labels, key=lambda found: found.id)
+
+
+def segments(labels: list[Label]) -> list[Segment]:
+    """Things one by one, stuff of one class together; by id."""
+    stuff: dict[str, list[Label]] = {}
+    for found in labels:
+        if found.category.stuff:
+            stuff.setdefault(found.category.name, []).append(found)
+    things = [Segment(f.id, f.category, f.score, (f.id,)) for f in labels if not f.category.stuff]
+    merged = [
+        Segment(group[0].id, group[0].category, max(f.score for f in group), tuple(f.id for f in group))
+        for group in stuff.values()
+    ]
+    return sorted([*things, *merged], key=lambda segment: segment.id)
+
+
+def segment_ids(mesh: LabelledMesh, found: list[Segment]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Segment (V,) and class number (V,) of each vertex; 0 = none. Instances without a class keep their id."""
+    size = int(max([mesh.instances.max(initial=0), *(i for s in found for i in s.instances)])) + 1
+    segment, category = np.arange(size, dtype=np.int32), np.zeros(size, np.int32)
+    for each in found:
+        segment[list(each.instances)], category[list(each.instances)] = each.id, each.category.id
+    return segment[mesh.instances], category[mesh.instances]

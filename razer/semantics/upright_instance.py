@@ -1,0 +1,89 @@
+"""An instance as it stands in a room: its surface with gravity pointing down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, KDTree, QhullError
+
+from razer.boxes.oriented_box import OrientedBox
+
+Array = NDArray[np.float64]
+_SAMPLES = 1500
+_TRIM = 0.02  # share of the surface above and below which counts as noise
+# A surface facing this much upwards carries things; one facing this little upwards can be leant against.
+_LEVEL, _STEEP = 0.7, 0.3
+# What is this tall and this wide, and steep for the most part, is a wall or stands like one.
+_WALL_HEIGHT_M, _WALL_WIDTH_M, _WALL_SHARE = 1.5, 1.5, 0.7
+
+
+@dataclass(frozen=True)
+class Placed:
+    """points (N, 3) of the surface and normals (N, 3), N >= 1, in metres with z upwards; box in the same axes; stuff,
+    whether it is of a class that has no instances."""
+
+    id: int
+    points: Array
+    normals: Array
+    box: OrientedBox
+    stuff: bool = False
+
+    @cached_property
+    def sample(self) -> Array:
+        """Some of the points, evenly chosen."""
+        return self.points[:: max(1, len(self.points) // _SAMPLES)]
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """Index of all points."""
+        return KDTree(self.points)
+
+    @cached_property
+    def plan(self) -> KDTree:
+        """Index of the sample seen from above, (x, y)."""
+        return KDTree(self.sample[:, :2])
+
+    @cached_property
+    def heights_m(self) -> tuple[float, float, float]:
+        """Lowest, middle and highest z."""
+        low, middle, high = np.quantile(self.sample[:, 2], [_TRIM, 0.5, 1 - _TRIM])
+        return float(low), float(middle), float(high)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Lowest and highest x, y, z (2, 3)."""
+        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @cached_property
+    def level(self) -> Array:
+        """The points (M, 3) of surfaces that face upwards."""
+        return self.points[self.normals[:, 2] > _LEVEL]
+
+    @cached_property
+    def steep(self) -> Array:
+        """The points (M, 3) of surfaces that stand upright."""
+        return self.points[np.abs(self.normals[:, 2]) < _STEEP]
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether it stands upright and is large, as walls, doors and cupboards do."""
+        size = self.bounds[1] - self.bounds[0]
+        large = size[2] >= _WALL_HEIGHT_M and max(size[:2]) >= _WALL_WIDTH_M
+        return bool(large and len(self.steep) >= _WALL_SHARE * len(self.points))
+
+    @cached_property
+    def _outline(self) -> Array | None:
+        """Half planes (K, 3) of the convex outline seen from above, as (normal, offset); None of a thin one."""
+        try:
+            return np.asarray(ConvexHull(self.sample[:, :2]).equations)
+        except (QhullError, ValueError):
+            return None
+
+    def spans(self, place: Array, margin_m: float) -> bool:
+        """Whether its outline, seen from above, holds a place (x, y)."""
+        if self._outline is None:
+            return bool(self.plan.query(place)[0] <= margin_m)
+        return bool((self._outline[:, :2] @ place + self._outline[:, 2] <= margin_m).all())

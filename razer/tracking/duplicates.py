@@ -1,0 +1,60 @@
+"""Things that were mapped twice: once the poses have been corrected, two tracks claim the same voxels, and no frame
+shows both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from razer.volume import label_histogram as votes
+from razer.volume.voxel_map import VoxelMap
+
+Pair = tuple[int, int]
+# One thing stays in one piece in most frames; two things beside each other are seen together in nearly all of them.
+MAX_TOGETHER = 0.2
+
+
+def mapped_twice(voxels: VoxelMap, owners: Sequence[NDArray[np.int32]], min_shared: float) -> list[Pair]:
+    """Pairs (older id, newer id) that share at least `min_shared` of their votes and are hardly ever seen together,
+    the surest first; `owners` are the tracks (N,) of each frame's detections."""
+    shared = {pair: share for pair, share in shared_votes(voxels).items() if share >= min_shared}
+    pairs = sorted(shared, key=lambda pair: (-shared[pair], pair))
+    together = seen_together(pairs, owners, voxels)
+    return [pair for pair, share in zip(pairs, together, strict=True) if share <= MAX_TOGETHER]
+
+
+def seen_together(pairs: list[Pair], owners: Sequence[NDArray[np.int32]], voxels: VoxelMap) -> list[float]:
+    """For each pair of live instances the share of frames with both, among those of the one seen in fewer."""
+    frame = np.repeat(np.arange(len(owners)), [len(ids) for ids in owners])
+    now = np.array(voxels.alive(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
+    frames_of = {i: set(frame[now == i].tolist()) for pair in pairs for i in pair}
+    return [len(frames_of[a] & frames_of[b]) / max(1, min(len(frames_of[a]), len(frames_of[b]))) for a, b in pairs]
+
+
+def shared_votes(voxels: VoxelMap) -> dict[Pair, float]:
+    """For pairs of instances (older id, newer id) the share of their votes on the surface that lies in the same
+    voxels: the sum of min(h_a, h_b) over that of the one with fewer votes. Pairs that share none are left out.
+
+    Votes and not voxels are compared, because a mask that joined a cup with its table claims every voxel of the cup,
+    but only once.
+    """
+    surface = voxels.surface_addresses()
+    ids, counts = (voxels.attribute(name)[surface].T.contiguous() for name in ("ids", "counts"))
+    ids, counts = votes.merge_equal(voxels.alive(ids), counts)
+    n_ids = voxels.newest_id + 1
+    total = torch.bincount(ids.flatten().long(), weights=counts.flatten().double(), minlength=n_ids).tolist()
+    shared: dict[Pair, float] = {}
+    for a, b in combinations(range(len(ids)), 2):
+        both = torch.minimum(counts[a], counts[b])
+        claimed = both > 0
+        low, high = torch.minimum(ids[a], ids[b])[claimed].long(), torch.maximum(ids[a], ids[b])[claimed].long()
+        pairs, row = torch.unique(low * n_ids + high, return_inverse=True)
+        sums = torch.bincount(row, weights=both[claimed].double(), minlength=len(pairs))
+        for key, n in zip(pairs.tolist(), sums.tolist(), strict=True):
+            pair = divmod(key, n_ids)
+            shared[pair] = shared.get(pair, 0.0) + n
+    return {pair: n / min(total[pair[0]], total[pair[1]]) for pair, n in shared.items()}

@@ -1,0 +1,95 @@
+"""The embedding bank E_i of a track: a few hypotheses of what it is, each with its mass (section III-D)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.config import BankSettings
+from razer.tracking.embedding_clusters import Slots
+
+Vectors = NDArray[np.float32]
+# Mass at which a track counts as well seen, so that strangers are outliers instead of new hypotheses.
+WELL_SEEN_MASS = 2.0
+
+
+class EmbeddingBank:
+    """At most `settings.hypotheses` slots with the weighted sum of their observations and its mass W_j.
+
+    Noisy observations of one thing are less alike than `settings.similarity` and fill several slots. What is read
+    are hypotheses e_j, slots of one thing taken together, with confidence c_j = W_j / sum W."""
+
+    def __init__(self, settings: BankSettings, dimension: int) -> None:
+        self.settings = settings
+        self._slots = Slots.none(dimension)
+        self._hypotheses = self._slots
+        self.outliers = 0
+
+    @property
+    def embeddings(self) -> Vectors:
+        """Hypotheses (J, D) float32 of unit length, the strongest first."""
+        return self._hypotheses.directions.astype(np.float32)
+
+    @property
+    def confidences(self) -> NDArray[np.float64]:
+        """c_j (J,), adding up to 1, in the order of `embeddings`."""
+        masses = self._hypotheses.masses
+        return masses / masses.sum() if len(masses) else masses
+
+    def settled(self) -> tuple[Vectors, NDArray[np.float64]]:
+        """What queries are answered by: embeddings (J, D) and confidences (J,) without those of a single observation,
+        the strongest first. Association still wants these, as what was seen once may be seen again."""
+        slots = self._slots.settled()
+        return slots.directions.astype(np.float32), slots.masses / max(slots.masses.sum(), 1e-12)
+
+    @property
+    def mass(self) -> float:
+        """Confidence mass of all observations fused so far."""
+        return float(self._slots.masses.sum())
+
+    def similarity(self, embedding: Vectors) -> float:
+        """Highest cosine of a unit vector (D,) to any hypothesis (section III-H); 0 while empty."""
+        return float((self._hypotheses.directions @ embedding).max()) if len(self._hypotheses) else 0.0
+
+    def add(self, embedding: Vectors, confidence: float) -> None:
+        """Take in one observation (eqs. 12 and 13)."""
+        confidence = max(confidence, 1e-6)
+        self._take(Slots.of(embedding, confidence))
+        self._hypotheses = self._slots.distinct()
+
+    def absorb(self, other: EmbeddingBank) -> None:
+        """Take in the slots of a fused duplicate, with their mass."""
+        for row in range(len(other._slots)):
+            self._take(other._slots.select([row]))
+        self._hypotheses = self._slots.distinct()
+        self.outliers += other.outliers
+
+    def _take(self, new: Slots) -> None:
+        slots = self._slots
+        if len(slots) == 0:
+            self._slots = new
+            return
+        cosines = slots.directions @ new.directions[0]
+        nearest = int(cosines.argmax())
+        if cosines[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
+            self._slots = slots.merged(nearest, new)
+        elif cosines[nearest] < self.settings.outlier and self.mass > WELL_SEEN_MASS:
+            self.outliers += 1
+        elif len(slots) < self.settings.hypotheses:
+            self._slots = slots.joined(new)
+        elif new.masses[0] > slots.masses.min():
+            self._slots = slots.select(np.arange(len(slots)) != slots.masses.argmin()).joined(new)
+        else:
+            # By the mean cosine to what a slot holds: that to its mean is higher, the more it holds.
+            self._slots = slots.merged(int(slots.mean_cosines(new).argmax()), new)
+
+
+def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Vectors) -> NDArray[np.float64]:
+    """Highest cosine of each of (N, D) unit vectors to each of M banks, (M, N)."""
+    if not banks or len(embeddings) == 0:
+        return np.zeros((len(banks), len(embeddings)))
+    sizes = [len(bank.embeddings) for bank in banks]
+    cosines = np.concatenate([bank.embeddings for bank in banks]) @ embeddings.T
+    return np.maximum.reduceat(cosines, np.r_[0, np.cumsum(sizes)[:-1]], axis=0)

@@ -1,0 +1,53 @@
+"""What the map says of a frame's masks: which labels lie under each detection and each mask, and how much of
+each track the frame shows."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from razer.detection.lifting import Lifted
+from razer.detection.observed_surface import Cells
+from razer.volume.voxel_map import VoxelMap
+
+
+@dataclass(frozen=True)
+class LabelEvidence:
+    """Counts of observed cells: `shared` {(detection, track): cells}, `labelled` {detection: cells with any
+    label}, `visible` {track: cells in the frame}, `in_mask` {(mask, track): cells}."""
+
+    shared: Mapping[tuple[int, int], int]
+    labelled: Mapping[int, int]
+    visible: Mapping[int, int]
+    in_mask: Mapping[tuple[int, int], int]
+
+    @classmethod
+    def gather(cls, voxels: VoxelMap, cells: Cells, lifted: Lifted) -> LabelEvidence:
+        """Look up the labels of all cells of a frame once and count them."""
+        detections = lifted.detections
+        labels = voxels.labels_at(cells)
+        everything = np.arange(len(cells), dtype=np.int32)
+        whole = voxels.count_labels(labels, np.zeros_like(everything), everything)
+        in_mask = voxels.count_labels(labels, lifted.member_mask, lifted.member_cell)
+        nothing = np.zeros(0, np.int32)
+        groups = [nothing, *(np.full(d.n_cells, i, np.int32) for i, d in enumerate(detections))]
+        members = [nothing, *(d.cells for d in detections)]
+        shared = voxels.count_labels(labels, np.concatenate(groups), np.concatenate(members))
+        labelled: dict[int, int] = defaultdict(int)
+        for (detection, _), n in shared.items():
+            labelled[detection] += n
+        return cls(shared, labelled, {track: n for (_, track), n in whole.items()}, in_mask)
+
+    def visible_iou(self, detection: int, track: int) -> float:
+        """IoU of a detection with the track's voxels as this frame sees them. Cells without a label count
+        for neither side: they were never seen before, and a track cannot own them yet."""
+        shared = self.shared.get((detection, track), 0)
+        union = self.labelled.get(detection, 0) + self.visible.get(track, 0) - shared
+        return shared / union if union else 0.0
+
+    def owned_share(self, detection: int, track: int, n_cells: int) -> float:
+        """Share of a detection's cells that bear the track's label."""
+        return self.shared.get((detection, track), 0) / n_cells

@@ -1,0 +1,60 @@
+"""What happened in one frame, for whoever wants to watch or explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from razer.detection.lifting import Detection
+
+Outcome = Literal["matched", "joined", "born"]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A track a detection might belong to: geometric distance V_ij, semantic distance S_ij, cost M_ij (eq. 8)."""
+
+    track_id: int
+    geometry: float
+    semantic: float
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Where a detection went and why: matched by the assignment, joined as a further part, or born as new."""
+
+    detection: int
+    candidates: tuple[Candidate, ...]
+    gate: float
+    outcome: Outcome
+    track_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One mapped frame: id_image (H, W) int32 track per pixel, 0 = nobody; fused as (gone, survivor);
+    changed_blocks (M, 3) int32 keys of the blocks that were fused into; rebuilt, whether the whole map was replaced
+    by one that follows corrected poses."""
+
+    frame_index: int
+    id_image: NDArray[np.int32]
+    detections: tuple[Detection, ...]
+    decisions: tuple[Decision, ...]
+    fused: tuple[tuple[int, int], ...]
+    pruned: tuple[int, ...]
+    changed_blocks: NDArray[np.int32]
+    rebuilt: bool = False
+
+    @property
+    def owners(self) -> NDArray[np.int32]:
+        """The track (N,) of each detection."""
+        return np.array([d.track_id for d in self.decisions], np.int32)
+
+    @property
+    def born(self) -> tuple[int, ...]:
+        """Ids of the tracks that started in this frame."""
+        return tuple(d.track_id for d in self.decisions if d.outcome == "born")

@@ -1,0 +1,110 @@
+"""A tracked object: the one long-lived thing that changes."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.config import BankSettings
+from razer.detection.best_views import View, best_views
+from razer.detection.lifting import Detection
+from razer.tracking.embedding_bank import EmbeddingBank
+
+# Hits at which the share of evidence still missing is halved in the confidence.
+HALF_EVIDENCE_HITS = 2.0
+
+# Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
+# mask that falls apart for five does not.
+RIVALRY_RATE = 0.1
+
+
+class Track:
+    """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was seen and missed."""
+
+    def __init__(self, track_id: int, detection: Detection, frame_index: int, bank: BankSettings) -> None:
+        self.id = track_id
+        self.moments: PointMoments = detection.moments
+        self.box: OrientedBox = detection.box
+        self.bank = EmbeddingBank(bank, len(detection.embedding))
+        self.first_frame = self.last_frame = frame_index
+        self.hits = 0
+        self.chances = 0
+        self.misses = 0
+        self.confirmed = False
+        self.support = 1.0
+        self.n_voxels = 0
+        self.views: tuple[View, ...] = ()
+        self._rivalry = 0.0
+        self._class_votes: Counter[str] = Counter()
+        self.observe(detection, frame_index)
+
+    @property
+    def class_name(self) -> str | None:
+        """The name most of the observations carried, if the models name what they find."""
+        best = min(self._class_votes.items(), key=lambda item: (-item[1], item[0]), default=None)
+        return best[0] if best else None
+
+    @property
+    def stability(self) -> float:
+        """c_max, the share of the bank's strongest hypothesis."""
+        confidences = self.bank.confidences
+        return float(confidences[0]) if len(confidences) else 0.0
+
+    @property
+    def confidence(self) -> float:
+        """alpha in [0, 1]: temporal consistency (hits over chances in view) and semantic stability, both
+        believed only as far as there is evidence."""
+        consistency = min(1.0, self.hits / max(self.chances, self.hits, 1))
+        evidence = 1 - 2 ** (-self.hits / HALF_EVIDENCE_HITS)
+        return float(evidence * np.sqrt(consistency * self.stability))
+
+    @property
+    def is_contested(self) -> bool:
+        """Whether two masks have lain on this track for so long that it is hardly one thing."""
+        return self._rivalry > 0.5
+
+    def note_rival(self, rivalled: bool) -> None:
+        """Take in whether a second mask claimed part of the track in a frame in which it was matched."""
+        self._rivalry += RIVALRY_RATE * (rivalled - self._rivalry)
+
+    def observe(self, detection: Detection, frame_index: int) -> None:
+        """Take in a matched detection: it is seen once more, and its box may grow (eqs. 9 to 11)."""
+        if frame_index > self.last_frame or self.hits == 0:
+            self.hits += 1
+        self.last_frame = max(self.last_frame, frame_index)
+        self.misses = 0
+        if self.hits > 1:
+            self.moments = self.moments + detection.moments
+            self.box = _grown_to(self.box, self.moments, detection.box)
+        self.bank.add(detection.embedding, detection.quality)
+        if detection.region is not None:
+            self.views = best_views([*self.views, View(frame_index, detection.region)])
+        if detection.class_name is not None:
+            self._class_votes[detection.class_name] += 1
+
+    def refresh(self, points: np.ndarray, axes_trim: float = 0.01) -> None:
+        """Take moments and box from the track's own voxels (N, 3), which forget what was corrected since."""
+        self.n_voxels = len(points)
+        if len(points) >= 4:
+            self.moments = PointMoments.of(points)
+            self.box = OrientedBox.around(points, self.moments.axes, trim=axes_trim)
+
+    def absorb(self, other: Track) -> None:
+        """Become one with a duplicate, which is then forgotten."""
+        self.moments = self.moments + other.moments
+        self.box = _grown_to(self.box, self.moments, other.box)
+        self.bank.absorb(other.bank)
+        self.first_frame = min(self.first_frame, other.first_frame)
+        self.last_frame = max(self.last_frame, other.last_frame)
+        self.hits, self.chances = max(self.hits, other.hits), max(self.chances, other.chances)
+        self.confirmed = self.confirmed or other.confirmed
+        self.n_voxels += other.n_voxels
+        self.views = best_views([*self.views, *other.views])
+        self._class_votes += other._class_votes
+
+
+def _grown_to(box: OrientedBox, moments: PointMoments, other: OrientedBox) -> OrientedBox:
+    """A box along the moments' axes that holds both boxes: running bounds between refreshes."""
+    return OrientedBox.around(np.concatenate([box.corners(), other.corners()]), moments.axes)

@@ -1,0 +1,1 @@
+"""The voxel volume: TSDF, labels and their histograms, and the surface in it."""

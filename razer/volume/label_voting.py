@@ -1,0 +1,55 @@
+"""Who owns a voxel is decided by votes, one a frame (section III-E)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from razer.detection.lifting import Detection
+from razer.detection.observed_surface import ObservedSurface
+from razer.volume.voxel_map import VoxelMap
+
+# Masks are shrunk and their borders unsure: so near to one, at 640x480, no voxel loses a vote.
+BORDER_PIXELS = 8
+
+
+def vote(
+    voxels: VoxelMap,
+    surface: ObservedSurface,
+    detections: Sequence[Detection],
+    owners: NDArray[np.int32],
+    withdraw: bool = True,
+) -> NDArray[np.int32]:
+    """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to; `owners` (N,) are
+    the tracks of the detections. If `withdraw`, it loses one of each instance that the frame shows, but elsewhere:
+    what a mask spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns
+    the strided id image (h, w), 0 = nobody."""
+    owners = np.array(voxels.alive(torch.from_numpy(owners)).tolist(), np.int32)
+    ids = _painted(surface, detections, owners)
+    # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
+    row, column, z, on_image = surface.cell_pixels
+    near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
+    sure = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
+    voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), sure)
+    return ids
+
+
+def _far_from_borders(ids: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Which pixels (h, w) have only their own id around them."""
+    size = 2 * round(BORDER_PIXELS * len(ids) / 480) + 1
+    kernel, exact = np.ones((size, size), np.uint8), ids.astype(np.float32)
+    same: NDArray[np.bool_] = cv2.dilate(exact, kernel) == cv2.erode(exact, kernel)
+    return same
+
+
+def _painted(surface: ObservedSurface, detections: Sequence[Detection], owners: NDArray[np.int32]) -> NDArray[np.int32]:
+    ids = np.zeros(surface.depth.shape, np.int32)
+    # Small things stand on or before large ones: they are painted last.
+    for i in sorted(range(len(detections)), key=lambda i: -len(detections[i].pixels)):
+        pixels = detections[i].pixels
+        ids[surface.rows[pixels], surface.columns[pixels]] = owners[i]
+    return ids

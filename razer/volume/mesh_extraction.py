@@ -1,0 +1,141 @@
+"""Taking the surface out of the volume: labelled voxels and the labelled mesh. The only place, with
+`razer.storage`, where attributes leave the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from razer.detection.observed_surface import Cells, cells_of
+from razer.volume.voxel_map import VoxelMap
+
+Ints = NDArray[np.int32]
+# Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
+CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
+
+
+SEAM_RINGS = 3
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Voxels that hold surface: positions (N, 3) float32 metres, colors (N, 3) uint8, instances (N,) int32."""
+
+    positions: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    instances: Ints
+
+
+@dataclass(frozen=True)
+class LabelledMesh:
+    """vertices (V, 3) float32 metres, colors (V, 3) uint8, instances (V,) int32 with 0 = nobody,
+    triangles (T, 3) int32."""
+
+    vertices: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    instances: Ints
+    triangles: Ints
+
+
+def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
+    """The voxels that hold the zero crossing, of the given blocks or of all, in a fixed order."""
+    return points_at(voxels, voxels.surface_addresses(block_keys))
+
+
+def points_at(voxels: VoxelMap, addresses: Tensor) -> SurfacePoints:
+    """The voxels at addresses (N,)."""
+    columns = (
+        voxels.positions(addresses),
+        voxels.attribute("color")[addresses],
+        voxels.alive(voxels.attribute("label")[addresses, 0]),
+    )
+    positions, colors, instances = (column.cpu().numpy() for column in columns)
+    return SurfacePoints(positions, _bytes(colors / 255), instances)  # Open3D keeps colours as 0..255
+
+
+def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
+    """Marching cubes with the label of each vertex; vertices sorted by position, so that runs compare.
+
+    Call `VoxelMap.settle` first where instances have been fused.
+    """
+    empty = np.zeros((0, 3), np.int32)
+    nothing = LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
+    if voxels.n_blocks == 0:
+        return nothing
+    # Open3D wants more than the given weight (float32), everything else here at least as much.
+    least = np.nextafter(np.float32(voxels.settings.surface_weight), np.float32(-1))
+    mesh = voxels.grid.extract_triangle_mesh(float(least))
+    if "positions" not in mesh.vertex or mesh.vertex.positions.shape[0] == 0:
+        return nothing
+    vertices, colors = mesh.vertex.positions.cpu().numpy(), _bytes(mesh.vertex.colors.cpu().numpy())
+    triangles = mesh.triangle.indices.cpu().numpy().astype(np.int32)
+    order = np.lexsort(vertices.T[::-1])
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    triangles = _canonical(rank[triangles])
+    vertices = vertices[order]
+    labels = fill_seams(vertex_labels(voxels, vertices), triangles)
+    return LabelledMesh(vertices, colors[order], labels, triangles)
+
+
+def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
+    """The instance (V,) int32 with the most votes around each point: the voxels of the surrounding lattice cube
+    add their votes, weighted as in trilinear interpolation; 0 where nobody voted."""
+    size = voxels.settings.voxel_size_m
+    result = [np.zeros(0, np.int32)]
+    for part in np.array_split(points, len(points) // 100_000 + 1):
+        low = np.floor(part / size + 1e-4).astype(np.int32)
+        inside = part / size - low
+        corners = (low[:, None] + CORNERS).reshape(-1, 3)
+        weights = np.where(CORNERS[None] == 1, inside[:, None], 1 - inside[:, None]).prod(axis=2)
+        cells, row = cells_of(corners, size)
+        result.append(_most_voted(voxels, cells, row.reshape(-1, 8), weights))
+    return np.concatenate(result)
+
+
+def fill_seams(labels: Ints, triangles: Ints, rings: int = SEAM_RINGS) -> Ints:
+    """Labels (V,) in which nobody's vertices next to labelled ones are given to most of those neighbours.
+
+    Masks are shrunk before they vote, which leaves seams of a voxel or two between instances and around them.
+    """
+    edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    edges = np.concatenate([edges, edges[:, ::-1]])
+    labels = labels.copy()
+    for _ in range(rings):
+        to_nobody = edges[(labels[edges[:, 0]] == 0) & (labels[edges[:, 1]] > 0)]
+        claims, votes = np.unique(np.stack([to_nobody[:, 0], labels[to_nobody[:, 1]]]), axis=1, return_counts=True)
+        # Written in this order, the claim with most votes comes last and stays; of equal ones the lowest id.
+        order = np.lexsort((-claims[1], votes))
+        labels[claims[0, order]] = claims[1, order]
+    return labels
+
+
+def _most_voted(voxels: VoxelMap, cells: Cells, corner: Ints, weights: NDArray) -> Ints:
+    ids, counts = voxels.histograms_at(cells)
+    row = torch.from_numpy(corner).to(ids.device).long()
+    slots = ids.shape[1]
+    near_ids = ids[row].reshape(len(corner), -1)
+    # Whole numbers add up the same in any order.
+    share = torch.from_numpy(np.rint(np.maximum(weights, 0.02) * 1024)).to(ids.device).long()
+    near_votes = (counts[row] * share[:, :, None]).reshape(len(corner), 8 * slots)
+    total = torch.zeros_like(near_votes)
+    for slot in range(8 * slots):
+        total[:, slot] = torch.where(near_ids == near_ids[:, slot, None], near_votes, 0).sum(dim=1)
+    best = (total == total.max(dim=1, keepdim=True).values) & (near_votes > 0)
+    lowest = torch.where(best, near_ids, torch.iinfo(torch.int32).max).min(dim=1).values
+    return torch.where(best.any(dim=1), lowest, 0).cpu().numpy().astype(np.int32)
+
+
+def _bytes(colors: NDArray) -> NDArray[np.uint8]:
+    return np.clip(np.rint(colors * 255), 0, 255).astype(np.uint8)
+
+
+def _canonical(triangles: Ints) -> Ints:
+    """Triangles with their lowest vertex first, winding kept, sorted."""
+    first = triangles.argmin(axis=1)
+    rolled = triangles[np.arange(len(triangles))[:, None], (first[:, None] + np.arange(3)) % 3]
+    return rolled[np.lexsort(rolled.T[::-1])]

@@ -1,0 +1,79 @@
+"""Forgetting what is gone: voxels now seen as free space lose weight and votes, so that a thing carried away
+leaves no ghost (`method.md` step 10)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from razer.detection.observed_surface import BLOCK, ObservedSurface
+from razer.geometry import inverse, transform_points
+from razer.volume.voxel_map import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
+
+# Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
+# and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
+EDGE_PIXELS = 2
+FORGET = 0.125  # what a pass leaves of weight and votes
+
+
+def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
+    """Cut down weight and votes of surface voxels that stand in front of what the frame sees, by more than the
+    truncation distance; voxels of less than one observation become empty."""
+    nearest = nearest_readings(surface.depth)
+    keys, rows = voxels.active_rows()
+    rows = rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
+    surface_tsdf = SURFACE_VOXELS / voxels.settings.truncation_voxels
+
+    def matters(weight: Tensor, tsdf: Tensor, label: Tensor) -> Tensor:
+        return ((weight > 0) & ((tsdf <= surface_tsdf) | (label > 0)))[..., 0]
+
+    for part in rows.split(BLOCKS_AT_ONCE):
+        near = voxels.select(part, matters, "weight", "tsdf", "label")
+        free = near[_is_free(voxels.positions(near), surface, nearest, voxels.settings.truncation_m)]
+        _forget(voxels, free, surface_tsdf)
+
+
+def nearest_readings(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The smallest depth around each pixel (h, w), 0 where any of its neighbours has none."""
+    size = 2 * EDGE_PIXELS + 1
+    return cv2.erode(depth, np.ones((size, size), np.uint8))
+
+
+def _in_view(keys: NDArray[np.int32], voxels: VoxelMap, surface: ObservedSurface) -> NDArray[np.bool_]:
+    """Which blocks may reach into the viewing frustum."""
+    size_m = BLOCK * voxels.settings.voxel_size_m
+    camera = transform_points(inverse(surface.world_from_camera), (keys + 0.5) * size_m)
+    height, width = surface.depth.shape
+    focal, centre = surface.matrix[[0, 1], [0, 1]], surface.matrix[:2, 2]
+    z = np.maximum(camera[:, 2:], 0.0)
+    low, high = -centre / focal * z - size_m, (np.array([width, height]) - centre) / focal * z + size_m
+    inside = ((camera[:, :2] >= low) & (camera[:, :2] <= high)).all(axis=1)
+    return inside & (camera[:, 2] > -size_m) & (camera[:, 2] < surface.depth.max() + size_m)
+
+
+def _is_free(points: Tensor, surface: ObservedSurface, nearest: NDArray[np.float32], margin_m: float) -> Tensor:
+    camera = torch.from_numpy(inverse(surface.world_from_camera)).to(points)
+    local = points @ camera[:3, :3].T + camera[:3, 3]
+    z = local[:, 2].clamp(min=1e-3)
+    matrix, depth = surface.matrix, torch.from_numpy(nearest).to(points.device)
+    column = (local[:, 0] / z * matrix[0, 0] + matrix[0, 2]).round().long()
+    row = (local[:, 1] / z * matrix[1, 1] + matrix[1, 2]).round().long()
+    height, width = depth.shape
+    seen = (local[:, 2] > 0) & (row >= 0) & (row < height) & (column >= 0) & (column < width)
+    return seen & (depth[row.clamp(0, height - 1), column.clamp(0, width - 1)] - local[:, 2] > margin_m)
+
+
+def _forget(voxels: VoxelMap, free: Tensor, surface_tsdf: float) -> None:
+    weight, tsdf = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf"))
+    ids, counts, color = voxels.attribute("ids"), voxels.attribute("counts"), voxels.attribute("color")
+    # What lies well outside a surface is free rightly, and the mesh needs its distances.
+    inside = free[tsdf[free] <= surface_tsdf]
+    weight[inside] *= FORGET
+    counts[free] //= int(1 / FORGET)
+    empty = inside[weight[inside] < 1]
+    for attribute in (weight, tsdf, ids, counts, color):
+        attribute[empty] = 0
+    voxels.relabel(free)

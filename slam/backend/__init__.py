@@ -1,0 +1,1 @@
+"""Between keyframes: pose graph, loop closure, submaps."""

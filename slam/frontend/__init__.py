@@ -1,0 +1,1 @@
+"""From frame to frame: features, ICP, tracking against a keyframe."""

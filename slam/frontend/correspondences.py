@@ -1,0 +1,169 @@
+"""Points of one view seen again in another: matched features as a term of a registration, and as a start for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from razer.geometry import Array, inverse
+from slam.frontend.color_calibration import N_PARAMETERS, ColorCamera, bearing_derivatives, drift
+from slam.frontend.features import Features
+
+INLIER_SIGMAS = 3.0
+MIN_INLIERS = 12
+
+
+@dataclass(frozen=True)
+class ColorTerm:
+    """Normal equations of features in pose and colour camera: information (13, 13), gradient (13,), inliers."""
+
+    information: Array
+    gradient: Array
+    n_inliers: int
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """M points: target_rays (M, 2) nominal and target_depth_m (M,) where the target saw them, source_rays (M, 2) where
+    the source did, sigma (M,) of a ray, and how the rays drift (M, 2) per second of readout as the cameras turn."""
+
+    target_rays: Array
+    target_depth_m: Array
+    source_rays: Array
+    sigma: Array
+    target_drifts: Array
+    source_drifts: Array
+
+    @classmethod
+    def of(
+        cls, target: Features, source: Features, pairs: NDArray[np.intp], target_turning: Array, source_turning: Array
+    ) -> Sightings:
+        """The sightings that matched pairs (M, 2) of features are, of cameras that turn at (3,) rad/s."""
+        t, s = pairs.T
+        return cls(
+            target.rays[t],
+            target.depth_m[t],
+            source.rays[s],
+            np.maximum(target.sigma[t], source.sigma[s]),
+            drift(target.rays[t], target.lateness[t], target_turning),
+            drift(source.rays[s], source.lateness[s], source_turning),
+        )
+
+    @classmethod
+    def at_rest(cls, target_rays: Array, target_depth_m: Array, source_rays: Array, sigma: Array) -> Sightings:
+        """Sightings of cameras that do not turn."""
+        still = np.zeros((len(sigma), 2))
+        return cls(target_rays, target_depth_m, source_rays, sigma, still, still)
+
+    @classmethod
+    def none(cls) -> Sightings:
+        """No sightings at all."""
+        return cls.at_rest(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+
+    def __len__(self) -> int:
+        return len(self.sigma)
+
+    def select(self, keep: NDArray) -> Sightings:
+        """Those at the given indices, or where a boolean is true."""
+        return Sightings(*(getattr(self, part.name)[keep] for part in fields(self)))
+
+    @cached_property
+    def _of_target(self) -> Array:
+        return bearing_derivatives(self.target_rays, self.target_drifts)
+
+    @cached_property
+    def _of_source(self) -> Array:
+        return bearing_derivatives(self.source_rays, self.source_drifts)
+
+    def points(self, parameters: Array) -> Array:
+        """The points (M, 3) in the target's depth camera."""
+        bearings = self._of_target @ parameters
+        points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
+        points[:, 0] -= parameters[5]
+        return points
+
+    def source_bearings(self, parameters: Array) -> Array:
+        """Where the source's colour camera saw them (M, 2)."""
+        bearings: Array = self._of_source @ parameters
+        return bearings
+
+    def residuals(self, target_from_source: Array, parameters: Array) -> Array:
+        """Predicted minus observed rays (M, 2) of the source's colour camera, in sigmas; inf behind it.
+
+        Bearings are divided by the camera's scale, as rays are what was measured: else a camera that shrinks the
+        whole world would shrink its errors, too.
+        """
+        seen = _in_source(self.points(parameters), target_from_source)
+        seen[:, 0] += parameters[5]
+        depth = np.where(seen[:, 2:] > 0.05, seen[:, 2:], np.nan)
+        error = seen[:, :2] / depth - self.source_bearings(parameters)
+        return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
+
+    def inliers(self, target_from_source: Array, parameters: Array, sigmas: float = INLIER_SIGMAS) -> NDArray[np.bool_]:
+        """Which sightings (M,) bool the motion explains."""
+        return (self.residuals(target_from_source, parameters) ** 2).sum(axis=1) < sigmas**2
+
+    def term(self, target_from_source: Array, parameters: Array) -> ColorTerm:
+        """Normal equations about the given motion and colour camera, with Cauchy weights."""
+        if len(self) == 0:
+            return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
+        residual = self.residuals(target_from_source, parameters)
+        known = np.asarray(np.isfinite(residual).all(axis=1))
+        part = self if known.all() else self.select(known)
+        residual = residual[known]
+        jacobian = part._jacobian(target_from_source, parameters) / (parameters[0] * part.sigma[:, None, None])
+        jacobian[:, :, 6] -= residual / parameters[0]
+        squared = (residual**2).sum(axis=1)
+        weight = 1 / (1 + squared / 4)
+        weighted = jacobian * weight[:, None, None]
+        flat = jacobian.reshape(-1, jacobian.shape[2])
+        information = weighted.reshape(flat.shape).T @ flat
+        gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
+        return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
+
+    def _jacobian(self, target_from_source: Array, parameters: Array) -> Array:
+        """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
+        points = self.points(parameters)
+        seen = _in_source(points, target_from_source)
+        seen[:, 0] += parameters[5]
+        x, y, z = seen.T
+        projection = np.zeros((len(self), 2, 3))
+        projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
+        projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
+        by_point = projection @ target_from_source[:3, :3].T
+        by_camera = self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._of_target) - self._of_source
+        by_camera[:, :, 5] = projection[:, :, 0] - by_point[:, :, 0]
+        return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
+
+
+def _in_source(points: Array, target_from_source: Array) -> Array:
+    source_from_target = inverse(target_from_source)
+    return points @ source_from_target[:3, :3].T + source_from_target[:3, 3]
+
+
+def _by_rotation(by_point: Array, points: Array) -> Array:
+    """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: by_point x point, written out."""
+    (x, y, z), (a, b, c) = points.T[:, :, None], np.moveaxis(by_point, 2, 0)
+    return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
+
+
+def located(sightings: Sightings, camera: ColorCamera, tries: int) -> Array | None:
+    """target_from_source by RANSAC over at most so many minimal sets of sightings (PnP); None where too few agree."""
+    if len(sightings) < MIN_INLIERS:
+        return None
+    points, bearings = sightings.points(camera.parameters), sightings.source_bearings(camera.parameters)
+    found, turn, shift, inliers = cv2.solvePnPRansac(
+        points, bearings, np.eye(3), None, iterationsCount=tries, confidence=0.999,
+        reprojectionError=INLIER_SIGMAS * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,
+    )  # fmt: skip
+    if not found or inliers is None or len(inliers) < MIN_INLIERS:
+        return None
+    source_from_target = np.eye(4)
+    source_from_target[:3, :3] = Rotation.from_rotvec(turn.ravel()).as_matrix()
+    source_from_target[:3, 3] = shift.ravel()
+    return inverse(source_from_target)

@@ -1,0 +1,371 @@
+"""`razer compare`: a run beside a moved, a poorer and a disturbed copy of itself, and what cannot be compared."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from itertools import permutations
+
+import cv2
+import numpy as np
+import pytest
+import rerun as rr
+from scipy.spatial.transform import Rotation
+
+from app.cli import main
+from app.comparison.against_truth import differences
+from app.comparison.comparison import compare_runs
+from app.comparison.top_view import TopView
+from app.timeline import viewer
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.writers.own_folder import write_folder
+from razer.metrics.instances.instance_pairs import pair_instances
+from razer.metrics.presets import PRESETS
+from razer.storage import read_mesh_ply, write_mesh_ply
+
+N_FRAMES = 24
+RULES = PRESETS["default"]
+FILES = {"compare.json", "trajectories.png", "errors.png", "instances.png", "compare.rrd"}
+POSE_KEYS = {
+    "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "rpe_second_trans_m", "rpe_second_rot_deg",
+    "compared", "tracked_a", "tracked_b", "a_from_b", "aligned_by", "truth_from_a", "truth_from_b",
+}  # fmt: skip
+PAIR_KEYS = {
+    "a", "b", "class_a", "class_b", "iou", "center_distance_m", "center_a_m", "center_b_m", "extent_a_m",
+    "extent_b_m", "cosine",
+}  # fmt: skip
+
+
+def motion():
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("zyx", [70, 20, -35], degrees=True).as_matrix()
+    matrix[:3, 3] = [3.0, -1.5, 0.75]
+    return matrix
+
+
+MOTION = motion()  # moved from own
+
+
+def call(*arguments):
+    with pytest.raises(SystemExit) as stopped:
+        main([str(argument) for argument in arguments])
+    return stopped.value.code or 0
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compare") / "room"
+    recording = SyntheticRoom(0, N_FRAMES, 128, 96)
+    write_folder(recording, folder, truth=recording.truth(spacing_m=0.05))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(room):
+    folder = room.with_name("run")
+    models = ("--segmenter", "oracle", "--embedder", "oracle", "--no-timeline")
+    assert call("run", room, "-o", folder, *models, "--set", "voxels.voxel_size_m=0.05", "--device", "cpu") == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def moved(run):
+    """The same run as another system would have it, in a world of its own."""
+    return moved_copy(run, run.with_name("moved"))
+
+
+def moved_copy(run, folder):
+    shutil.copytree(run, folder)
+    mesh = read_mesh_ply(run / "mesh.ply")
+    mesh.vertices[:] = mesh.vertices.astype(float) @ MOTION[:3, :3].T + MOTION[:3, 3]
+    write_mesh_ply(folder / "mesh.ply", mesh)
+    content = json.loads((run / "instances.json").read_text())
+    for item in content["instances"]:
+        item["center"] = (MOTION[:3, :3] @ item["center"] + MOTION[:3, 3]).tolist()
+        item["rotation"] = (MOTION[:3, :3] @ item["rotation"]).tolist()
+    (folder / "instances.json").write_text(json.dumps(content))
+    rows = np.loadtxt(run / "trajectory.txt")
+    positions = rows[:, 1:4] @ MOTION[:3, :3].T + MOTION[:3, 3]
+    turns = Rotation.from_matrix(MOTION[:3, :3]) * Rotation.from_quat(rows[:, 4:])
+    write_trajectory(folder, rows[:, 0], positions, turns)
+    return folder
+
+
+def write_trajectory(folder, stamps, positions, turns):
+    np.savetxt(folder / "trajectory.txt", np.column_stack([stamps, positions, turns.as_quat()]), fmt="%.12f")
+
+
+def copy_with(run, folder, change):
+    """A copy with changed (stamps, positions, rotations)."""
+    shutil.copytree(run, folder)
+    rows = np.loadtxt(run / "trajectory.txt")
+    write_trajectory(folder, *change(rows[:, 0], rows[:, 1:4], Rotation.from_quat(rows[:, 4:])))
+    return folder
+
+
+def without(run, folder, number):
+    """A copy that has not found one instance."""
+    shutil.copytree(run, folder)
+    mesh = read_mesh_ply(run / "mesh.ply")
+    mesh.instances[mesh.instances == number] = 0
+    write_mesh_ply(folder / "mesh.ply", mesh)
+    content = json.loads((run / "instances.json").read_text())
+    content["instances"] = [item for item in content["instances"] if item["id"] != number]
+    (folder / "instances.json").write_text(json.dumps(content))
+    return folder
+
+
+def numbers_in(value):
+    if isinstance(value, dict):
+        return [number for part in value.values() for number in numbers_in(part)]
+    return [value] if isinstance(value, int | float) else []
+
+
+# What two runs have in common
+
+
+def test_a_moved_run_is_brought_back_and_everything_matches(run, moved):
+    result = compare_runs(run, moved, None, RULES).as_json()
+    np.testing.assert_allclose(result["pose"]["a_from_b"], np.linalg.inv(MOTION), atol=1e-6)
+    assert result["pose"]["ate_rmse_m"] < 1e-6
+    assert result["pose"]["rpe_rot_deg"] < 1e-5
+    assert result["pose"]["tracked_a"] == result["pose"]["tracked_b"] == 1.0
+    instances = result["instances"]
+    assert len(instances["matched"]) > 10
+    assert instances["missed"] == instances["extra"] == []
+    for pair in instances["matched"]:
+        assert pair["a"] == pair["b"]
+        assert pair["class_a"] == pair["class_b"] is not None
+        assert pair["iou"] > 0.97
+        assert pair["center_distance_m"] < 1e-4
+        assert pair["extent_a_m"] == pair["extent_b_m"]
+        assert pair["cosine"] == pytest.approx(1, abs=1e-5)
+    assert result["surface"]["accuracy_m"] < 1e-5
+    assert result["surface"]["fscore_2cm"] == 1.0
+    assert result["a"] is result["b"] is result["delta"] is None
+
+
+def test_against_the_truth_both_sides_are_alike(room, run, moved, capsys):
+    capsys.readouterr()
+    assert call("compare", run, moved, "--truth", room, "--json", "-o", run.with_name("truth")) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert call("eval", run, "--truth", room, "--json") == 0
+    assert result["a"] == json.loads(capsys.readouterr().out)
+    assert result["pose"]["truth_from_a"] == np.eye(4).tolist()
+    np.testing.assert_allclose(result["pose"]["truth_from_b"], np.linalg.inv(MOTION), atol=1e-6)
+    assert result["b"]["pose"]["ate_rmse_m"] < 1e-6
+    assert result["a"]["class_agnostic"]["ap50"] > 0.5
+    deltas = numbers_in(result["delta"])
+    assert len(deltas) > 50
+    # Vertices that lie equally far from two instances may go either way.
+    assert max(map(abs, deltas)) < 0.05
+    assert result["delta"]["surface"]["accuracy_m"] == pytest.approx(0, abs=1e-5)
+    assert result["delta"]["retrieval"]["given_masks"] is None
+
+
+def test_an_instance_that_one_run_lacks_is_missed_or_extra(run, tmp_path):
+    largest = max(json.loads((run / "instances.json").read_text())["instances"], key=lambda item: item["n_vertices"])
+    poorer = without(run, tmp_path / "poorer", largest["id"])
+    there = compare_runs(run, poorer, None, RULES).as_json()["instances"]
+    back = compare_runs(poorer, run, None, RULES).as_json()["instances"]
+    assert [item["id"] for item in there["missed"]] == [item["id"] for item in back["extra"]] == [largest["id"]]
+    assert there["missed"][0]["class"] == largest["class"]
+    assert there["missed"][0]["center_m"] == pytest.approx(largest["center"])
+    assert there["extra"] == back["missed"] == []
+    assert len(there["matched"]) == len(back["matched"])
+
+
+def test_disturbed_positions_lost_frames_and_their_errors(run, tmp_path):
+    rng = np.random.default_rng(0)
+    noise = rng.normal(scale=0.03, size=(N_FRAMES, 3))
+    kept = np.delete(np.arange(N_FRAMES), [10, 11, 12])
+    other = copy_with(run, tmp_path / "b", lambda s, p, r: (s[kept], (p + noise)[kept], r[kept]))
+    pose = compare_runs(run, other, None, RULES).as_json()["pose"]
+    positions = np.loadtxt(run / "trajectory.txt")[kept, 1:4]
+    middle, disturbed = positions - positions.mean(axis=0), positions + noise[kept]
+    _, length = Rotation.align_vectors(middle, disturbed - disturbed.mean(axis=0))
+    assert pose["ate_rmse_m"] == pytest.approx(length / np.sqrt(len(kept)), rel=1e-6)
+    assert pose["rpe_rot_deg"] == pytest.approx(0, abs=1e-5)
+    assert pose["compared"] == len(kept)
+    assert pose["tracked_a"] == 1
+    assert pose["tracked_b"] == pytest.approx(len(kept) / N_FRAMES)
+
+
+def test_a_camera_that_stands_still_is_aligned_by_where_it_looks(run, moved, tmp_path):
+    def still(stamps, positions, rotations):
+        return stamps, positions[:1] + np.zeros((len(stamps), 1)), rotations
+
+    one, other = copy_with(run, tmp_path / "one", still), copy_with(moved, tmp_path / "other", still)
+    result = compare_runs(one, other, None, RULES)
+    np.testing.assert_allclose(result.pose.truth_from_estimate, np.linalg.inv(MOTION), atol=1e-6)
+    assert result.as_json()["pose"]["aligned_by"] == "orientations"
+    assert any("orientations helped" in note for note in result.notes)
+
+
+def test_empty_maps_are_compared_by_their_poses(run, tmp_path):
+    empty = tmp_path / "empty"
+    shutil.copytree(run, empty)
+    mesh = read_mesh_ply(run / "mesh.ply")
+    nothing = type(mesh)(mesh.vertices[:0], mesh.colors[:0], mesh.instances[:0], mesh.triangles[:0])
+    write_mesh_ply(empty / "mesh.ply", nothing)
+    result = compare_runs(run, empty, None, RULES)
+    assert result.surface is None
+    assert result.instances.matched == result.instances.extra == ()
+    assert any("the map is empty" in note for note in result.notes)
+    assert call("compare", run, empty, "-o", tmp_path / "out") == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
+
+
+# Files and the screen
+
+
+def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
+    out = moved / "compare"
+    out.mkdir()
+    (out / "mine.txt").write_text("mine")
+    (out / "compare.json").write_text("old")
+    capsys.readouterr()
+    assert call("compare", run, moved) == 0
+    text = capsys.readouterr().out
+    for words in (
+        "A: run",
+        "B: moved",
+        "B against A",
+        "ATE RMSE, m",
+        "instances in both",
+        "chair",
+        "0 missed",
+        "0 ext",
+    ):
+        assert words in text
+    assert {path.name for path in out.iterdir()} == FILES | {"mine.txt"}
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} in JSON")
+
+    content = json.loads((out / "compare.json").read_text(), parse_constant=refuse)
+    assert set(content) == {
+        "format", "run_a", "run_b", "preset", "a", "b", "delta", "pose", "surface", "instances", "notes",
+    }  # fmt: skip
+    assert set(content["pose"]) == POSE_KEYS
+    assert all(set(pair) == PAIR_KEYS for pair in content["instances"]["matched"])
+    assert (content["run_a"], content["run_b"], content["preset"]) == ("run", "moved", "default")
+    for name in ("trajectories.png", "errors.png", "instances.png"):
+        picture = cv2.imread(str(out / name))
+        assert min(picture.shape[:2]) > 300
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 20
+    entities = {chunk.entity_path for chunk in rr.chunk.RrdReader(out / "compare.rrd").stream().to_chunks()}
+    parts = {"a/mesh", "b/mesh", "a/trajectory", "b/trajectory", "a/matched", "b/matched", "pairs"}
+    assert {f"/{part}" for part in parts} <= entities
+    shown = []
+    monkeypatch.setattr(viewer, "open_viewer", lambda *arguments: shown.append(arguments))
+    assert call("view", out / "compare.rrd") == 0
+    assert shown == [(out / "compare.rrd", False)]
+
+
+# What cannot be compared
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("RUN", "EMPTY"), "is no run folder"),
+        (("NOWHERE", "RUN"), "is no run folder"),
+        (("RUN", "LATE"), "0 stamps in common"),
+        (("RUN", "SHORT"), "2 stamps in common"),
+        (("RUN", "UNPOSED"), "holds no pose"),
+        (("RUN", "BROKEN"), "damaged"),
+        (("RUN", "RUN", "--truth", "EMPTY"), "holds no ground truth"),
+        (("RUN", "RUN", "--truth", "UNPOSED TRUTH"), "has no camera poses"),
+        (("RUN", "RUN", "--preset", "mine"), "choose one of"),
+        (("RUN", "RUN", "-o", "FILE"), "is not a folder"),
+    ],
+)
+def test_what_cannot_be_compared_is_one_plain_line(room, run, tmp_path, capsys, arguments, message):
+    places = {"RUN": run, **{name: tmp_path / name for name in ("EMPTY", "NOWHERE", "FILE", "UNPOSED TRUTH")}}
+    places["EMPTY"].mkdir()
+    places["FILE"].write_text("")
+    shutil.copytree(room / "truth", places["UNPOSED TRUTH"] / "truth")
+    places["LATE"] = copy_with(run, tmp_path / "late", lambda s, p, r: (s + 1000, p, r))
+    places["SHORT"] = copy_with(run, tmp_path / "short", lambda s, p, r: (s[:2], p[:2], r[:2]))
+    for name, file, content in (("UNPOSED", "trajectory.txt", "# none\n"), ("BROKEN", "instances.json", "{}")):
+        places[name] = tmp_path / name
+        shutil.copytree(run, places[name])
+        (places[name] / file).write_text(content)
+    capsys.readouterr()
+    assert call("compare", *(places.get(argument, argument) for argument in arguments)) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (run / "compare").exists()
+
+
+# The metric, against a slow reference
+
+
+def slow_pairs(vertices_a, ids_a, vertices_b, ids_b, min_iou):
+    """By the definition: labels carried one vertex at a time, every assignment tried."""
+
+    def carried(vertices, others, ids):
+        result = []
+        for vertex in vertices:
+            distances = [np.linalg.norm(vertex - other) for other in others]
+            nearest = int(np.argmin(distances))
+            result.append(ids[nearest] if distances[nearest] <= 0.05 else 0)
+        return result
+
+    bearing = list(zip(ids_a, carried(vertices_a, vertices_b, ids_b), strict=True))
+    bearing += list(zip(carried(vertices_b, vertices_a, ids_a), ids_b, strict=True))
+
+    def iou(a, b):
+        both = sum(x == a and y == b for x, y in bearing)
+        return both / sum(x == a or y == b for x, y in bearing)
+
+    known_a, known_b = sorted(set(ids_a) - {0}), sorted(set(ids_b) - {0})
+    padded = known_b + [0] * len(known_a)
+    best, pairs = -1.0, []
+    for chosen in permutations(padded, len(known_a)):
+        found = [(a, b, iou(a, b)) for a, b in zip(known_a, chosen, strict=True) if b and iou(a, b) >= min_iou]
+        if sum(one[2] for one in found) > best + 1e-12:
+            best, pairs = sum(one[2] for one in found), found
+    return pairs
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_pairs_are_those_of_the_definition(seed):
+    rng = np.random.default_rng(seed)
+    vertices_a = rng.uniform(0, 0.3, (40, 3))
+    ids_a = (vertices_a[:, 0] // 0.1).astype(np.int64)
+    vertices_b = np.concatenate([vertices_a[:30] + rng.normal(scale=0.02, size=(30, 3)), rng.uniform(0, 0.3, (9, 3))])
+    ids_b = 5 + (vertices_b[:, 0] // 0.08).astype(np.int64).clip(0, 2)
+    found = pair_instances(vertices_a, ids_a, vertices_b, ids_b, min_iou=0.1)
+    expected = slow_pairs(vertices_a, ids_a.tolist(), vertices_b, ids_b.tolist(), 0.1)
+    assert found
+    assert [(pair.a, pair.b, pytest.approx(pair.iou)) for pair in found] == expected
+    # Neither map is the measure of the other.
+    back = pair_instances(vertices_b, ids_b, vertices_a, ids_a, min_iou=0.1)
+    assert sorted((pair.b, pair.a, pair.iou) for pair in back) == sorted(found)
+
+
+def test_of_rivals_the_pairs_that_overlap_most_together_win():
+    # 1 overlaps both 5 and 6, 2 only 5: leaving 5 to 2 gives two pairs.
+    points = np.arange(40)[:, None] * np.ones(3)
+    ids_a = np.repeat([1, 2], [24, 16])
+    ids_b = np.repeat([6, 5], [10, 30])
+    pairs = pair_instances(points, ids_a, points, ids_b)
+    assert [(pair.a, pair.b) for pair in pairs] == [(1, 6), (2, 5)]
+    nobody = np.zeros(40, np.int64)
+    assert pair_instances(points, ids_a, points, nobody) == ()
+
+
+def test_deltasare_of_numbers_alone():
+    a = {"x": 1.0, "n": None, "name": "a", "on": True, "deep": {"y": 2, "z": {"w": 1}}, "only": 3, "list": [1]}
+    b = {"x": 1.5, "n": 2.0, "name": "b", "on": False, "deep": {"y": 1, "z": None}, "list": [2]}
+    assert differences(a, b) == {"x": 0.5, "n": None, "deep": {"y": -1, "z": None}}
+
+
+@pytest.mark.parametrize("up", [(0, 0, 1.0), (0.1, -1.0, 0), (1, 1, 1.0), (0, 1, 0.05)])
+def test_a_view_from_above_is_not_mirrored(up):
+    view = TopView.of(np.array(up))
+    assert np.cross(view.right, view.away) @ np.array(up) > 0.9 * np.linalg.norm(up)
+    assert view.flat(np.array([[view.right, 2 * view.away]])) == pytest.approx(np.array([[[1, 0], [0, 2]]]))

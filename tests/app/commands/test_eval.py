@@ -1,0 +1,158 @@
+"""`razer eval` on a tiny room: the truth against itself, a run, and what cannot be evaluated."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from app.cli import main
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.truth.truth_folder import read_truth
+from data_tools.writers.own_folder import write_folder
+from razer.metrics.presets import PRESETS
+
+CONTRACT = {
+    "class_agnostic": {"ap", "ap50", "ap25"},
+    "class_aware": {"ap", "ap50", "ap25", "per_class"},
+    "semantic": {"miou", "fmiou", "macc", "pixel_accuracy"},
+    "panoptic": {"pq", "sq", "rq"},
+    "surface": {"accuracy_m", "completeness_m", "fscore_2cm", "fscore_5cm"},
+}
+ONE_NEIGHBOUR = [name for name, preset in PRESETS.items() if preset.semantic_k == 1]
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("eval") / "room"
+    recording = SyntheticRoom(0, 24, 128, 96)
+    write_folder(recording, folder, truth=recording.truth(spacing_m=0.03))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(room):
+    folder = room.with_name("run")
+    assert call("run", room, "-o", folder, "--segmenter", "oracle", "--embedder", "oracle") == 0
+    return folder
+
+
+def call(*arguments):
+    with pytest.raises(SystemExit) as stopped:
+        main([str(argument) for argument in arguments])
+    return stopped.value.code or 0
+
+
+def evaluated(capsys, *arguments):
+    assert call("eval", *arguments, "--json") == 0
+    return json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.parametrize("preset", ONE_NEIGHBOUR)
+def test_the_truth_against_itself_is_perfect(room, capsys, preset):
+    result = evaluated(capsys, room / "truth" / "mesh.ply", "--truth", room, "--preset", preset)
+    for part in ("class_agnostic", "class_aware"):
+        # A list of classes of which the room has none leaves nothing to measure.
+        values = [result[part][key] for key in ("ap", "ap50", "ap25")]
+        assert values == [1.0] * 3 or values == [None] * 3
+    assert result["panoptic"]["pq"] == result["panoptic"]["sq"] == result["panoptic"]["rq"] == 1.0
+    assert result["semantic"]["miou"] == result["semantic"]["pixel_accuracy"] == 1.0
+    assert result["surface"]["accuracy_m"] == result["surface"]["completeness_m"] == 0.0
+    assert result["surface"]["fscore_2cm"] == 1.0
+    assert (result["duplicates"], result["missed"]) == (0, 0)
+    assert result["pose"] is None
+
+
+def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
+    result = evaluated(capsys, run, "--truth", room)
+    for part, keys in CONTRACT.items():
+        assert keys <= result[part].keys()
+    assert result["pose"]["ate_rmse_m"] < 1e-6
+    assert result["class_agnostic"]["ap50"] > 0.5
+    assert isinstance(result["duplicates"], int)
+    assert json.loads((run / "metrics.json").read_text()) == result
+    for name in ("confusion.png", "precision_recall.png"):
+        picture = cv2.imread(str(run / "eval" / name))
+        assert min(picture.shape[:2]) > 300
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5
+
+
+def test_names_by_text_are_those_of_the_embeddings(room, run, capsys):
+    result = evaluated(capsys, run, "--truth", room, "--names", "text")
+    assert result["class_aware"]["ap50"] > 0.5
+    # The embeddings of another seed mean nothing: no name can be right but by luck.
+    other = run.with_name("other")
+    shutil.copytree(run, other)
+    before, of_embedder = (other / "config.toml").read_text().split("[embedder]")
+    assert "options = {}" in of_embedder
+    (other / "config.toml").write_text(
+        before + "[embedder]" + of_embedder.replace("options = {}", "options = {seed = 7}", 1)
+    )
+    assert evaluated(capsys, other, "--truth", room, "--names", "text")["class_aware"]["ap50"] < 0.3
+
+
+def test_a_run_shifted_by_half_a_metre_is_found_nowhere(room, run, capsys):
+    from razer.storage import read_mesh_ply, write_mesh_ply
+
+    moved = run.with_name("moved")
+    shutil.copytree(run, moved)
+    mesh = read_mesh_ply(run / "mesh.ply")
+    mesh.vertices[:] += np.float32(0.5)
+    write_mesh_ply(moved / "mesh.ply", mesh)
+    result = evaluated(capsys, moved, "--truth", room)
+    assert result["class_agnostic"]["ap50"] < 0.1
+    assert result["surface"]["fscore_5cm"] < 0.5
+
+
+def test_classes_alone_have_semantics_and_no_instances(room, tmp_path, capsys):
+    classes = read_truth(room / "truth").classes
+    np.savetxt(tmp_path / "classes.txt", classes, fmt="%d")
+    result = evaluated(capsys, tmp_path / "classes.txt", "--truth", room, "--labels", "class")
+    assert result["semantic"]["miou"] == 1.0
+    assert result["class_agnostic"] is None
+
+
+def test_a_table_names_rules_classes_and_the_worst(room, run, capsys):
+    assert call("eval", run, "--truth", room, "--set", "min_region=20") == 0
+    text = capsys.readouterr().out
+    for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "found worst", "missed"):
+        assert words in text
+
+
+def test_scenes_that_are_missing_are_named_and_left_out(room, run, tmp_path, capsys):
+    (tmp_path / "list.txt").write_text("room\nnowhere\n")
+    runs = tmp_path / "runs"
+    runs.mkdir()
+    (runs / "room").symlink_to(run)
+    many = ("--scenes", tmp_path / "list.txt", "--runs", runs, "--truth", room.parent)
+    assert list(evaluated(capsys, *many)["scenes"]) == ["room"]
+    assert call("eval", *many, "--strict") == 2
+    assert "nowhere" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("RUN", "--truth", "EMPTY"), "holds no ground truth"),
+        (("EMPTY", "--truth", "ROOM"), "no run folder"),
+        (("RUN", "--truth", "ROOM", "--preset", "mine"), "choose one of"),
+        (("RUN", "--truth", "ROOM", "--set", "speed=3"), "rule=value"),
+        (("RUN", "--truth", "ROOM", "--set", "min_region=-1"), "min_region"),
+        (("SHORT", "--truth", "ROOM"), "does not fit"),
+        (("--truth", "ROOM"), "give a run"),
+        (("--truth", "ROOM", "--scenes", "SHORT"), "--runs"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_one_plain_line(room, run, tmp_path, capsys, arguments, message):
+    short = tmp_path / "short.txt"
+    short.write_text("1\n2\n")
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    places = {"RUN": run, "ROOM": room, "EMPTY": empty, "SHORT": short}
+    assert call("eval", *(places.get(argument, argument) for argument in arguments)) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1

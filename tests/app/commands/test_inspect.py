@@ -1,0 +1,126 @@
+"""`razer inspect`: the facts it states, what it prints, and what a run says before it maps."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from app.cli import main
+from app.frames.open_recording import open_recording
+from app.settings.run_config import InputSettings
+from data_tools.checks.inspection import inspect_sequence
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.writers.own_folder import write_folder
+from razer.frame import Frame, UnusableFrame
+from razer.geometry import inverse
+from tests.support.recordings import write_seven_scenes
+from tests.support.spoilt import Spoilt, as_is, depth_moved, posed
+
+N_FRAMES = 24
+
+
+@pytest.fixture(scope="module")
+def room() -> list[Frame]:
+    recording = SyntheticRoom(3, n_frames=240, width=320, height=240)
+    return [recording[index] for index in range(60, 60 + N_FRAMES)]
+
+
+@pytest.fixture(scope="module")
+def written(room: list[Frame], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Folders in our own layout: a correct one, one with world-to-camera poses, and one whose depth is another
+    camera's."""
+    folder = tmp_path_factory.mktemp("written")
+    changes = {"right": as_is, "inverted": posed(inverse), "unregistered": depth_moved(1.15, (10.0, 0.0))}
+    for name, change in changes.items():
+        write_folder(Spoilt(room, change), folder / name)
+    return {name: folder / name for name in changes}
+
+
+def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return caught.value.code or 0, captured.out, captured.err
+
+
+def test_facts_are_those_of_the_recording(room: list[Frame]) -> None:
+    def partly_blind(frame: Frame) -> Frame:
+        if frame.index % 4 == 0:
+            raise UnusableFrame(f"{frame.index}.png: broken")
+        depth = np.full_like(frame.depth, 2.0)
+        depth[:120] = 0
+        return replace(frame, depth=depth)
+
+    found = inspect_sequence(Spoilt(room, partly_blind))
+    assert (found.n_frames, found.looked, found.posed, len(found.bad)) == (24, 24, 18, 6)
+    assert found.bad[0] == (0, "60.png: broken")
+    assert found.rate_hz == pytest.approx(15.0)
+    assert found.duration_s == pytest.approx(room[23].stamp - room[1].stamp)
+    assert found.depth is not None
+    assert (found.depth.low_m, found.depth.high_m, found.depth.valid) == (2.0, 2.0, 0.5)
+    steps = np.diff([frame.pose[:3, 3] for i, frame in enumerate(room) if i % 4], axis=0)
+    assert found.path_m == pytest.approx(np.linalg.norm(steps, axis=1).sum())
+
+
+def test_a_correct_folder_is_described_and_not_blamed(
+    written: dict[str, Path], room: list[Frame], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = razer(capsys, "inspect", written["right"])
+    assert (code, err) == (0, "")
+    for part in ("folder", "24, 15.0 a second", "320x240", "24 of 24 frames", "nothing looks wrong"):
+        assert part in out
+    result = json.loads(razer(capsys, "inspect", written["right"], "--json")[1])
+    assert (result["format"], result["layout"], result["frames"]) == (1, "folder", N_FRAMES)
+    assert (result["findings"], result["bad"], result["poses"]["share"]) == ([], [], 1.0)
+    assert result["depth"]["median_m"] == pytest.approx(np.median(np.stack([f.depth for f in room])), rel=0.03)
+
+
+def test_poses_of_the_wrong_kind_are_named_and_a_run_warns(
+    written: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = razer(capsys, "inspect", written["inverted"])
+    assert code == 0
+    assert "LIKELY WRONG, poses" in out
+    assert "fix: they are world-to-camera: invert each 4x4 matrix" in out
+    for name, warned in (("inverted", True), ("right", False)):
+        stream = io.StringIO()
+        open_recording(written[name], InputSettings(), Console(file=stream, width=200))
+        assert ("WARNING: the poses look wrong: they are world-to-camera" in stream.getvalue()) is warned
+        assert bool(stream.getvalue()) is warned
+
+
+def test_the_cameras_that_are_advised_register_colour_and_depth(
+    written: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = json.loads(razer(capsys, "inspect", written["unregistered"], "--json")[1])
+    (finding,) = (finding for finding in result["findings"] if finding["about"] == "registration")
+    advised = dict(
+        zip(("fx", "fy", "cx", "cy"), map(float, re.findall(r"[fc][xy] (-?\d+)", finding["fix"])), strict=True)
+    )
+    camera = json.loads((written["unregistered"] / "intrinsics.json").read_text())
+    camera["color"] = advised | {"width": 320, "height": 240}
+    (tmp_path / "both.json").write_text(json.dumps(camera))
+    np.savetxt(tmp_path / "same.txt", np.eye(4))
+    options = ("--intrinsics", tmp_path / "both.json", "--depth-to-color", tmp_path / "same.txt")
+    result = json.loads(razer(capsys, "inspect", written["unregistered"], *options, "--json")[1])
+    assert not [finding for finding in result["findings"] if finding["about"] == "registration"]
+    assert result["registration"]["mean_px"] < 4
+
+
+def test_a_flipped_axis_is_named_and_nothing_usable_is_exit_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_seven_scenes(tmp_path, frames=4)
+    for path in tmp_path.glob("*.pose.txt"):
+        np.savetxt(path, np.diag([1.0, -1.0, 1.0, 1.0]))
+    code, out, _ = razer(capsys, "inspect", tmp_path)
+    assert code == 2
+    assert "left-handed" in out
+    assert "negate one column of each rotation" in out

@@ -1,0 +1,107 @@
+"""The names that queries are set against are embedded once for each encoder."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.query.contrast_cache import contrast_of
+from app.settings.run_config import EmbedderSettings
+from razer.frame import BadInput
+from razer.models.appearance import AppearanceEmbedder
+from razer.models.oracle.models import OracleEmbedder
+from razer.query.text_queries import TEMPLATES, Words
+from tests.support.named_vectors import unit_rows
+
+
+class Encoder:
+    """A text side that counts what it is asked."""
+
+    def __init__(self):
+        self.n_asked = 0
+
+    def embed_texts(self, texts):
+        self.n_asked += len(texts)
+        return unit_rows([np.bincount(np.frombuffer(t.encode(), np.uint8), minlength=256) for t in texts])
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "razer"
+
+
+def asked(**options):
+    """What a new encoder with these options was asked for, and the vectors."""
+    encoder = Encoder()
+    contrast = contrast_of(Words(encoder), EmbedderSettings(name="some:Encoder", options=options))
+    assert len(contrast.vectors) == len(contrast.names)
+    return encoder.n_asked, contrast.vectors
+
+
+def test_names_are_embedded_once(cache):
+    first, vectors = asked()
+    again, kept = asked()
+    assert (first, again) == (len(TEMPLATES) * len(vectors), 0)
+    np.testing.assert_array_equal(kept, vectors)
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_another_encoder_or_other_weights_are_embedded_anew(cache, tmp_path):
+    weights = tmp_path / "weights.onnx"
+    weights.write_bytes(b"one")
+    assert asked()[0] > 0
+    assert asked(weights=str(weights))[0] > 0
+    assert asked(weights=str(weights))[0] == 0
+    weights.write_bytes(b"two or more")
+    assert asked(weights=str(weights))[0] > 0
+
+
+def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (folder / "model.safetensors").write_bytes(b"one")
+    inner = {"embedder": "some:Encoder", "embedder_options": {"weights": str(folder)}}
+    assert asked(**inner)[0] > 0
+    assert asked(**inner)[0] == 0
+    (folder / "model.safetensors").write_bytes(b"two or more")
+    assert asked(**inner)[0] > 0
+
+
+class NamesOverEncoder(Encoder):
+    """Names of any kind: a table's protocol, without a table."""
+
+    known_names = ()
+    takes_any_name = True
+
+
+def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
+    encoders = [NamesOverEncoder(), NamesOverEncoder()]
+    for encoder in encoders:
+        words = Words(encoder)
+        contrast_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
+        assert words.knows("anything at all")
+    assert encoders[0].n_asked > 0
+    assert encoders[1].n_asked == 0
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive"])
+def test_a_damaged_file_is_made_anew(cache, content):
+    asked()
+    (file,) = cache.iterdir()
+    file.write_bytes(content)
+    assert asked()[0] > 0
+    assert asked()[0] == 0
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(cache):
+    cache.write_text("a file where the folder should be")
+    assert asked()[0] > 0
+    assert asked()[0] > 0
+
+
+def test_tables_are_not_kept_and_those_without_words_refuse(cache):
+    contrast_of(Words(OracleEmbedder()), EmbedderSettings(name="oracle"))
+    assert not cache.exists()
+    with pytest.raises(BadInput, match="no text side"):
+        contrast_of(Words(AppearanceEmbedder()), EmbedderSettings())

@@ -1,0 +1,306 @@
+"""What the pose estimation did, read back from the recording of a run in which the camera went blind for a while."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import rerun.blueprint as rrb
+
+from app.frames.frame_packet import END, Look
+from app.frames.locator import Locator
+from app.render.viewpoint import behind
+from app.run_folder.save_run import write_pose_covariances
+from app.timeline import entities as paths
+from app.timeline.camera_path import CameraPath
+from app.timeline.config import TimelineConfig
+from app.timeline.ellipsoids import position_ellipsoids
+from app.timeline.rerun_log import run_layout
+from app.timeline.rerun_timeline import Timeline
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from razer.frame import Intrinsics
+from razer.geometry import inverse
+from slam.backend.pose_graph import Edge
+from slam.frontend.keyframes import Keyframe
+from slam.poses import GivenPoses
+from slam.report import Finding, GraphReport, PoseReport
+from slam.se3 import motion
+from slam.system import SlamSystem
+from tests.support.timeline_rows import chunks_of
+
+CAMERA = Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5)
+N_FRAMES, BLIND = 36, range(20, 24)
+
+
+class BlindSpell:
+    """A simulated recording whose frames show nothing for a while."""
+
+    def __init__(self):
+        self._scene = SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+        self.intrinsics = self._scene.intrinsics
+
+    def __getitem__(self, index):
+        frame = self._scene[index]
+        if index in BLIND:
+            return replace(frame, rgb=np.zeros_like(frame.rgb), depth=np.zeros_like(frame.depth))
+        return frame
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The estimation when it is done, what was looked at, and the recording."""
+    path = tmp_path_factory.mktemp("poses") / "timeline.rrd"
+    clip = BlindSpell()
+    locator = Locator(clip, SlamSystem)
+    timeline = Timeline(path, clip.intrinsics, TimelineConfig(path_every=1, ellipsoid_sigmas=2.0))
+    looks = [locator(index) for index in [*range(N_FRAMES), END]]
+    for look in looks:
+        timeline.track(look)
+    timeline.close()
+    return SimpleNamespace(slam=locator.poses, looks=looks, recording=chunks_of(path))
+
+
+def last(run, entity, component):
+    return np.array([row for row in run.recording[entity] if row.get(component) is not None][-1][component])
+
+
+def strips(run, entity):
+    rows = [row["strips"] for row in run.recording[entity] if row.get("strips") is not None]
+    return [np.array(strip) for strip in rows[-1]]
+
+
+def test_every_keyframe_is_a_point_at_its_final_position(run):
+    shown = last(run, paths.KEYFRAMES, "positions")
+    assert len(shown) == len(run.slam.keyframes) > 3
+    np.testing.assert_allclose(shown, run.slam.keyframes.poses()[:, :3, 3], atol=1e-6)
+
+
+def test_every_edge_is_a_line_between_its_keyframes(run):
+    positions = run.slam.keyframes.poses()[:, :3, 3]
+    for entity, sure in ((paths.ODOMETRY, True), (paths.CLOSURES, False)):
+        edges = [(edge.a, edge.b) for edge in run.slam.graph.edges if edge.sure is sure]
+        assert len(edges) > 1
+        np.testing.assert_allclose(strips(run, entity), positions[np.array(edges)], atol=1e-6)
+
+
+def test_the_estimated_path_ends_as_the_trajectory_broken_where_the_camera_was_blind(run):
+    lines = strips(run, f"{paths.ESTIMATED}/whole")
+    trajectory = run.slam.trajectory()
+    found_again = min(index for index in trajectory if index >= BLIND.stop)
+    assert [len(line) for line in lines] == [BLIND.start, N_FRAMES - found_again]
+    expected = np.array([trajectory[index][:3, 3] for index in sorted(trajectory)])
+    np.testing.assert_allclose(np.concatenate(lines), expected, atol=0.0021)
+    assert strips(run, f"{paths.ESTIMATED}/newest") == []
+
+
+def test_the_path_grows_from_frame_to_frame(run):
+    """The whole as last drawn together with what is newest is one line to the camera of the frame."""
+    drawn = {}
+    for part in ("whole", "newest"):
+        for row in run.recording[f"{paths.ESTIMATED}/{part}"]:
+            if row.get("strips") is not None:
+                drawn.setdefault(row["frame"], {})[part] = row["strips"]
+    whole = []
+    for index in range(1, BLIND.start):
+        whole = drawn[index].get("whole", whole)
+        newest = drawn[index]["newest"]
+        ends = [strip[-1] for strip in (newest or whole)]
+        told = run.looks[index].report.world_from_camera[:3, 3]
+        np.testing.assert_allclose(ends[-1], told, atol=1e-6)
+
+
+def test_the_given_path_is_moved_rigidly_onto_the_first_estimated_pose(run):
+    (line,) = strips(run, f"{paths.GIVEN}/whole")
+    given = [look.given for look in run.looks[:-1]]
+    first = run.slam.trajectory()[0] @ inverse(given[0])
+    np.testing.assert_allclose(line, [(first @ pose)[:3, 3] for pose in given], atol=1e-5)
+
+
+def test_loss_and_recovery_are_told_once_each(run):
+    found_again = next(look.index for look in run.looks[BLIND.stop :] if look.report.world_from_camera is not None)
+    assert [
+        (r["frame"], r["level"][0], r["text"][0]) for r in run.recording[paths.EVENTS] if "camera is" in r["text"][0]
+    ] == [
+        (BLIND.start, "WARN", f"the camera is lost from frame {BLIND.start} on"),
+        (found_again, "INFO", f"the camera is found again after {found_again - BLIND.start} lost frames"),
+    ]
+    tracked = {row["frame"]: row["scalars"] for row in run.recording[paths.TRACKED] if "scalars" in row}
+    lost = range(BLIND.start, found_again)
+    assert tracked == {index: [float(index not in lost)] for index in range(N_FRAMES)}
+
+
+def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was_not(run):
+    for look in run.looks[:-1]:
+        found = look.report.found
+        if found is None:
+            assert look.index == 0 or look.report.world_from_camera is None
+            continue
+        sigma = [1e3 * found.sigma_rotation_rad, 1e3 * found.sigma_shift_m]
+        for entity, values in (
+            (paths.FEATURES_FOUND, [found.n_features]),
+            (paths.DEPTH_FOUND, [found.score, found.agreement]),
+            (paths.SIGMA, sigma),
+        ):
+            assert [r["scalars"] for r in run.recording[entity] if r.get("frame") == look.index] == [values]
+    cleared = {row["frame"] for row in run.recording[paths.SIGMA] if "is_recursive" in row}
+    assert cleared == {look.index for look in run.looks[:-1] if look.report.found is None}
+    ms = [row["scalars"][0] for row in run.recording[paths.TRACKING_MS] if "scalars" in row]
+    assert ms == [look.stage_ms["pose"] for look in run.looks[:-1]]
+    sizes = [len(run.slam.keyframes), len(run.slam.graph.edges), run.slam.n_loops, 0]
+    assert last(run, paths.GRAPH_SIZE, "scalars").tolist() == sizes
+
+
+def test_ellipsoids_are_those_of_the_final_covariances(run):
+    covariances = run.looks[-1].report.graph.covariances
+    assert list(covariances) == [keyframe.view.index for keyframe in run.slam.keyframes.all]
+    sigma_m = [np.sqrt(np.linalg.eigvalsh(c[3:, 3:])) for c in covariances.values()]
+    np.testing.assert_allclose(last(run, paths.UNCERTAINTY, "half_sizes"), 2 * np.array(sigma_m), rtol=1e-4)
+    np.testing.assert_allclose(last(run, paths.UNCERTAINTY, "centers"), run.slam.keyframes.poses()[:, :3, 3], atol=1e-6)
+
+
+def test_the_newest_keyframes_covariance_comes_with_each_optimisation(run):
+    graphs = [look.report.graph for look in run.looks[:-1] if look.report.graph is not None]
+    assert len(graphs) == len(run.slam.keyframes)
+    assert all(list(graph.covariances) == [graph.frames[-1]] for graph in graphs)
+    assert run.looks[1].report.graph is None
+
+
+def test_covariances_are_kept_symmetric_and_positive_definite(run, tmp_path):
+    write_pose_covariances(tmp_path / "c.npz", run.looks[-1].report.graph)
+    kept = np.load(tmp_path / "c.npz")
+    n = len(run.slam.keyframes)
+    assert kept["covariances"].shape == (n, 6, 6)
+    assert (kept["covariances"] == kept["covariances"].swapaxes(1, 2)).all()
+    assert (np.linalg.eigvalsh(kept["covariances"]) > 0).all()
+    assert kept["frames"].tolist() == [keyframe.view.index for keyframe in run.slam.keyframes.all]
+    assert kept["stamps"].tolist() == [keyframe.view.stamp for keyframe in run.slam.keyframes.all]
+    np.testing.assert_allclose(kept["world_from_camera"], run.slam.keyframes.poses())
+    known = run.looks[-1].report.graph.covariances
+    assert all((kept["covariances"][row] == known[frame]).all() for row, frame in enumerate(kept["frames"].tolist()))
+    # The first one is held fast; the others follow from it.
+    spread = np.trace(kept["covariances"], axis1=1, axis2=2)
+    assert (spread[1:] > 10 * spread[0]).all()
+
+
+def test_a_keyframe_without_a_covariance_is_left_out_of_the_file(tmp_path):
+    graph = replace(graph_at(np.zeros((3, 3))), covariances={20: np.eye(6)})
+    write_pose_covariances(tmp_path / "c.npz", graph)
+    kept = np.load(tmp_path / "c.npz")
+    assert kept["frames"].tolist() == [20]
+    assert kept["covariances"].shape == (1, 6, 6)
+    write_pose_covariances(tmp_path / "none.npz", replace(graph, covariances={}))
+    assert np.load(tmp_path / "none.npz")["covariances"].shape == (0, 6, 6)
+
+
+def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
+    def keyframe(number, piece):
+        view = SimpleNamespace(index=10 * number, stamp=number / 3)
+        return Keyframe(number, piece, view, pose_at(number), 0.0)
+
+    keyframes = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
+    edges = [Edge(1, 2, np.eye(4), np.eye(6), sure=True), Edge(0, 3, np.eye(4), np.eye(6))]
+    graph = GraphReport.of(keyframes, edges, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
+    assert graph.frames.tolist() == [0, 30]
+    assert graph.n_adrift == 2
+    assert graph.edges.tolist() == [[0, 1]]  # rows, not numbers
+    assert graph.is_odometry.tolist() == [False]
+    assert list(graph.covariances) == [30]
+    np.testing.assert_allclose(graph.world_from_camera[:, 0, 3], [0, 3])
+
+
+def graph_at(positions):
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, 3] = positions
+    return GraphReport(
+        frames=10 * np.arange(len(positions)),
+        stamps=np.arange(len(positions)) / 3,
+        world_from_camera=poses,
+        edges=np.array([(n, n + 1) for n in range(len(positions) - 1)]).reshape(-1, 2),
+        is_odometry=np.ones(len(positions) - 1, bool),
+        n_loops=0,
+        n_adrift=0,
+        covariances={},
+    )
+
+
+def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path):
+    before = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    after = before + np.array([[0, 0, 0], [0, 0.03, 0], [0, 0.06, 0]])
+    grown = np.concatenate([after + 0.001, [[3, 0, 0]]])
+    timeline = Timeline(tmp_path / "moved.rrd", CAMERA, TimelineConfig(shown_move_m=0.05))
+    for index, positions in enumerate((before, after, grown)):
+        report = PoseReport(np.eye(4), Finding(50, 0.9, 0.8, 1e-3, 2e-3), graph_at(positions))
+        timeline.track(Look(index, report=report))
+    timeline.close()
+    recording = chunks_of(tmp_path / "moved.rrd")
+    for entity, positions in ((paths.BEFORE, before), (paths.AFTER, after)):
+        (row,) = [row for row in recording[entity] if row.get("strips") is not None]
+        assert row["frame"] == 1
+        np.testing.assert_allclose(row["strips"], [positions], atol=1e-6)
+    assert [row["frame"] for row in recording[paths.MOVE]] == [0, 2]  # cleared
+    assert [(row["frame"], row["text"][0]) for row in recording[paths.EVENTS]] == [
+        (1, "keyframes moved by up to 6.0 cm")
+    ]
+
+
+def test_half_sizes_are_the_roots_of_the_eigenvalues_along_axes_turned_into_the_world():
+    covariance = np.diag([9.0, 9, 9, 0.04, 0.01, 0.09])
+    turned = motion(np.array([0, 0, np.pi / 2, 5.0, 6.0, 7.0]))  # the camera's x axis is the world's y
+    found = position_ellipsoids(turned[None], covariance[None], sigmas=1.0)
+    np.testing.assert_allclose(found.centers, [[5, 6, 7]])
+    np.testing.assert_allclose(found.half_sizes, [[0.1, 0.2, 0.3]])
+    assert np.linalg.det(found.rotations[0]) == pytest.approx(1)
+    spread = found.rotations[0] @ np.diag(found.half_sizes[0] ** 2) @ found.rotations[0].T
+    np.testing.assert_allclose(spread, np.diag([0.01, 0.04, 0.09]), atol=1e-12)
+    np.testing.assert_allclose(position_ellipsoids(turned[None], covariance[None], 3.0).half_sizes, [[0.3, 0.6, 0.9]])
+
+
+def pose_at(x):
+    return motion(np.array([0, 0, 0, x, 0, 0]))
+
+
+def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_late():
+    path = CameraPath()
+    for index, pose in ((0, pose_at(0)), (3, pose_at(1)), (6, None), (9, pose_at(3))):
+        path.look(index, pose)
+    assert [line[:, 0].tolist() for line in path.whole(np.eye(4))] == [[0, 1]]  # one frame alone is no line
+    path.look(12, pose_at(4))
+    assert [line[:, 0].tolist() for line in path.newest(np.eye(4))] == [[3, 4]]
+    path.move({6: pose_at(2), 12: pose_at(5)})
+    assert [line[:, 0].tolist() for line in path.whole(pose_at(10))] == [[10, 11, 12, 13, 15]]
+    assert path.newest(np.eye(4)) == []
+
+
+def test_the_path_is_logged_every_so_often(tmp_path):
+    timeline = Timeline(tmp_path / "path.rrd", CAMERA, TimelineConfig(path_every=3))
+    for index in range(8):
+        timeline.track(Look(index, report=PoseReport(pose_at(index), None, None)))
+    timeline.close()
+    rows = chunks_of(tmp_path / "path.rrd")[f"{paths.ESTIMATED}/newest"]
+    drawn = {row["frame"]: [x for strip in row["strips"] for x, _, _ in strip] for row in rows if "strips" in row}
+    assert drawn == {0: [], 3: [0, 1, 2, 3], 6: [0, 1, 2, 3, 4, 5, 6]}
+
+
+def names(part):
+    children = getattr(part, "contents", ()) if not isinstance(part, rrb.View) else ()
+    return [part.name, *(name for child in children for name in names(child))]
+
+
+def test_plots_of_the_estimation_are_there_only_where_poses_are_estimated():
+    view = behind(np.eye(4))
+    extra = {"Tracking", "Features", "Sigma", "Pose graph", "Tracking ms"}
+    given, estimated = (names(run_layout(view, poses_estimated=e).root_container) for e in (False, True))
+    assert set(estimated) - set(given) == extra
+    assert set(given) < set(estimated)
+
+
+def test_given_poses_tell_no_story(tmp_path):
+    locator = Locator(BlindSpell(), GivenPoses)
+    timeline = Timeline(tmp_path / "given.rrd", CAMERA, TimelineConfig())
+    for index in (0, 1, END):
+        timeline.track(locator(index))
+    timeline.close()
+    assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("world/poses", "plots/t"))]

@@ -1,0 +1,221 @@
+"""The recording of a scripted run, read back: which streams it holds, how often, and known values in them."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from app.timeline import entities as paths
+from app.timeline.config import TimelineConfig
+from app.timeline.no_timeline import NoTimeline
+from app.timeline.rerun_timeline import Timeline
+from razer.boxes.oriented_box import OrientedBox
+from razer.config import VoxelSettings
+from razer.frame import Frame, Intrinsics
+from razer.tracking.step_result import Candidate, Decision, Step
+from razer.volume.mesh_extraction import LabelledMesh, extract_mesh, extract_points
+from razer.volume.voxel_map import VoxelMap
+from tests.support.timeline_rows import chunks_of
+
+CAMERA = Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5)
+WALL_M = 1.25
+BOX = OrientedBox(np.array([0.5, -0.25, 2.0]), np.eye(3), np.array([0.2, 0.4, 0.6]))
+
+
+def frame(index: int) -> Frame:
+    """A red wall, parallel to the image."""
+    rgb = np.full((48, 64, 3), (200, 30, 30), np.uint8)
+    return Frame(index, index / 30, rgb, np.full((48, 64), WALL_M, np.float32), CAMERA, np.eye(4))
+
+
+@dataclass
+class ScriptedMapper:
+    """A real volume, and tracks that the test made up."""
+
+    voxels: VoxelMap = field(default_factory=lambda: VoxelMap(VoxelSettings(surface_weight=1.0)))
+    tracks: list = field(default_factory=list)
+
+    def step(self, index: int) -> Step:
+        ids = np.zeros((48, 64), np.int32)
+        ids[:24] = 7
+        decisions = (
+            Decision(0, (Candidate(7, 0.1, 0.2, 0.14), Candidate(3, 0.9, 0.8, 0.86)), 0.45, "matched", 7),
+            Decision(1, (Candidate(3, 0.9, 0.8, 0.86),), 0.45, "born", 8 + index),
+        )
+        changed = self.voxels.integrate(frame(index))
+        return Step(index, ids, (), decisions, ((5, 7),), (2,), changed)
+
+
+def track(track_id: int, confirmed: bool) -> SimpleNamespace:
+    return SimpleNamespace(id=track_id, box=BOX, confirmed=confirmed, class_name=None)
+
+
+def record(path: Path, config: TimelineConfig, n_frames: int = 4) -> ScriptedMapper:
+    mapper = ScriptedMapper(tracks=[track(7, True), track(9, False)])
+    timeline = Timeline(path, CAMERA, config)
+    for index in range(n_frames):
+        timeline.show(frame(index), mapper.step(index), mapper, {"lift": 2.5, "vote": float(index)})
+    timeline.skipped(n_frames, "the depth image is empty")
+    timeline.finish(mapper, SimpleNamespace(mesh=extract_mesh(mapper.voxels)))
+    timeline.close()
+    return mapper
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory) -> dict[str, list[dict]]:
+    path = tmp_path_factory.mktemp("timeline") / "timeline.rrd"
+    config = TimelineConfig(image_every=2, depth_every=3, points_every=1, points_thinning=1)
+    record(path, config)
+    return chunks_of(path)
+
+
+@pytest.mark.parametrize(
+    ("entity", "frames"),
+    [
+        (paths.COLOR, [0, 2]),
+        (paths.DEPTH, [0, 3]),
+        (paths.IDS, [0, 1, 2, 3]),
+        (paths.CAMERA, [0, 1, 2, 3]),
+        (paths.DECISIONS, [0, 1, 2, 3]),
+        (paths.STAGES, [0, 1, 2, 3]),
+        (paths.INSTANCES, [0, 1, 2, 3]),
+        (paths.MEMORY, [0, 1, 2, 3]),
+        (paths.BOXES, [0, 1, 2, 3, 5]),
+        (paths.MESH, [5]),
+        (paths.PATH, [5]),
+    ],
+)
+def test_stream_has_its_frames(recording, entity, frames):
+    logged = [row["frame"] for row in recording[entity] if "frame" in row]
+    assert logged == frames
+
+
+def test_box_of_the_confirmed_track_alone_is_logged(recording):
+    box = recording[paths.BOXES][0]
+    assert box["labels"] == ["#7"]
+    assert box["centers"] == [pytest.approx([0.5, -0.25, 2.0])]
+    assert box["half_sizes"] == [pytest.approx([0.1, 0.2, 0.3])]
+
+
+def test_scalars_are_those_handed_in(recording):
+    assert [row["scalars"] for row in recording[paths.STAGES] if "scalars" in row] == [
+        [2.5, float(index)] for index in range(4)
+    ]
+    assert all(row["scalars"] == [1.0, 2.0] for row in recording[paths.INSTANCES] if "scalars" in row)
+
+
+def test_events_tell_what_happened_and_why(recording):
+    told = [(row["level"][0], row["text"][0]) for row in recording[paths.EVENTS] if row["frame"] == 1]
+    assert sorted(told) == [
+        ("DEBUG", "matched #7"),
+        ("INFO", "born #9: nearest #3 costs 0.86, gate 0.45"),
+        ("INFO", "fused #5 into #7"),
+        ("INFO", "pruned #2"),
+    ]
+    skipped = [row["text"][0] for row in recording[paths.EVENTS] if row["frame"] == 4]
+    assert skipped == ["skipped frame 4: the depth image is empty"]
+
+
+def test_decisions_name_cost_and_runner_up(recording):
+    text = recording[paths.DECISIONS][0]["text"][0]
+    assert "| 0 | matched | #7 | 0.14 | 0.10 | 0.20 | #3 0.86 |" in text
+    assert "| 1 | born | #8 |  |  |  | #3 0.86 |" in text
+
+
+def test_depth_survives_to_the_millimetre(recording):
+    blob = np.array(recording[paths.DEPTH][1]["blob"][0], np.uint8)
+    assert (cv2.imdecode(blob, cv2.IMREAD_UNCHANGED) == 1000 * WALL_M).all()
+
+
+def test_points_are_the_surface_of_the_volume(recording, tmp_path):
+    logged = [row for entity, rows in recording.items() if entity.startswith(f"{paths.POINTS}/") for row in rows]
+    first = np.concatenate([row["positions"] for row in logged if row["frame"] == 0 and row["positions"]])
+    mapper = ScriptedMapper()
+    mapper.step(0)
+    expected = extract_points(mapper.voxels).positions
+    np.testing.assert_allclose(np.unique(first, axis=0), np.unique(expected, axis=0))
+
+
+def test_finished_mesh_replaces_the_points(recording):
+    assert len(recording[paths.MESH][0]["triangle_indices"]) > 100
+    assert recording[paths.POINTS][0]["is_recursive"] == [True]
+
+
+def test_small_images_have_a_camera_that_fits(tmp_path):
+    large = Intrinsics(640, 480, 500.0, 500.0, 319.5, 239.5)
+    timeline = Timeline(tmp_path / "large.rrd", large, TimelineConfig(raster_max_edge=100))
+    timeline.close()
+    pinhole = chunks_of(tmp_path / "large.rrd")[paths.DEPTH][0]
+    assert pinhole["resolution"] == [[92.0, 69.0]]  # every 7th pixel
+    columns = np.array(pinhole["image_from_camera"][0]).reshape(3, 3)
+    assert columns[0, 0] == pytest.approx(500 / 7)
+    assert columns[2, 0] == pytest.approx(319.5 / 7 + 0.5)
+
+
+def test_close_is_final_and_a_failing_file_does_not_end_the_run(tmp_path, monkeypatch):
+    timeline = Timeline(tmp_path / "broken.rrd", CAMERA, TimelineConfig())
+
+    def no_space(**_: object) -> None:
+        raise RuntimeError("no space left")
+
+    monkeypatch.setattr(timeline._log._stream, "flush", no_space)
+    with pytest.warns(UserWarning, match="no space left"):
+        timeline.close()
+    timeline.close()
+
+
+def test_carved_away_surface_vanishes_from_its_chunk(tmp_path):
+    path = tmp_path / "carved.rrd"
+    mapper = ScriptedMapper()
+    timeline = Timeline(path, CAMERA, TimelineConfig(points_every=1, points_growth=1.1))
+    timeline.show(frame(0), mapper.step(0), mapper, {})
+    step = mapper.step(1)
+    mapper.voxels.attribute("weight").zero_()
+    timeline.show(frame(1), step, mapper, {})
+    timeline.close()
+    last = [rows[-1] for entity, rows in chunks_of(path).items() if entity.startswith(f"{paths.POINTS}/")]
+    assert last
+    assert all(row["frame"] == 1 and row["positions"] == [] for row in last)
+
+
+def test_no_timeline_takes_the_same_calls():
+    for name, method in inspect.getmembers(NoTimeline, inspect.isfunction):
+        assert inspect.signature(method) == inspect.signature(getattr(Timeline, name)), name
+    shown = {name for name in vars(Timeline) if not name.startswith("_")}
+    assert shown == {name for name in vars(NoTimeline) if not name.startswith("_")}
+
+
+def test_real_frames_fit_the_budget(real_data, tmp_path):
+    """60 MB for 600 frames: images of real frames may take 60 KB a frame, the rest is for map and words."""
+    files = sorted((real_data / "redkitchen").glob("frame-*.color.jpg"))[:300:30]
+    camera = Intrinsics(640, 480, 585.0, 585.0, 320.0, 240.0)
+    timeline = Timeline(tmp_path / "real.rrd", camera, TimelineConfig())
+    mapper = ScriptedMapper()
+    empty = replace(mapper.step(0), changed_blocks=np.zeros((0, 3), np.int32), decisions=())
+    for index, file in enumerate(files):
+        rgb = cv2.cvtColor(cv2.imread(str(file)), cv2.COLOR_BGR2RGB)
+        raw = cv2.imread(str(file).replace("color.jpg", "depth.png"), cv2.IMREAD_UNCHANGED)
+        depth = np.where(raw == 65535, 0, raw).astype(np.float32) / 1000
+        ids = np.add.outer(np.arange(480) // 30 * 25, (np.arange(640) + 7 * index) // 30).astype(np.int32)
+        timeline.show(Frame(index, 0.0, rgb, depth, camera, np.eye(4)), replace(empty, id_image=ids), mapper, {})
+    timeline.close()
+    assert (tmp_path / "real.rrd").stat().st_size / len(files) < 60_000
+
+
+def test_empty_mesh_leaves_the_points(tmp_path):
+    mapper = ScriptedMapper()
+    timeline = Timeline(tmp_path / "short.rrd", CAMERA, TimelineConfig())
+    timeline.show(frame(0), mapper.step(0), mapper, {})
+    none = np.zeros((0, 3), np.int32)
+    mesh = LabelledMesh(none.astype(np.float32), none.astype(np.uint8), none[:, 0], none)
+    timeline.finish(mapper, SimpleNamespace(mesh=mesh))
+    timeline.close()
+    recording = chunks_of(tmp_path / "short.rrd")
+    assert paths.MESH not in recording
+    assert paths.POINTS not in recording

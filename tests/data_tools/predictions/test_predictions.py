@@ -1,0 +1,112 @@
+"""Predictions of other systems, read from their files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.evaluation.prediction import nearest_names, read_prediction
+from data_tools.predictions.submission import find_submission, read_submission
+from data_tools.predictions.vertex_labels import read_vertex_labels
+from razer.frame import BadInput
+
+
+def write_submission(folder, name="scene0000_00"):
+    (folder / "predicted_masks").mkdir(parents=True)
+    (folder / "predicted_masks" / "a.txt").write_text("1\n1\n0\n0\n1\n")
+    (folder / "predicted_masks" / "b.txt").write_text("0\n1\n1\n0\n0\n")
+    listed = "predicted_masks/a.txt 2 0.75\n\npredicted_masks/b.txt 7 0.5\n"
+    (folder / f"{name}.txt").write_text(listed)
+    return folder
+
+
+def test_a_submission_has_its_masks_classes_and_confidences_in_order(tmp_path):
+    path = find_submission(write_submission(tmp_path / "s"), None)
+    found = read_submission(path)
+    assert {i: m.tolist() for i, m in found.masks.items()} == {1: [0, 1, 4], 2: [1, 2]}
+    assert (found.labels, found.scores, found.n_vertices) == ({1: 2, 2: 7}, {1: 0.75, 2: 0.5}, 5)
+
+
+def test_several_scenes_ask_for_one_and_none_is_none(tmp_path):
+    folder = write_submission(tmp_path / "s")
+    (folder / "scene0001_00.txt").write_text("predicted_masks/a.txt 2 0.75\n")
+    with pytest.raises(BadInput, match="--scene"):
+        find_submission(folder, None)
+    assert find_submission(folder, "scene0001_00") == folder / "scene0001_00.txt"
+    assert find_submission(folder, "scene0002_00") is None
+    assert find_submission(tmp_path, None) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("predicted_masks/a.txt 2\n", "expected"),
+        ("predicted_masks/a.txt two 0.5\n", "line 1"),
+        ("predicted_masks/c.txt 2 0.5\n", "c.txt is missing"),
+        ("predicted_masks/short.txt 2 0.5\npredicted_masks/a.txt 2 0.5\n", "5 lines"),
+        ("predicted_masks/words.txt 2 0.5\n", "one number a line"),
+    ],
+)
+def test_a_broken_submission_is_one_plain_line(tmp_path, line, message):
+    folder = write_submission(tmp_path / "s")
+    (folder / "predicted_masks" / "short.txt").write_text("1\n0\n")
+    (folder / "predicted_masks" / "words.txt").write_text("yes\nno\n")
+    (folder / "scene0000_00.txt").write_text(line)
+    with pytest.raises(BadInput, match=message):
+        read_submission(folder / "scene0000_00.txt")
+
+
+def test_numbers_from_a_thousand_on_hold_class_and_instance(tmp_path):
+    (tmp_path / "labels.txt").write_text("0\n5001\n5002\n7001\n-1\n7\n")
+    labels = read_vertex_labels(tmp_path / "labels.txt")
+    assert labels.instances.tolist() == [0, 5001, 5002, 7001, 0, 0]
+    assert labels.classes.tolist() == [0, 5, 5, 7, 0, 0]
+
+
+def test_small_numbers_are_instances_alone(tmp_path):
+    np.save(tmp_path / "labels.npy", np.array([0, 3, 3, 9], np.int16))
+    labels = read_vertex_labels(tmp_path / "labels.npy")
+    assert labels.instances.tolist() == [0, 3, 3, 9]
+    assert labels.classes is None
+
+
+@pytest.mark.parametrize("content", [np.zeros((2, 2), int), np.array([0.5, 1.0])])
+def test_arrays_that_are_no_labels_are_refused(tmp_path, content):
+    np.save(tmp_path / "labels.npy", content)
+    with pytest.raises(BadInput, match="whole numbers"):
+        read_vertex_labels(tmp_path / "labels.npy")
+
+
+def test_class_numbers_are_the_truths_and_else_scannet200s(tmp_path):
+    (tmp_path / "labels.txt").write_text("2001\n5001\n999001\n")
+    found = read_prediction(tmp_path / "labels.txt", {5: "throne"}, 3)
+    assert found.class_names == {2001: "chair", 5001: "throne"}
+    folder = write_submission(tmp_path / "s")
+    assert read_prediction(folder, {7: "throne"}, 5).class_names == {1: "chair", 2: "throne"}
+
+
+def test_masks_of_another_mesh_are_refused(tmp_path):
+    with pytest.raises(BadInput, match="5 lines, but the truth has 6 vertices"):
+        read_prediction(write_submission(tmp_path / "s"), {}, 6)
+
+
+def test_numbers_can_be_classes_alone(tmp_path):
+    (tmp_path / "classes.txt").write_text("0\n2\n5\n5\n")
+    found = read_prediction(tmp_path / "classes.txt", {5: "throne"}, 4, labels="class")
+    assert found.instances is None
+    assert found.classes.tolist() == [0, 2, 5, 5]
+    assert found.vertex_class_names == {2: "chair", 5: "throne"}
+
+
+def test_what_is_no_prediction_is_said_in_one_line(tmp_path):
+    with pytest.raises(BadInput, match="does not exist"):
+        read_prediction(tmp_path / "nothing", {}, 3)
+    with pytest.raises(BadInput, match="no run folder"):
+        read_prediction(tmp_path, {}, 3)
+
+
+def test_an_instance_takes_the_name_nearest_to_any_of_its_hypotheses():
+    texts = np.eye(3)
+    ids = np.array([4, 4, 9])
+    embeddings = np.array([[0.9, 0.1, 0.0], [0.0, 0.1, 0.95], [0.2, 0.8, 0.1]])
+    assert nearest_names(ids, embeddings, ["a", "b", "c"], texts) == {4: "c", 9: "b"}

@@ -1,0 +1,192 @@
+"""Synthetic scenes as recordings, and `razer synth` from the outside."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from data_tools.open_sequence import open_sequence, recognise
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.rendered_sequence import Film
+from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene
+from data_tools.truth.open_truth import open_truth
+from data_tools.writers.table import WRITERS
+from razer.frame import BadInput, Frame
+
+TINY = ("--size", "64x48", "--spacing", 0.08)
+READ_AS = {"own": "folder"}
+
+
+def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    """Run a command in this process; returns exit code, standard output, standard error."""
+    with pytest.raises(SystemExit) as stopped:
+        main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return int(stopped.value.code or 0), out, err
+
+
+def same(one: Frame, other: Frame) -> bool:
+    pairs = ((one.rgb, other.rgb), (one.depth, other.depth), (one.instance_ids, other.instance_ids))
+    return all(np.array_equal(a, b) for a, b in pairs) and np.array_equal(one.pose, other.pose)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_frames_depend_on_scene_seed_and_index_alone(name: str) -> None:
+    sensor = SensorModel.kinect()
+    scene = SyntheticScene(name, 0, 9, 64, 48, sensor=sensor)
+    late, early = scene[7], scene[1]
+    assert same(scene[7], late)
+    other = SyntheticScene(name, 3, 9, 64, 48, sensor=sensor)[1]
+    assert not np.array_equal(early.rgb, other.rgb)
+    assert not np.array_equal(early.pose, other.pose)
+    assert len(scene) == 9
+    assert early.instance_classes == scene.classes
+    assert set(np.unique(early.instance_ids)) - {0} <= set(scene.classes)
+    with pytest.raises(IndexError):
+        scene[9]
+
+
+@pytest.mark.parametrize("name", ["room", "corridor-loop", "tabletop"])
+def test_a_scene_sent_to_another_process_is_made_anew_and_is_the_same(name: str) -> None:
+    scene = SyntheticScene(name, 0, 9, 64, 48, sensor=SensorModel.kinect())
+    again = pickle.loads(pickle.dumps(scene))
+    assert (again.name, len(again), again.classes) == (scene.name, 9, scene.classes)
+    late = again[7]
+    assert same(again[1], scene[1])
+    assert same(late, scene[7])
+
+
+def test_stamps_are_those_of_a_hand_however_many_frames_there_are() -> None:
+    usual = SyntheticScene("tabletop", 0, None, 8, 8)
+    assert usual[15].stamp == pytest.approx(1)
+    few = SyntheticScene("tabletop", 0, 5, 8, 8)
+    duration = usual[len(usual) - 1].stamp
+    assert few[4].stamp == pytest.approx(duration)
+    np.testing.assert_allclose(few[4].pose, usual[len(usual) - 1].pose, atol=1e-9)
+    assert len(SyntheticScene("tabletop", 0, 0, 8, 8)) == len(usual)
+
+
+def test_blur_is_that_of_the_moving_hand_and_not_of_the_gap_between_frames() -> None:
+    """A shutter open for a fifth of 1/15 s sees the same motion whatever the rate of frames."""
+    blurred = [
+        SyntheticScene("room", 0, n, 160, 120, sensor=SensorModel(shutter=0.2))[(n - 1) // 2].rgb for n in (481, 61)
+    ]
+    sharp = SyntheticScene("room", 0, 61, 160, 120)[30].rgb
+    change = [np.abs(image.astype(float) - sharp).mean() for image in blurred]
+    assert change[0] > 0
+    assert change[1] == pytest.approx(change[0], rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"), [(("attic",), "choose one of room"), (("room", -1), "negative"), (("room", 0, -3), "-3")]
+)
+def test_what_is_no_scene_is_refused(options: tuple, words: str) -> None:
+    with pytest.raises(BadInput, match=words):
+        SyntheticScene(*options)
+
+
+def test_the_folder_holds_the_scene_and_its_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "made"
+    arguments = ("--scene", "tabletop", "--seed", 3, "--frames", 4, *TINY, "--sensor", "none", "--lossless", "--json")
+    code, stdout, stderr = razer(capsys, "synth", out, *arguments)
+    assert code == 0
+    scene = SyntheticScene("tabletop", 3, 4, 64, 48)
+    (line,) = stdout.splitlines()
+    told = json.loads(line)
+    vertices, classes = told.pop("vertices"), told.pop("classes")
+    assert told == {
+        "format": 1, "out": str(out), "scene": "tabletop", "seed": 3, "layout": "own", "sensor": "none", "frames": 4,
+        "written": 4, "instances": len(scene.classes),
+    }  # fmt: skip
+    assert "4/4 frames" in stderr
+    back = open_sequence(out)
+    for index in range(4):
+        np.testing.assert_array_equal(back[index].rgb, scene[index].rgb)
+        np.testing.assert_array_equal(back[index].instance_ids, scene[index].instance_ids)
+        np.testing.assert_allclose(back[index].depth, scene[index].depth, atol=6e-4)
+        np.testing.assert_allclose(back[index].pose, scene[index].pose, atol=1e-6)
+        assert back[index].stamp == pytest.approx(scene[index].stamp, abs=1e-6)
+    truth, expected = open_truth(out), scene.truth(0.08)
+    np.testing.assert_array_equal(truth.vertices, expected.vertices)
+    np.testing.assert_array_equal(truth.visible, expected.visible)
+    assert truth.instance_classes == scene.classes
+    assert (vertices, classes) == (len(truth.vertices), len({*scene.classes.values()}))
+    assert [path.name for path in tmp_path.iterdir()] == ["made"]
+
+
+@pytest.mark.parametrize("layout", WRITERS)
+def test_every_layout_is_written_and_recognised(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], layout: str
+) -> None:
+    out = tmp_path / "scene0000_00"
+    code, stdout, _ = razer(capsys, "synth", out, "--scene", "tabletop", "--frames", 2, "--layout", layout, *TINY)
+    assert code == 0
+    assert stdout.startswith(f"{out}: 2 frames")
+    assert recognise(out) in (READ_AS.get(layout, layout), "scannet" if layout == "sens" else layout)
+    assert len(open_sequence(out)) == 2
+
+
+def test_errors_of_the_sensor_are_switched_one_by_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    images = {}
+    for name, extra in {"all": (), "whole": ("--set", "edge_dropout=0"), "none": ("--sensor", "none")}.items():
+        code, _, _ = razer(
+            capsys, "synth", tmp_path / name, "--scene", "tabletop", "--frames", 2, *TINY, "--lossless", *extra
+        )
+        assert code == 0
+        images[name] = open_sequence(tmp_path / name)[1]
+    np.testing.assert_array_equal(images["all"].rgb, images["whole"].rgb)
+    assert not np.array_equal(images["none"].rgb, images["whole"].rgb)
+    lost = {name: float((image.depth == 0).mean()) for name, image in images.items()}
+    assert lost["none"] < lost["whole"] < lost["all"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--scene", "attic"), "unknown scene 'attic'"),
+        (("--size", "640"), "--size 640"),
+        (("--frames", -2), "-2 frames"),
+        (("--layout", "zip"), "unknown layout 'zip'"),
+        (("--set", "fog=1"), "--set fog=1"),
+        (("--set", "shutter=much"), "much is no number"),
+        (("--spacing", 0), "--spacing 0"),
+    ],
+)
+def test_what_cannot_be_made_is_said_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple, words: str
+) -> None:
+    code, stdout, stderr = razer(capsys, "synth", tmp_path / "out", *arguments)
+    assert (code, stdout) == (2, "")
+    assert words in stderr
+    assert len(stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_folder_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "note.txt").write_text("mine")
+    code, _, stderr = razer(capsys, "synth", tmp_path, *TINY)
+    assert code == 2
+    assert "exists: give a new folder" in stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["note.txt"]
+
+
+def test_an_interrupted_run_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame_of = Film.__getitem__
+
+    def interrupted(film: Film, index: int) -> Frame:
+        if index == 2:
+            raise KeyboardInterrupt
+        return frame_of(film, index)
+
+    monkeypatch.setattr(Film, "__getitem__", interrupted)
+    code, stdout, stderr = razer(capsys, "synth", tmp_path / "out", "--scene", "tabletop", "--frames", 4, *TINY)
+    assert (code, stdout) == (130, "")
+    assert "interrupted" in stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,145 @@
+"""Ranking against a literal reference, and what it must not depend on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from app.evaluation.prediction import nearest_names
+from razer.panoptic_map import PanopticMap
+from razer.query import ranking as rules
+from razer.query.embedding_table import Hypotheses
+from razer.query.ranking import Contrast, TextRanking, image_scores
+from razer.query.text_queries import Words
+from razer.semantics.labelling import label
+from razer.vocabulary import Category
+from razer.volume.mesh_extraction import LabelledMesh
+from tests.support.named_vectors import unit_rows
+
+DIMENSION, NAMES = 32, 40
+
+
+def some_banks(rng, sizes=(1, 3, 2, 1, 2)):
+    banks = {}
+    for number, size in enumerate(sizes):
+        weights = np.sort(rng.uniform(0.1, 1, size))[::-1]
+        banks[10 * number + 7] = (unit_rows(rng.standard_normal((size, DIMENSION))), weights / weights.sum())
+    return banks
+
+
+def some_contrast(rng):
+    return Contrast([f"name {i}" for i in range(NAMES)], unit_rows(rng.standard_normal((NAMES, DIMENSION))))
+
+
+def literal_evidence(banks, contrast, query):
+    """As the text of `ranking` says, one instance and one hypothesis after the other."""
+    n = len(banks)
+    strongest = np.mean([vectors[0] for vectors, _ in banks.values()], axis=0)
+    common = rules.COMMON_SHARE * n / (n + rules.FEW_INSTANCES) * strongest
+    others = [name for name in contrast.vectors if name @ query <= rules.SAME_NAME]
+    result = []
+    for vectors, weights in banks.values():
+        values = []
+        for vector, weight in zip(vectors, weights, strict=True):
+            rest = np.mean([np.exp(rules.SHARPNESS * ((vector - common) @ name)) for name in others])
+            value = rules.SHARPNESS * ((vector - common) @ query) - np.log(rest)
+            values.append(value + rules.SHARE_POWER * np.log(weight / weights[0]))
+        result.append(max(values))
+    return np.array(result)
+
+
+def test_evidence_is_that_of_the_literal_reference():
+    rng = np.random.default_rng(0)
+    banks, contrast = some_banks(rng), some_contrast(rng)
+    queries = np.concatenate([unit_rows(rng.standard_normal((3, DIMENSION))), contrast.vectors[[5]]])
+    expected = np.stack([literal_evidence(banks, contrast, query) for query in queries], axis=1)
+    found = TextRanking(Hypotheses.of(banks), contrast).evidence(queries)
+    assert_allclose(found, expected, atol=2e-3)
+
+
+def test_a_name_that_the_contrast_holds_competes_with_the_others_only():
+    rng = np.random.default_rng(1)
+    banks, contrast = some_banks(rng), some_contrast(rng)
+    banks[7] = (contrast.vectors[[3]], np.ones(1))
+    without = Contrast(contrast.names, np.delete(contrast.vectors, 3, axis=0))
+    query = contrast.vectors[[3]]
+    held = TextRanking(Hypotheses.of(banks), contrast).evidence(query)
+    expected = TextRanking(Hypotheses.of(banks), without).evidence(query)
+    # What is beyond doubt is cut off where subtracting a name from all would lose digits.
+    assert_allclose(np.minimum(held, 15), np.minimum(expected, 15), atol=1e-3)
+    scores = TextRanking(Hypotheses.of(banks), contrast).scores(query)[:, 0]
+    assert scores.argmax() == 0
+    assert scores[0] > rules.PRESENT > scores[1:].max()
+
+
+def test_many_queries_at_once_are_those_one_by_one_and_instances_do_not_depend_on_their_order():
+    rng = np.random.default_rng(2)
+    banks, contrast = some_banks(rng), some_contrast(rng)
+    queries = unit_rows(rng.standard_normal((4, DIMENSION)))
+    ranking = TextRanking(Hypotheses.of(banks), contrast)
+    one_by_one = np.concatenate([ranking.scores(query[None]) for query in queries], axis=1)
+    assert_allclose(ranking.scores(queries), one_by_one, atol=1e-6)
+    turned = TextRanking(Hypotheses.of(dict(reversed(banks.items()))), contrast)
+    assert_allclose(turned.scores(queries)[::-1], one_by_one, atol=1e-5)
+
+
+def test_instances_are_named_as_their_evidence_says():
+    rng = np.random.default_rng(3)
+    contrast = some_contrast(rng)
+    banks = {i: (contrast.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
+    ranking = TextRanking(Hypotheses.of(banks), contrast)
+    assert ranking.nearest_names(np.array([0, 2])) == ["name 4", "name 9"]
+    assert ranking.likeness(contrast.vectors).argmax(axis=1).tolist() == [4, 0, 9]
+
+
+def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
+    rng = np.random.default_rng(4)
+    contrast = some_contrast(rng)
+    chair, table = contrast.vectors[:2]
+    banks = {1: (np.stack([table, chair]), np.array([0.65, 0.35])), 2: (chair[None], np.ones(1))}
+    scores = TextRanking(Hypotheses.of(banks), contrast).evidence(chair[None])[:, 0]
+    assert scores[1] > scores[0]
+
+
+def test_an_empty_map_and_instances_without_embeddings():
+    rng = np.random.default_rng(5)
+    nothing = (np.zeros((0, DIMENSION), np.float32), np.zeros(0))
+    assert len(Hypotheses.of({3: nothing})) == 0
+    banks = {3: nothing, **some_banks(rng)}
+    assert 3 not in Hypotheses.of(banks).ids
+    empty = Hypotheses.of({})
+    assert len(empty) == 0
+
+
+class TwoNames:
+    """A table of two names."""
+
+    known_names = ("a", "b")
+
+    def embed_texts(self, texts):
+        return np.eye(2, DIMENSION, dtype=np.float32)[["ab".index(text) for text in texts]]
+
+
+def test_in_a_map_without_instances_nothing_is_found():
+    nothing = np.zeros((0, 3), np.int32)
+    mesh = LabelledMesh(nothing.astype(np.float32), nothing.astype(np.uint8), nothing[:, 0], nothing)
+    panoptic = PanopticMap.of([], mesh, Words(TwoNames()))
+    assert panoptic.rank("a").hits == panoptic.rank_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
+    assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
+    assert nearest_names(nothing[:, 0], np.zeros((0, 0)), ["a"], np.ones((1, DIMENSION))) == {}
+
+
+def test_an_image_is_nearest_to_the_instance_it_shows():
+    rng = np.random.default_rng(6)
+    # All in a narrow cone, as CLIP's image vectors are.
+    cone = unit_rows(rng.standard_normal(512)) * 2
+    vectors = unit_rows(cone + unit_rows(rng.standard_normal((30, 512))))
+    hypotheses = Hypotheses.of({i: (v[None], np.ones(1)) for i, v in enumerate(vectors[:20])})
+    for row in range(20):
+        scores = image_scores(hypotheses, vectors[row])
+        assert scores.argmax() == row
+        assert scores[row] == pytest.approx(1)
+        assert np.delete(scores, row).max() < rules.PRESENT
+    for absent in vectors[20:]:
+        assert image_scores(hypotheses, absent).max() < rules.PRESENT

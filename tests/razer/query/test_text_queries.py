@@ -1,0 +1,93 @@
+"""Texts to vectors, and the names they are set against."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from razer.frame import BadInput
+from razer.models.appearance import AppearanceEmbedder
+from razer.models.oracle.models import OracleEmbedder
+from razer.query.text_queries import NEUTRAL, TEMPLATES, Words
+from razer.vocabulary import vocabulary
+from tests.support.named_vectors import unit_rows
+
+
+class Encoder:
+    """A text side that notes what it is asked, and turns letters into numbers."""
+
+    def __init__(self):
+        self.asked = []
+
+    def embed_texts(self, texts):
+        self.asked += texts
+        return unit_rows([np.bincount(np.frombuffer(t.encode(), np.uint8), minlength=256) for t in texts])
+
+
+class Table(Encoder):
+    known_names = ("chair", "table")
+
+    def embed_texts(self, texts):
+        if not set(texts) <= set(self.known_names):
+            raise BadInput("unknown name")
+        return super().embed_texts(texts)
+
+
+def test_an_encoder_is_asked_by_prompts_whose_vectors_are_averaged():
+    encoder = Encoder()
+    found = Words(encoder).vectors(["a red chair", "Sofa"])
+    prompts = [template.format(text) for text in ("red chair", "Sofa") for template in TEMPLATES]
+    assert encoder.asked == prompts
+    each = encoder.embed_texts(prompts).reshape(2, len(TEMPLATES), -1).mean(axis=1)
+    assert_allclose(found, unit_rows(each), atol=1e-6)
+
+
+def test_a_table_is_asked_by_bare_names_and_compares_with_all_of_them():
+    table = Table()
+    words = Words(table)
+    words.vectors(["the chair"])
+    assert table.asked == ["chair"]
+    assert words.contrast.names == ("chair", "table")
+    assert words.knows("table")
+    assert not words.knows("sofa")
+
+
+def test_an_encoder_compares_with_a_sample_of_lvis_and_neutral_words_embedded_once():
+    encoder = Encoder()
+    words = Words(encoder)
+    assert words.contrast is words.contrast
+    assert len(encoder.asked) == len(TEMPLATES) * len(words.contrast_names)
+    assert set(NEUTRAL) < set(words.contrast_names)
+    assert len(words.contrast_names) > 400
+
+
+def test_the_oracle_knows_any_name():
+    words = Words(OracleEmbedder())
+    assert words.contrast_names == vocabulary("lvis").names
+    assert_allclose(words.vectors(["a chair"])[0], OracleEmbedder().class_vector("chair"), atol=1e-6)
+
+
+def test_an_embedder_without_a_text_side_says_so():
+    with pytest.raises(BadInput, match=r"AppearanceEmbedder has no text side.*--image"):
+        Words(AppearanceEmbedder()).vectors(["chair"])
+
+
+@pytest.mark.parametrize("texts", [[""], ["chair", "  "], []])
+def test_nothing_cannot_be_asked_for(texts):
+    with pytest.raises(BadInput, match="empty text"):
+        Words(Encoder()).vectors(texts)
+
+
+def test_shipped_vocabularies_of_things():
+    assert len(vocabulary("lvis").names) == 1203
+    coco = vocabulary("coco")
+    assert len(coco.names) == 80
+    assert (coco.by_name["person"].id, coco.by_name["chair"].id, coco.by_name["toothbrush"].id) == (1, 62, 90)
+
+
+def test_a_table_of_one_name_is_refused():
+    table = Table()
+    table.known_names = ("chair",)
+    with pytest.raises(BadInput, match="single name"):
+        _ = Words(table).contrast

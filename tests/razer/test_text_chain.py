@@ -1,0 +1,94 @@
+"""Real CLIP vectors through the whole method: a simulated apartment is mapped and asked by words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from razer.config import MapperConfig, VoxelSettings
+from razer.frame import BadInput, UnusableFrame
+from razer.mapper import Mapper
+from razer.models import make_segmenter
+from razer.models.appearance import AppearanceEmbedder
+from razer.panoptic_map import PanopticMap
+from razer.semantics.labelling import known_categories, label
+from razer.vocabulary import vocabulary
+from tests.support.named_vectors import NamedVectors
+
+N_FRAMES = 200  # of fewer, a third of the objects are seen too seldom to tell through the noise
+
+
+@pytest.fixture(scope="module")
+def apartment(real_data):
+    """(the map at the end, what was found by name halfway, the embedder)."""
+    embedder = NamedVectors(str(real_data / "clip-vit-b32" / "lvis.npz"))
+    config = MapperConfig(voxels=VoxelSettings(voxel_size_m=0.06))
+    mapper = Mapper(config, make_segmenter("oracle", {}), embedder)
+    scene = SyntheticScene("apartment", 0, N_FRAMES, 160, 120)
+    halfway = None
+    for index in range(N_FRAMES):
+        try:
+            mapper.step(scene[index])
+        except UnusableFrame:
+            continue
+        if index == N_FRAMES // 2:
+            running = mapper.snapshot()
+            names = {o.class_name for o in running.objects} & set(embedder.row)
+            halfway = {name: running.rank(name) for name in sorted(names)}
+    mapper.finish()
+    return mapper.snapshot(), halfway, embedder
+
+
+def is_first(answer, name):
+    return answer.found and answer.hits[0].object.class_name == name
+
+
+def test_a_running_map_answers_between_frames(apartment):
+    _, halfway, _ = apartment
+    assert len(halfway) >= 8
+    assert sum(is_first(answer, name) for name, answer in halfway.items()) >= 0.5 * len(halfway)
+
+
+def test_things_are_found_by_name_and_what_is_not_there_is_not(apartment):
+    panoptic, _, embedder = apartment
+    present = sorted({o.class_name for o in panoptic.objects} & set(embedder.row))
+    rows = {embedder.row[name] for name in present}
+    absent = [name for row, name in enumerate(embedder.known_names) if row not in rows]
+    absent = [absent[i] for i in np.random.default_rng(0).permutation(len(absent))[:100]]
+    assert len(present) >= 20
+    found = [name for name in present if panoptic.rank(name).found]
+    right = [name for name in present if is_first(panoptic.rank(name), name)]
+    wrong = [name for name in absent if panoptic.rank(name).found]
+    assert len(found) >= 0.6 * len(present)
+    assert len(right) >= 0.55 * len(present)
+    assert len(wrong) <= 0.2 * len(absent)
+
+
+def test_hits_are_ranked_above_the_threshold(apartment):
+    panoptic, _, _ = apartment
+    answer = panoptic.rank("bed", threshold=0.0)
+    scores = [hit.score for hit in answer.hits]
+    assert len(scores) == len(panoptic.hypotheses)
+    assert scores == sorted(scores, reverse=True)
+    assert panoptic.rank("bed", threshold=0.5).hits == tuple(h for h in answer.hits if h.score >= 0.5)
+
+
+def test_classes_of_a_vocabulary(apartment):
+    panoptic, _, embedder = apartment
+    known = known_categories(panoptic, vocabulary("scannet200"))
+    given = {found.id: found.category.name for found in label(panoptic, known)}
+    names = {category.name for category in known}
+    asked = [o for o in panoptic.objects if o.class_name in names and o.observations >= 5]
+    right = [o for o in asked if embedder.row[given[o.id]] == embedder.row[o.class_name]]
+    assert len(asked) >= 15
+    assert len(right) >= 0.6 * len(asked)
+
+
+def test_a_map_without_words_says_so(apartment):
+    panoptic, _, _ = apartment
+    with pytest.raises(BadInput, match="no embedder is known"):
+        PanopticMap(panoptic.objects, panoptic.mesh).rank("bed")
+    nameless = Mapper(MapperConfig(), make_segmenter("geometric", {}), AppearanceEmbedder()).snapshot()
+    with pytest.raises(BadInput, match="no text side"):
+        nameless.rank("bed")

@@ -1,0 +1,289 @@
+"""Association: the assignment against all permutations, the measures and the evidence on hand-made cases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from razer.boxes.iou import box_containment, box_iou
+from razer.boxes.rtree_index import BoxIndex
+from razer.config import AssociationSettings, BankSettings
+from razer.detection.lifting import Detection, Lifted
+from razer.tracking import association
+from razer.tracking.association import assign, find_candidates, likeness
+from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.step_result import Candidate
+from razer.tracking.track import Track
+from razer.volume.voxel_map import VoxelMap
+from tests.support.scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
+
+NO_EVIDENCE = LabelEvidence({}, {}, {}, {})
+
+
+def slow_assignment(costs: np.ndarray, gate: float) -> tuple[int, float]:
+    """Most pairs within the gate, and the least total cost of that many, over all one-to-one assignments."""
+    n, m = costs.shape
+    padded = np.full((max(n, m), max(n, m)), np.inf)
+    padded[:n, :m] = np.where(costs <= gate, costs, np.inf)
+    best = (0, 0.0)
+    for order in permutations(range(len(padded))):
+        chosen = [c for c in padded[range(len(padded)), order] if np.isfinite(c)]
+        best = min(best, (-len(chosen), float(sum(chosen))))
+    return -best[0], best[1]
+
+
+def as_candidates(costs: np.ndarray, ids: Sequence[int]) -> list[list[Candidate]]:
+    return [[Candidate(t, 0, 0, float(c)) for t, c in zip(ids, row, strict=True) if np.isfinite(c)] for row in costs]
+
+
+COSTS = st.tuples(st.integers(1, 5), st.integers(1, 5)).flatmap(
+    lambda shape: st.lists(
+        st.lists(st.sampled_from([*np.linspace(0, 1, 11), np.inf]), min_size=shape[1], max_size=shape[1]),
+        min_size=shape[0],
+        max_size=shape[0],
+    )
+)
+
+
+@given(table=COSTS, gate=st.sampled_from([0.3, 0.45, 0.8]))
+@settings(deadline=None, max_examples=120)
+def test_assignment_is_the_best_of_all_permutations(table: list[list[float]], gate: float) -> None:
+    costs = np.array(table)
+    ids = [7, 3, 12, 5, 40][: costs.shape[1]]
+    result = assign(as_candidates(costs, ids), gate)
+    assert len(set(result.values())) == len(result)
+    paid = [costs[i, ids.index(t)] for i, t in result.items()]
+    assert all(cost <= gate for cost in paid)
+    count, total = slow_assignment(costs, gate)
+    assert len(paid) == count
+    assert sum(paid) == pytest.approx(total)
+
+
+def test_no_pair_within_the_gate_assigns_nothing() -> None:
+    assert assign([], 0.5) == {}
+    assert assign([[], []], 0.5) == {}
+    assert assign([[Candidate(1, 1, 1, 0.51)]], 0.5) == {}
+    assert assign([[Candidate(1, 1, 1, 0.5)]], 0.5) == {0: 1}
+
+
+def test_likeness_is_the_cosine_between_what_sets_vectors_apart_from_a_common_part() -> None:
+    # Vectors with the same large part in common: without it they are at 0, 60 and 90 degrees.
+    common, own = np.sqrt(0.8), np.sqrt(0.2)
+    first = np.array([common, own, 0])
+    for degrees in (0, 60, 90):
+        angle = np.radians(degrees)
+        second = np.array([common, own * np.cos(angle), own * np.sin(angle)])
+        assert likeness(float(first @ second), 0.8) == pytest.approx(np.cos(angle))
+    assert likeness(0.3, 0.0) == 0.3
+
+
+def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
+    book, table = unit(1, 0.3, 0), unit(1, 0, 0.3)
+    known, index = make_tracks(detection(axis_box((0, 0, 0), (1, 1, 1)), table))
+    found = [detection(axis_box((0.2, 0, 0), (1, 1, 1)), book)]
+    settings = AssociationSettings(association="paper")
+
+    def cost(unrelated_cosine: float) -> float:
+        (row,) = find_candidates(found, known, index, NO_EVIDENCE, settings, unrelated_cosine)
+        return row[0].cost
+
+    assert cost(0.0) < settings.gate < cost(float(book @ table))
+    assert cost(float(book @ table)) - cost(0.0) == pytest.approx(0.4 * (book @ table), abs=1e-6)
+
+
+def test_the_detection_that_fits_worse_takes_its_second_choice() -> None:
+    rows = [[Candidate(1, 0, 0, 0.10), Candidate(2, 0, 0, 0.40)], [Candidate(1, 0, 0, 0.15)]]
+    assert assign(rows, 0.45) == {0: 2, 1: 1}
+
+
+def make_tracks(*found: Detection) -> tuple[dict[int, Track], BoxIndex]:
+    tracks = {i: Track(i, d, 0, BankSettings()) for i, d in enumerate(found, start=1)}
+    index = BoxIndex()
+    for track in tracks.values():
+        index.put(track.id, track.box)
+    return tracks, index
+
+
+def candidates_of(
+    found: Sequence[Detection],
+    tracks: Sequence[Detection],
+    evidence: LabelEvidence = NO_EVIDENCE,
+    **settings: object,
+) -> list[tuple[Candidate, ...]]:
+    known, index = make_tracks(*tracks)
+    return find_candidates(found, known, index, evidence, AssociationSettings.model_validate(settings))
+
+
+UNIT_CUBE = axis_box((0, 0, 0), (1, 1, 1))
+HALF_ASIDE = axis_box((0.5, 0, 0), (1, 1, 1))
+
+
+def test_the_papers_cost_by_hand() -> None:
+    ((found,),) = candidates_of(
+        [detection(HALF_ASIDE, unit(1, 1))], [detection(UNIT_CUBE, unit(1, 0))], association="paper"
+    )
+    assert found.track_id == 1
+    assert found.geometry == pytest.approx(1 - 1 / 3)
+    assert found.semantic == pytest.approx(1 - np.sqrt(0.5))
+    assert found.cost == pytest.approx(0.6 * (2 / 3) + 0.4 * (1 - np.sqrt(0.5)))
+
+
+def test_containment_takes_a_part_for_the_whole() -> None:
+    part = [detection(axis_box((0.2, 0.2, 0.2), (0.3, 0.3, 0.3)))]
+    whole = [detection(UNIT_CUBE)]
+    ((contained,),) = candidates_of(part, whole, association="containment")
+    assert contained.geometry == pytest.approx(0, abs=1e-6)
+    ((by_iou,),) = candidates_of(part, whole, association="paper")
+    assert by_iou.geometry == pytest.approx(1 - 0.027)
+
+
+def test_visible_takes_the_better_of_labels_and_boxes() -> None:
+    boxes = ([detection(HALF_ASIDE, cells=range(10))], [detection(UNIT_CUBE)])
+    grown = 0.55 / (2 * 1.05 - 0.55)  # by 2.5 cm on every side
+    ((alone,),) = candidates_of(*boxes)
+    assert alone.geometry == pytest.approx(1 - grown)
+    by_labels = LabelEvidence({(0, 1): 8}, {0: 9}, {1: 10}, {})
+    ((seen,),) = candidates_of(*boxes, by_labels)
+    assert seen.geometry == pytest.approx(1 - 8 / 11)
+
+
+def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
+    """The better of visible and box IoU, exact wherever the pair can be matched."""
+    rng = np.random.default_rng(0)
+    boxes = [random_box(rng) for _ in range(12)]
+    found = [detection(b, unit(*rng.uniform(0, 1, 3)), cells=range(10)) for b in boxes]
+    tracks = [detection(moved(b, pose(rng.normal(0, 0.05, 3))), unit(*rng.uniform(0, 1, 3))) for b in boxes]
+    shared = {(i, t): int(rng.integers(0, 10)) for i in range(12) for t in range(1, 13)}
+    evidence = LabelEvidence(shared, dict.fromkeys(range(12), 15), dict.fromkeys(range(1, 13), 12), {})
+    within = by_boxes = 0
+    rows = candidates_of(found, tracks, evidence, gate=0.45)
+    assert sum(map(len, rows)) == 144
+    for i, candidate in [(i, c) for i, row in enumerate(rows) for c in row]:
+        track = tracks[candidate.track_id - 1]
+        overlap = box_iou([found[i].box.grown(0.025)], [track.box.grown(0.025)])[0]
+        seen = evidence.visible_iou(i, candidate.track_id)
+        cost = 0.6 * (1 - max(seen, overlap)) + 0.4 * (1 - found[i].embedding @ track.embedding)
+        assert (candidate.cost <= 0.45) == (cost <= 0.45)
+        if cost <= 0.45:
+            assert candidate.cost == pytest.approx(cost, abs=1e-6)
+            within, by_boxes = within + 1, by_boxes + (overlap > seen)
+    assert 0 < by_boxes < within < 144
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("measure", ["visible", "containment", "paper"])
+def test_flat_boxes_cost_a_finite_sum(measure: str) -> None:
+    wall = [detection(axis_box((0, 0, 2), (2, 2, 0)))]
+    ((found,),) = candidates_of(wall, wall, association=measure)
+    assert np.isfinite(found.cost)
+    if measure != "paper":  # a box without volume overlaps nothing in the paper's measure
+        assert found.geometry == pytest.approx(0, abs=1e-6)
+
+
+def test_containment_of_boxes_is_the_measure_used() -> None:
+    rng = np.random.default_rng(3)
+    found, track = detection(random_box(rng)), detection(random_box(rng))
+    ((candidate,),) = candidates_of([found], [track], association="containment", box_margin_m=0.05)
+    expected = box_containment([found.box.grown(0.05)], [track.box.grown(0.05)])[0]
+    assert 1 - candidate.geometry == pytest.approx(expected)
+
+
+def test_candidates_are_near_or_share_cells_and_come_cheapest_first() -> None:
+    near, nearer = axis_box((0.3, 0, 0), (1, 1, 1)), axis_box((0.1, 0, 0), (1, 1, 1))
+    far = axis_box((9, 0, 0), (1, 1, 1))
+    tracks = [detection(near), detection(far), detection(nearer)]
+    found = [detection(UNIT_CUBE, cells=range(4)), detection(axis_box((-9, 0, 0), (1, 1, 1)))]
+    first, second = candidates_of(found, tracks)
+    assert [c.track_id for c in first] == [3, 1]
+    assert second == ()
+    # A track whose box went stale is found by the labels under the detection; 99 is no track any more.
+    evidence = LabelEvidence({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
+    assert [c.track_id for c in candidates_of(found, tracks, evidence)[0]] == [2, 3, 1]
+    assert [c.track_id for c in candidates_of(found, tracks, evidence, association="paper")[0]] == [3, 1]
+
+
+def test_a_gap_within_the_search_margin_still_makes_a_candidate() -> None:
+    beside = axis_box((1.08, 0, 0), (1, 1, 1))
+    assert len(candidates_of([detection(UNIT_CUBE)], [detection(beside)], association="paper")[0]) == 1
+    beyond = axis_box((1.3, 0, 0), (1, 1, 1))
+    assert candidates_of([detection(UNIT_CUBE)], [detection(beyond)], association="paper") == [()]
+
+
+def test_where_labels_decide_a_neighbour_that_shares_nothing_is_no_candidate() -> None:
+    beside = axis_box((1.08, 0, 0), (1, 1, 1))
+    assert candidates_of([detection(UNIT_CUBE)], [detection(beside)]) == [()]
+
+
+def test_each_detection_is_compared_by_its_own_vector() -> None:
+    vectors = [unit(1, 0, 0), unit(0, 1, 0), unit(0, 0, 1)]
+    tracks = [detection(UNIT_CUBE, v) for v in reversed(vectors)]
+    for i, row in enumerate(candidates_of([detection(UNIT_CUBE, v) for v in vectors], tracks)):
+        semantic = {c.track_id: c.semantic for c in row}
+        assert semantic == pytest.approx({t: float(t != 3 - i) for t in (1, 2, 3)}, abs=1e-6)
+
+
+def test_visible_iou_by_hand() -> None:
+    evidence = LabelEvidence({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
+    assert evidence.visible_iou(0, 1) == pytest.approx(6 / (8 + 10 - 6))
+    assert evidence.visible_iou(0, 2) == pytest.approx(2 / (8 + 5 - 2))
+    assert evidence.visible_iou(1, 1) == 0
+    assert evidence.visible_iou(5, 9) == 0
+    assert evidence.owned_share(0, 1, 12) == pytest.approx(0.5)
+
+
+def test_evidence_counts_labels_under_detections_and_masks_by_hand() -> None:
+    """A strip of ten cells: four of track 1, four of track 2, two of nobody."""
+    voxels = VoxelMap(COARSE)
+    voxels.integrate(frame_of(np.full((120, 160), 1.5)))
+    voxels.admit(2)
+    cells = cells_at([[x, 0, 37] for x in range(10)])
+    voxels.vote(cells, np.array([1, 1, 1, 1, 2, 2, 2, 2, 0, 0], np.int32))
+    found = (detection(UNIT_CUBE, cells=[2, 3, 4]), detection(UNIT_CUBE, cells=[5, 6, 7, 8, 9], mask=1))
+    member_mask, member_cell = np.array([0, 0, 0, 0, 1, 1, 1, 1, 1, 1]), np.arange(10)
+    lifted = Lifted(found, member_mask.astype(np.int32), member_cell.astype(np.int32))
+    evidence = LabelEvidence.gather(voxels, cells, lifted)
+    assert evidence.shared == {(0, 1): 2, (0, 2): 1, (1, 2): 3}
+    assert dict(evidence.labelled) == {0: 3, 1: 3}
+    assert evidence.visible == {1: 4, 2: 4}
+    assert evidence.in_mask == {(0, 1): 4, (1, 2): 4}
+    voxels.replace(2, 1)
+    fused = LabelEvidence.gather(voxels, cells, lifted)
+    assert fused.visible == {1: 8}
+    assert fused.visible_iou(0, 1) == pytest.approx(3 / 8)
+
+
+def test_evidence_of_a_frame_without_masks() -> None:
+    voxels = VoxelMap(COARSE)
+    voxels.integrate(frame_of(np.full((120, 160), 1.5)))
+    voxels.admit(1)
+    cells = cells_at([[x, 0, 37] for x in range(10)])
+    voxels.vote(cells, np.ones(10, np.int32))
+    nothing = np.zeros(0, np.int32)
+    evidence = LabelEvidence.gather(voxels, cells, Lifted((), nothing, nothing))
+    assert evidence.visible == {1: 10}
+    assert evidence.shared == evidence.in_mask == {}
+    assert_allclose(evidence.visible_iou(0, 1), 0)
+
+
+@pytest.mark.parametrize("bound", [association._most_shared, association._most_shared_turned])
+def test_bounds_are_never_below_what_boxes_share(bound) -> None:
+    rng = np.random.default_rng(0)
+    boxes = [random_box(rng) for _ in range(400)]
+    first, second = np.arange(200), np.arange(200, 400)
+    grown = [box.grown(0.02) for box in boxes]
+    shared = box_iou(grown[:200], grown[200:])
+    assert (bound(boxes, 0.02, first, second) >= shared - 1e-9).all()
+    assert (shared > 0.05).sum() > 20  # pairs that say something
+    assert (bound(boxes, 0.02, first, second) > 1.2 * shared + 1e-9).any()
+
+
+def test_the_bound_of_a_box_with_itself_is_exact_along_its_own_axes() -> None:
+    rng = np.random.default_rng(0)
+    boxes, row = [random_box(rng) for _ in range(50)], np.arange(50)
+    assert_allclose(association._most_shared_turned(boxes, 0.0, row, row), 1)

@@ -1,0 +1,134 @@
+"""Sums of noisy observations tell what they are of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from razer.config import BankSettings
+from razer.tracking.embedding_bank import EmbeddingBank
+from razer.tracking.embedding_clusters import ONE_THING, Slots
+
+DIMENSION = 512
+
+
+def direction(rng):
+    vector = rng.standard_normal(DIMENSION)
+    return vector / np.linalg.norm(vector)
+
+
+def turned(vector, cosine, rng):
+    """A unit vector at a given cosine."""
+    aside = rng.standard_normal(len(vector))
+    aside -= (aside @ vector) * vector
+    return cosine * vector + np.sqrt(1 - cosine**2) * aside / np.linalg.norm(aside)
+
+
+def slot_of(vectors, weights):
+    slots = Slots.of(vectors[0], weights[0])
+    for vector, weight in zip(vectors[1:], weights[1:], strict=True):
+        slots = slots.merged(0, Slots.of(vector, weight))
+    return slots
+
+
+def test_coherence_is_the_mean_cosine_of_pairs():
+    rng = np.random.default_rng(0)
+    centre = direction(rng)
+    vectors, weights = [turned(centre, 0.8, rng) for _ in range(7)], rng.uniform(0.2, 1, 7)
+    pairs = [(i, j) for i in range(7) for j in range(7) if i != j]
+    expected = sum(weights[i] * weights[j] * (vectors[i] @ vectors[j]) for i, j in pairs)
+    expected /= sum(weights[i] * weights[j] for i, j in pairs)
+    assert slot_of(vectors, weights).coherence()[0] == pytest.approx(expected)
+
+
+def test_mean_cosine_is_that_of_all_pairs():
+    rng = np.random.default_rng(1)
+    vectors = [direction(rng) for _ in range(5)]
+    other, weights = direction(rng), rng.uniform(0.2, 1, 5)
+    expected = sum(w * (v @ other) for v, w in zip(vectors, weights, strict=True)) / weights.sum()
+    assert slot_of(vectors, weights).mean_cosines(Slots.of(other, 0.3))[0] == pytest.approx(expected)
+
+
+def test_a_single_observation_is_taken_as_it_is():
+    assert Slots.of(direction(np.random.default_rng(2)), 0.4).coherence() == 1
+
+
+@pytest.mark.parametrize(("cosine", "n_left"), [(1.0, 1), (0.8, 2)])
+def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noise(cosine, n_left):
+    """Observations are at a cosine of 0.5 to each other, yet 1.0 and 0.8 between what they are of differ."""
+    assert ONE_THING > 0.8
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        one = direction(rng)
+        other = one if cosine == 1 else turned(one, cosine, rng)
+        both = [slot_of([turned(v, 0.7, rng) for _ in range(12)], [0.5] * 12) for v in (one, other)]
+        merged = both[0].joined(both[1]).distinct()
+        assert len(merged) == n_left
+        assert merged.masses.sum() == pytest.approx(12)
+
+
+def test_taking_together_keeps_the_sum_and_puts_the_largest_first():
+    rng = np.random.default_rng(3)
+    vectors = [direction(rng) for _ in range(3)]
+    slots = Slots.of(vectors[0], 0.2).joined(Slots.of(vectors[1], 0.5)).joined(Slots.of(vectors[2], 0.3))
+    left = slots.distinct()
+    assert_allclose(left.masses, [0.5, 0.3, 0.2])
+    assert_allclose(left.sums.sum(axis=0), slots.sums.sum(axis=0))
+
+
+def test_a_bank_of_noisy_observations_of_one_thing_is_its_running_mean():
+    rng = np.random.default_rng(4)
+    centre = direction(rng)
+    observations = [turned(centre, 0.7, rng).astype(np.float32) for _ in range(20)]
+    bank = EmbeddingBank(BankSettings(), DIMENSION)
+    for each in observations:
+        bank.add(each, 0.5)
+    mean = np.sum(observations, axis=0)
+    assert len(bank.embeddings) == 1
+    assert_allclose(bank.embeddings[0], mean / np.linalg.norm(mean), atol=1e-5)
+
+
+def test_the_order_of_two_banks_does_not_matter_to_what_both_hold():
+    rng = np.random.default_rng(5)
+    centre = direction(rng)
+    banks = []
+    for _ in range(2):
+        bank = EmbeddingBank(BankSettings(), DIMENSION)
+        for _ in range(10):
+            bank.add(turned(centre, 0.7, rng).astype(np.float32), 0.5)
+        banks.append(bank)
+    masses = [bank.mass for bank in banks]
+    banks[0].absorb(banks[1])
+    assert banks[0].mass == pytest.approx(sum(masses))
+    assert len(banks[0].embeddings) == 1
+    assert banks[0].embeddings[0] @ centre > 0.95
+
+
+def test_few_noisy_observations_are_read_as_their_mean():
+    rng = np.random.default_rng(6)
+    centre = direction(rng)
+    observations = [turned(centre, 0.7, rng).astype(np.float32) for _ in range(3)]
+    bank = EmbeddingBank(BankSettings(), DIMENSION)
+    for each in observations:
+        bank.add(each, 0.5)
+    assert len(bank.embeddings) == 3  # they may be of different things
+    (mean,), weights = bank.settled()
+    assert mean @ centre > 0.82
+    assert_allclose(mean, np.sum(observations, axis=0) / np.linalg.norm(np.sum(observations, axis=0)), atol=1e-6)
+    assert_allclose(weights, [1])
+
+
+def test_a_second_appearance_that_was_seen_more_than_once_stays():
+    rng = np.random.default_rng(7)
+    front, back = direction(rng), direction(rng)
+    both = slot_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
+    both = both.joined(slot_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
+    left = both.joined(Slots.of(turned(back, 0.9, rng), 0.4)).settled()
+    assert_allclose(left.masses, [1.5, 1.4])
+
+
+def test_an_empty_bank_settles_to_nothing():
+    embeddings, weights = EmbeddingBank(BankSettings(), 4).settled()
+    assert embeddings.shape == (0, 4)
+    assert len(weights) == 0

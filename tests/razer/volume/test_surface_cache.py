@@ -1,0 +1,120 @@
+"""The surface that is looked at again only where something changed, against one that is always taken anew."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_array_equal
+
+import razer.mapper
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from razer.config import MapperConfig
+from razer.mapper import Mapper
+from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.volume.space_carving import carve
+from razer.volume.surface_cache import KnownSurface, SurfaceVoxels, points_of
+from razer.volume.voxel_map import START_BLOCKS, VoxelMap
+from tests.support.scenes import COARSE, cells_at, frame_of, look
+
+SHAPE = (120, 160)
+
+
+def wall(distance_m: float) -> VoxelMap:
+    volume = VoxelMap(COARSE)
+    volume.admit(3)
+    see(volume, distance_m)
+    return volume
+
+
+def see(volume: VoxelMap, distance_m: float, times: int = 3) -> None:
+    for _ in range(times):
+        volume.integrate(frame_of(np.full(SHAPE, distance_m)))
+
+
+def assert_is_all(found: SurfaceVoxels, volume: VoxelMap) -> None:
+    everything = SurfaceVoxels.at(volume, volume.surface_addresses())
+    ours, theirs = (of.select(torch.argsort(of.addresses)) for of in (found, everything))
+    for part in ("addresses", "positions", "labels", "ids", "counts"):
+        assert_array_equal(getattr(ours, part).numpy(), getattr(theirs, part).numpy())
+
+
+def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:
+    volume, known = wall(1.5), KnownSurface()
+    found, changed = known.renew(volume)
+    assert changed is None
+    assert len(found.addresses) > 100
+    again, changed = known.renew(volume)
+    assert changed == set()
+    assert_is_all(again, volume)
+
+
+@pytest.mark.parametrize("change", ["integrate", "vote", "carve", "amplify", "grow"])
+def test_whatever_changes_is_seen(change: str) -> None:
+    volume, known = wall(1.5), KnownSurface()
+    place = np.array([[round(0.5 / COARSE.voxel_size_m), 0, round(1.5 / COARSE.voxel_size_m)]])
+    for _ in range(3):
+        volume.vote(cells_at(place), np.ones(1, np.int32))
+    known.renew(volume)
+    if change == "integrate":
+        see(volume, 1.2, times=4)
+    elif change == "vote":
+        for _ in range(5):
+            volume.vote(cells_at(place), np.full(1, 2, np.int32))
+    elif change == "carve":
+        for _ in range(4):
+            carve(volume, look(frame_of(np.full(SHAPE, 3.0))))
+    elif change == "amplify":
+        volume.amplify(0.5)
+    else:
+        many = np.arange(3 * START_BLOCKS, dtype=np.int32)[:, None] + np.array([[100, 0, 0]], np.int32)
+        volume.allocate(many)
+    found, changed = known.renew(volume)
+    assert_is_all(found, volume)
+    assert changed is None or 1 in changed or change == "integrate"
+    if change == "vote":
+        assert changed == {0, 1, 2}
+
+
+def test_another_volume_is_all_new() -> None:
+    known = KnownSurface()
+    known.renew(wall(1.5))
+    other = wall(1.0)
+    found, changed = known.renew(other)
+    assert changed is None
+    assert_is_all(found, other)
+
+
+def test_points_of_instances_follow_fusions() -> None:
+    volume = wall(1.5)
+    layer = round(1.5 / COARSE.voxel_size_m)
+    for x, owner in ((-3, 1), (0, 2), (3, 3)):
+        volume.vote(cells_at([[x, 0, layer], [x, 1, layer]]), np.full(2, owner, np.int32))
+    volume.replace(3, 1)
+    surface = SurfaceVoxels.at(volume, volume.surface_addresses())
+    points = points_of(volume, surface, [2, 1])
+    assert {i: len(p) for i, p in points.items()} == {1: 4, 2: 2}
+    assert points[1][:, 0] == pytest.approx(np.repeat([-3, 3], 2) * COARSE.voxel_size_m)
+    assert points_of(volume, surface, []) == {}
+
+
+class _Anew(KnownSurface):
+    """Forgets what it knows each time."""
+
+    def renew(self, volume: VoxelMap) -> tuple[SurfaceVoxels, set[int] | None]:
+        return KnownSurface().renew(volume)
+
+
+def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monkeypatch) -> None:
+    room = SyntheticScene("room", 2, 90, 320, 240, sensor=SensorModel.kinect())
+    tracks = []
+    for kind in (KnownSurface, _Anew):
+        monkeypatch.setattr(razer.mapper, "KnownSurface", kind)
+        mapper = Mapper(MapperConfig(), OracleSegmenter("full", seed=1), OracleEmbedder("full", seed=1))
+        for index in range(len(room)):
+            mapper.step(room[index])
+        tracks.append({t.id: (t.n_voxels, t.support, t.hits, *t.box.center, *t.box.extent) for t in mapper.tracks})
+    assert tracks[0].keys() == tracks[1].keys()
+    for track_id, told in tracks[0].items():
+        assert told == pytest.approx(tracks[1][track_id], abs=1e-6)

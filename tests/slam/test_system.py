@@ -1,0 +1,348 @@
+"""Poses from images alone: real and synthetic recordings, loss and recovery, input that shows nothing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.cli import main
+from app.frames.frame_packet import END, LATE, NOTHING_LEFT
+from app.frames.locator import Locator
+from data_tools.open_sequence import open_sequence
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from razer.frame import Frame, Intrinsics
+from razer.geometry import inverse, is_rigid
+from razer.metrics.umeyama import align
+from slam.frontend.features import FeatureFinder
+from slam.frontend.keyframes import View
+from slam.poses import GivenPoses
+from slam.se3 import angle_deg, length_m
+from slam.system import SlamSystem
+
+CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
+
+
+def errors_m(found, truth):
+    """Distances of estimated positions to the true ones after the best rigid alignment, by index."""
+    indices = sorted(found)
+    estimated = np.stack([found[i] for i in indices])
+    true = np.stack([truth[i] for i in indices])
+    aligned = align(estimated[:, :3, 3], true[:, :3, 3]) @ estimated
+    return np.linalg.norm(aligned[:, :3, 3] - true[:, :3, 3], axis=1)
+
+
+def root_mean_square(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.fixture(scope="module")
+def room():
+    return SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+
+
+@pytest.fixture(scope="module")
+def frames(room):
+    return [room[i] for i in range(70)]
+
+
+@pytest.fixture(scope="module")
+def tracked(frames):
+    slam, told = SlamSystem(), {}
+    for frame in frames:
+        told[frame.index] = slam.locate(frame.at(np.eye(4)))
+        told.update(slam.corrections())
+    slam.finish()
+    told.update(slam.corrections())
+    return slam, told
+
+
+def test_a_simulated_room_is_tracked_within_centimetres(frames, tracked):
+    slam, told = tracked
+    assert all(pose is not None and is_rigid(pose) for pose in told.values())
+    truth = {frame.index: frame.pose for frame in frames}
+    assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.02
+    np.testing.assert_allclose(slam.trajectory()[0], np.eye(4), atol=1e-6)
+
+
+def test_the_corrections_lead_to_the_final_trajectory(tracked):
+    slam, told = tracked
+    for index, pose in slam.trajectory().items():
+        off = inverse(told[index]) @ pose
+        assert length_m(off) < 0.0021
+        assert angle_deg(off) < 0.11
+
+
+def test_keyframes_are_fewer_than_frames_and_edges_tie_them(frames, tracked):
+    slam, _ = tracked
+    assert 3 <= len(slam.keyframes) < len(frames) / 2
+    tied = {edge.b for edge in slam.graph.edges if edge.sure}
+    assert tied == set(range(1, len(slam.keyframes)))
+
+
+def test_a_real_kitchen_is_tracked(real_data):
+    clip = open_sequence(real_data / "redkitchen")
+    slam, truth = SlamSystem(), {}
+    for index in range(0, 240, 4):
+        frame = clip[index]
+        truth[index] = frame.pose
+        assert slam.locate(replace(frame, world_from_camera=None)) is not None
+    slam.finish()
+    assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.03
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_camera_that_turns_fast_is_never_lost_and_its_readout_is_learnt(real_data, backwards):
+    """freiburg1_rpy, up to 110 degrees a second. Played backwards, its rows are read in the other order."""
+    clip = open_sequence(real_data / "tum_fr1_rpy_head")
+    frames = [clip[index] for index in range(len(clip))]
+    shots, slam = frames[::-1] if backwards else frames, SlamSystem()
+    assert all(pose is not None for pose in located_in_time(slam, shots))
+    slam.finish()
+    found = slam.trajectory()
+    assert root_mean_square(errors_m(found, [shot.pose for shot in shots])) < 0.02
+    estimated = Rotation.from_matrix([found[n][:3, :3] for n in range(len(shots))])
+    off = Rotation.from_matrix([shot.pose[:3, :3] for shot in shots]) * estimated.inv()
+    assert np.degrees(root_mean_square((off.mean().inv() * off).magnitude())) < 1.5
+    readout_s = slam.camera.parameters[6]
+    assert -0.03 < readout_s < -0.005 if backwards else 0.005 < readout_s < 0.03
+
+
+def located_in_time(slam, shots):
+    """The pose told of each shot, at the intervals they were taken at."""
+    return [
+        slam.locate(replace(shot, index=n, stamp=abs(shot.stamp - shots[0].stamp), world_from_camera=None))
+        for n, shot in enumerate(shots)
+    ]
+
+
+def blank(frame):
+    return replace(frame, rgb=np.zeros_like(frame.rgb), depth=np.zeros_like(frame.depth))
+
+
+def located(slam, shots, start):
+    """The pose told of each shot; shots are numbered from `start` and carry no pose of their own."""
+    return [
+        slam.locate(replace(shot, index=start + n, stamp=(start + n) / 30, world_from_camera=None))
+        for n, shot in enumerate(shots)
+    ]
+
+
+def test_a_camera_that_went_blind_is_found_again_where_it_has_been(frames):
+    slam = SlamSystem()
+    assert all(pose is not None for pose in located(slam, frames[:40], 0))
+    assert located(slam, [blank(frame) for frame in frames[:40]], 40) == [None] * 40
+    found = located(slam, frames[5:25], 80)
+    assert all(pose is not None for pose in found[10:])
+    truth = inverse(frames[0].pose) @ frames[24].pose
+    assert length_m(inverse(truth) @ found[-1]) < 0.05
+
+
+def test_a_camera_that_went_blind_for_a_moment_goes_on(frames):
+    slam = SlamSystem()
+    located(slam, frames[:20], 0)
+    located(slam, [blank(frame) for frame in frames[20:23]], 20)
+    found = located(slam, frames[23:26], 23)
+    assert all(pose is not None for pose in found)
+    assert all(keyframe.piece == 0 for keyframe in slam.keyframes.all)
+    truth = inverse(frames[0].pose) @ frames[25].pose
+    assert length_m(inverse(truth) @ found[-1]) < 0.06
+
+
+def test_a_place_never_seen_is_a_piece_of_its_own_until_views_of_both_tie_it(room):
+    slam = SlamSystem()
+    shots = [room[i] for i in range(75)]
+    located(slam, shots[:10], 0)
+    located(slam, [blank(shots[0])] * 12, 10)
+    away = located(slam, shots[60:75], 22)
+    # A new piece is tracked, but nobody is told a pose that hangs in the air.
+    assert away == [None] * 15
+    assert {keyframe.piece for keyframe in slam.keyframes.all} == {0, 1}
+    assert sorted(slam.trajectory()) == list(range(10))
+    back = located(slam, shots[73::-1], 37)
+    assert back[-1] is not None
+    slam.finish()
+    assert {keyframe.piece for keyframe in slam.keyframes.all} == {0}
+    truth = {n: shot.pose for n, shot in enumerate(shots[:10])}
+    truth |= {22 + n: shot.pose for n, shot in enumerate([*shots[60:75], *shots[73::-1]])}
+    found = slam.trajectory()
+    assert len(found) >= len(truth) - 2
+    assert root_mean_square(errors_m(found, truth)) < 0.06
+
+
+def test_the_piece_that_shows_most_frames_is_the_world_in_the_end(room):
+    slam = SlamSystem()
+    assert all(pose is not None for pose in located(slam, [room[i] for i in range(3)], 0))
+    located(slam, [blank(room[0])] * 3, 3)
+    assert located(slam, [room[i] for i in range(60, 75)], 6) == [None] * 15
+    slam.corrections()
+    slam.finish()
+    changed = slam.corrections()
+    assert [index for index, pose in changed.items() if pose is None] == [0, 1, 2]
+    found = {index: pose for index, pose in changed.items() if pose is not None}
+    assert min(found) > 5
+    assert slam.trajectory().keys() == found.keys()
+    truth = {6 + n: room[60 + n].pose for n in range(15)}
+    assert root_mean_square(errors_m(found, {n: truth[n] for n in found})) < 0.03
+    graph = slam.report().graph
+    assert graph.n_adrift == 1
+    # What is the world is certain where it begins.
+    first = min(graph.covariances)
+    assert np.trace(graph.covariances[first]) < 1e-6
+
+
+def test_a_tie_is_refused_if_views_around_would_stand_where_others_saw_through(frames):
+    slam = SlamSystem()
+    located(slam, frames[:12], 0)
+    view = View.of(replace(frames[6], index=20, world_from_camera=None), FeatureFinder(), slam.camera)
+    alone = slam.map.begin_piece(view, view.grids(), 0.0)
+    true = inverse(frames[0].pose) @ frames[6].pose
+    nearer = true.copy()
+    nearer[:3, 3] -= 0.5 * true[:3, 2]
+    for where, refused in ((true, False), (nearer, True)):
+        assert slam.map._contradicted(0, alone.piece, where @ inverse(alone.world_from_camera)) == refused
+
+
+class TwoPieces:
+    """A room of which the camera sees a part, nothing, another part, and then, on its way back, both."""
+
+    def __init__(self, room):
+        order = [*range(10), *[None] * 6, *range(60, 75), *range(73, 4, -1)]
+        self.shots = [blank(room[0]) if i is None else room[i] for i in order]
+
+    def __getitem__(self, index):
+        return replace(self.shots[index], index=index, stamp=index / 30, world_from_camera=None)
+
+
+def test_frames_of_a_piece_that_is_tied_later_come_late_at_their_final_poses(room):
+    locator = Locator(TwoPieces(room), SlamSystem)
+    looks = [locator(index) for index in range(len(locator.sequence.shots))]
+    lost = [look.index for look in looks if look.lost]
+    assert set(range(20, 28)) < set(lost)
+    locator(END)
+    late = []
+    while (look := locator(LATE)).index != NOTHING_LEFT:
+        late.append(look)
+    assert all(look.late and not look.lost for look in late)
+    found = [look.index for look in late]
+    # All but the blank ones, and the few before the camera gave up looking for where it had been.
+    assert found == [index for index in lost if index >= 18]
+    for look in late:
+        np.testing.assert_allclose(look.frame.pose, locator.poses.trajectory()[look.index], atol=0.0025)
+    assert locator(LATE).index == NOTHING_LEFT
+
+
+def frame_of(index, rgb, depth):
+    return Frame(index, index / 30, rgb, depth, CAMERA)
+
+
+def shots(n, make):
+    return [make(i) for i in range(n)]
+
+
+GRAY, NOTHING = np.full((240, 320, 3), 128, np.uint8), np.zeros((240, 320), np.float32)
+WALL = np.full((240, 320), 2.0, np.float32)
+NOISE = np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    "clip",
+    [
+        shots(5, lambda i: frame_of(i, GRAY, WALL)),
+        shots(5, lambda i: frame_of(i, NOISE, NOTHING)),
+        shots(5, lambda i: frame_of(i, np.zeros_like(GRAY), NOTHING)),
+        shots(5, lambda i: frame_of(5 - i, NOISE, WALL)),
+        shots(5, lambda i: frame_of(i, np.roll(NOISE, 90 * i, axis=1), WALL + i)),
+    ],
+    ids=["bare wall", "no depth", "black", "stamps backwards", "huge jumps"],
+)
+def test_input_that_shows_nothing_is_no_accident(clip):
+    slam = SlamSystem()
+    for frame in clip:
+        pose = slam.locate(frame)
+        assert pose is None or is_rigid(pose)
+    slam.finish()
+    assert all(np.isfinite(pose).all() for pose in slam.trajectory().values())
+
+
+def test_two_identical_frames_stand_still(frames):
+    slam = SlamSystem()
+    poses = [slam.locate(replace(frames[0], index=i)) for i in range(2)]
+    assert length_m(inverse(poses[0]) @ poses[1]) < 1e-3
+
+
+def test_given_poses_are_final(frames):
+    poses = GivenPoses()
+    assert poses.locate(frames[0]) is frames[0].world_from_camera
+    poses.finish()
+    assert poses.corrections() == {}
+    assert poses.report() is None
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stopped:
+        main([str(a) for a in arguments])
+    return stopped.value.code or 0, capsys.readouterr()
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("track") / "clip"
+    with pytest.raises(SystemExit):
+        main(["synth", str(folder), "--scene", "tabletop", "--frames", "100", "--size", "320x240"])
+    return folder
+
+
+def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys):
+    files = (tmp_path / "final.txt", tmp_path / "live.txt")
+    options = ("-o", files[0], "--live-poses", files[1], "--stride", "2", "--max-frames", "12", "--json")
+    code, printed = call(capsys, "track", clip, *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert set(result) == {
+        "frames", "tracked", "lost_intervals", "keyframes", "loops", "ms_median", "ms_p95",
+        "ate_rmse_m", "rpe_trans_m", "rpe_rot_deg",
+    }  # fmt: skip
+    assert (result["frames"], result["tracked"], result["lost_intervals"]) == (12, 12, [])
+    assert result["ate_rmse_m"] < 0.03
+    for file in files:
+        rows = np.loadtxt(file)
+        assert rows.shape == (12, 8)
+        np.testing.assert_allclose(np.linalg.norm(rows[:, 4:], axis=1), 1, atol=1e-6)
+
+
+def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsys):
+    shutil.copytree(clip, tmp_path / "clip", ignore=shutil.ignore_patterns("trajectory.txt", "truth"))
+    options = ("--no-timeline", "--max-frames", "12", "--json")
+    code, printed = call(capsys, "run", tmp_path / "clip", "-o", tmp_path / "run", *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert (result["used"], result["lost"]) == (12, 0)
+    trajectory = np.loadtxt(tmp_path / "run" / "trajectory.txt")
+    assert len(trajectory) == 12
+    kept = np.load(tmp_path / "run" / "pose_covariances.npz")
+    assert set(kept["stamps"].round(6)) <= set(trajectory[:, 0])
+    assert kept["covariances"].shape == (len(kept["frames"]), 6, 6) != (0, 6, 6)
+    assert (np.linalg.eigvalsh(kept["covariances"]) > 0).all()
+
+
+def test_both_are_two_runs_and_their_comparison(clip, tmp_path, capsys):
+    options = ("--poses", "both", "--no-timeline", "--max-frames", "8", "--json")
+    code, printed = call(capsys, "run", clip, "-o", tmp_path / "out", *options)
+    assert code == 0
+    result = json.loads(printed.out.splitlines()[-1])
+    assert result["pose"]["ate_rmse_m"] < 0.03
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"given", "slam", "compare"}
+    assert (tmp_path / "out" / "compare" / "trajectories.png").exists()
+    assert call(capsys, "run", clip, "-o", tmp_path / "out", *options)[0] == 2  # nothing is overwritten unasked
+
+
+def test_only_a_run_is_made_with_both(clip, tmp_path, capsys):
+    code, printed = call(capsys, "bench", clip, "--poses", "both")
+    assert code == 2
+    assert "razer run" in printed.err
