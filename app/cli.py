@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except CycloptsError:
         sys.exit(BAD_INPUT)
     except ValueError as error:
-        from razer.frame import BadInput  # late: it brings numpy along
+        from razer.errors import BadInput  # late: it brings numpy along
 
         if not isinstance(error, BadInput):
             raise

@@ -1,76 +1,31 @@
-"""What every recording looks like to the program, and how a folder is opened as one."""
+"""The registry of readers: a folder is recognised by its layout and opened as a sequence of frames."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
-from typing import Protocol
 
-from data_tools.readers.folder import is_folder
-from data_tools.readers.icl_nuim import is_icl_nuim
-from data_tools.readers.record3d import is_record3d
-from data_tools.readers.redwood import is_redwood
-from data_tools.readers.replica import is_replica
-from data_tools.readers.ros.bag import is_ros_bag
-from data_tools.readers.scannet.extracted import is_scannet
-from data_tools.readers.scannet.sens import is_sens
-from data_tools.readers.scenenn import is_scenenn
-from data_tools.readers.seven_scenes import is_seven_scenes
-from data_tools.readers.tum import is_tum
 from data_tools.recordings.camera import declare
-from razer.frame import BadInput, Frame, Intrinsics
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput
 from razer.plugins import Trust, load
 
-READERS = {
-    "7scenes": "data_tools.readers.seven_scenes:read_seven_scenes",
-    "scannet": "data_tools.readers.scannet.extracted:read_scannet",
-    "sens": "data_tools.readers.scannet.sens:read_sens",
-    "replica": "data_tools.readers.replica:read_replica",
-    "scenenn": "data_tools.readers.scenenn:read_scenenn",
-    "icl-nuim": "data_tools.readers.icl_nuim:read_icl_nuim",
-    "record3d": "data_tools.readers.record3d:read_record3d",
-    "ros": "data_tools.readers.ros.bag:read_ros_bag",
-    "tum": "data_tools.readers.tum:read_tum",
-    "redwood": "data_tools.readers.redwood:read_redwood",
-    "folder": "data_tools.readers.folder:read_folder",
+# By layout, in the order in which they are tried: the module with a function is_LAYOUT(folder) -> bool, and
+# read_LAYOUT(folder, declared, use_poses) -> RgbdSequence. A reader is imported when a folder is looked at.
+_LAYOUTS = {
+    "7scenes": ("data_tools.readers.seven_scenes", "seven_scenes"),
+    "scannet": ("data_tools.readers.scannet.extracted", "scannet"),
+    "sens": ("data_tools.readers.scannet.sens", "sens"),
+    "replica": ("data_tools.readers.replica", "replica"),
+    "scenenn": ("data_tools.readers.scenenn", "scenenn"),
+    "icl-nuim": ("data_tools.readers.icl_nuim", "icl_nuim"),
+    "record3d": ("data_tools.readers.record3d", "record3d"),
+    "ros": ("data_tools.readers.ros.bag", "ros_bag"),
+    "tum": ("data_tools.readers.tum", "tum"),
+    "redwood": ("data_tools.readers.redwood", "redwood"),
+    "folder": ("data_tools.readers.folder", "folder"),
 }
-_RECOGNISERS = {
-    "7scenes": is_seven_scenes,
-    "scannet": is_scannet,
-    "sens": is_sens,
-    "replica": is_replica,
-    "scenenn": is_scenenn,
-    "icl-nuim": is_icl_nuim,
-    "record3d": is_record3d,
-    "ros": is_ros_bag,
-    "tum": is_tum,
-    "redwood": is_redwood,
-    "folder": is_folder,
-}
-
-
-class Sequence(Protocol):
-    """A recording, read lazily and in any order."""
-
-    @property
-    def name(self) -> str:
-        """What to call the recording."""
-
-    @property
-    def intrinsics(self) -> Intrinsics:
-        """The pinhole camera of every frame."""
-
-    @property
-    def has_poses(self) -> bool:
-        """Whether frames come with world_from_camera."""
-
-    @property
-    def depth_scale(self) -> float:
-        """Declared depth units per metre of the files; 1 where depth is made in metres."""
-
-    def __len__(self) -> int: ...
-
-    def __getitem__(self, index: int) -> Frame:
-        """The frame at `index`; raises UnusableFrame with the reason, or IndexError past the end."""
+READERS = {name: f"{module}:read_{function}" for name, (module, function) in _LAYOUTS.items()}
 
 
 def open_sequence(
@@ -82,7 +37,7 @@ def open_sequence(
     depth_to_color: Path | None = None,
     use_poses: bool = True,
     trust: Trust | None = None,
-) -> Sequence:
+) -> RgbdSequence:
     """The recording in a folder; raises BadInput.
 
     reader: a name in READERS or, where `trust` covers it, "module:function"; None = recognised. camera:
@@ -95,11 +50,11 @@ def open_sequence(
         raise BadInput(f"{folder} does not exist: give a folder with a recording")
     if not folder.is_dir() and reader is None and not _layout(folder):
         raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .sens, a .r3d or a .bag")
-    if reader in _RECOGNISERS and not _RECOGNISERS[reader](folder):
+    if reader in _LAYOUTS and not _matches(reader, folder):
         raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
     declared = declare(camera, depth_scale, depth_to_color)
     options = {"folder": folder, "declared": declared, "use_poses": use_poses}
-    sequence: Sequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
+    sequence: RgbdSequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
     return sequence
 
 
@@ -118,4 +73,9 @@ def recognise(folder: Path) -> str:
 
 
 def _layout(folder: Path) -> str | None:
-    return next((name for name, matches in _RECOGNISERS.items() if matches(folder)), None)
+    return next((name for name in _LAYOUTS if _matches(name, folder)), None)
+
+
+def _matches(layout: str, folder: Path) -> bool:
+    module, function = _LAYOUTS[layout]
+    return bool(getattr(import_module(module), f"is_{function}")(folder))

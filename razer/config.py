@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from razer.settings import Settings
 
 MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
-
-
-class Settings(BaseModel):
-    """A frozen group of settings; unknown names are refused and ranges are checked."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class VoxelSettings(Settings):
@@ -97,7 +93,7 @@ class LiftingSettings(Settings):
         ge=4,
         description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise.",
     )
-    see_through_gap_m: float = Field(
+    background_gap_m: float = Field(
         0.3,
         gt=0,
         description="A cluster this far behind the largest of its mask, and farther than half that one's size, is what "
@@ -108,7 +104,7 @@ class LiftingSettings(Settings):
 class AssociationSettings(Settings):
     """Which detection belongs to which track: M = w_v V + w_s S (eq. 8)."""
 
-    association: Literal["visible", "containment", "paper"] = Field(
+    geometry_distance: Literal["visible", "containment", "paper"] = Field(
         "visible",
         description="V_ij: 'visible' compares the mask with the track's own voxels seen in the frame; 'containment' "
         "uses box intersection over the smaller volume; 'paper' uses 1 - IoU of the oriented boxes.",
@@ -162,7 +158,9 @@ class BankSettings(Settings):
 class MaintenanceSettings(Settings):
     """Votes, support, pruning and fusion of duplicates (section III-E)."""
 
-    every: int = Field(10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time.")
+    interval_frames: int = Field(
+        10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time."
+    )
     confirm_hits: int = Field(3, ge=1, description="Observations until a tentative track counts as an instance.")
     max_misses: int = Field(
         30,
@@ -202,7 +200,7 @@ class MaintenanceSettings(Settings):
     fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")
 
 
-class FollowSettings(Settings):
+class ReintegrationSettings(Settings):
     """How the map follows poses that are corrected after their frames were fused."""
 
     enabled: bool = Field(
@@ -210,35 +208,35 @@ class FollowSettings(Settings):
         description="Keep frames, so that the map can be rebuilt. Costs some 5 ms and 65 KB for each one "
         "kept, and a second volume while it is rebuilt; given poses need none of it.",
     )
-    every: int = Field(
+    frames_per_keyframe: int = Field(
         2,
         ge=1,
         le=10,
         description="Every how many fused frames one is kept. Larger: less time and memory, ragged edges where the "
         "camera moved fast (F-score at 2 cm against all frames: 0.995 for 1, 0.991 for 2, 0.985 for 3).",
     )
-    draft: int = Field(
+    keyframe_stride: int = Field(
         4,
         ge=1,
         description="Of how many kept frames a rebuild during the run replays one; at the end all are mapped again. "
         "Larger: sooner done, rougher until the end.",
     )
-    live_replays: float = Field(
+    replays_per_frame: float = Field(
         0.2,
         ge=0,
         description="Frames replayed during the run for each frame fused, on average; one takes about a third of the "
         "time of a frame. 0 = the map follows at the end only.",
     )
-    pace: int = Field(
+    max_replays_per_frame: int = Field(
         2, ge=1, description="Most frames replayed after a fused one. Larger: a rebuild is done sooner, but stutters."
     )
-    live_shift_voxels: float = Field(
+    min_shift_voxels: float = Field(
         1.0,
         ge=0,
         description="Rebuild during the run when frames have moved by this on average, voxels at 2 m depth. Smaller: "
         "time is spent on what can hardly be seen.",
     )
-    final_shift_voxels: float = Field(
+    min_final_shift_voxels: float = Field(
         0.25,
         ge=0,
         description="Rebuild at the end when any frame has moved by this, voxels at 2 m depth. Smaller: more time at "
@@ -268,7 +266,7 @@ class MapperConfig(Settings):
     association: AssociationSettings = AssociationSettings()
     bank: BankSettings = BankSettings()
     maintenance: MaintenanceSettings = MaintenanceSettings()
-    follow: FollowSettings = FollowSettings()
+    reintegration: ReintegrationSettings = ReintegrationSettings()
 
     @model_validator(mode="after")
     def _reach_fits_blocks(self) -> MapperConfig:

@@ -6,17 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, IntArray, Uint8Array
+from razer.errors import BadInput, UnusableFrame
 from razer.geometry import is_rigid
-
-
-class BadInput(ValueError):
-    """Input that cannot be used; the message is one plain line that names the thing and the fix."""
-
-
-class UnusableFrame(BadInput):
-    """One frame that cannot be used; the message says why. The rest of the sequence may be fine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +30,7 @@ class Intrinsics:
             raise BadInput(f"focal lengths must be positive and finite, not {self.fx}, {self.fy}")
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Float64Array:
         """The 3x3 camera matrix, float64."""
         return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], dtype=np.float64)
 
@@ -60,11 +53,11 @@ class Frame:
 
     index: int
     stamp: float
-    rgb: NDArray[np.uint8]
-    depth: NDArray[np.float32]
+    rgb: Uint8Array
+    depth: Float32Array
     intrinsics: Intrinsics
-    world_from_camera: NDArray[np.float64] | None = None
-    instance_ids: NDArray[np.int32] | None = None
+    world_from_camera: Float64Array | None = None
+    instance_ids: Int32Array | None = None
     instance_classes: Mapping[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -79,12 +72,12 @@ class Frame:
         if self.world_from_camera is not None and not is_rigid(self.world_from_camera):
             raise UnusableFrame("the pose is not a rigid transform")
 
-    def at(self, world_from_camera: NDArray[np.float64]) -> Frame:
+    def at(self, world_from_camera: Float64Array) -> Frame:
         """The same images seen from the given pose."""
         return replace(self, world_from_camera=world_from_camera)
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Float64Array:
         """world_from_camera of a posed frame; raises UnusableFrame where there is none."""
         if self.world_from_camera is None:
             raise UnusableFrame("the frame has no pose")
@@ -96,8 +89,8 @@ class Masks:
     """N image masks: masks (N, H, W) bool, which may overlap; scores (N,) float32 in [0, 1];
     class_names, where the model names what it finds, one for each mask."""
 
-    masks: NDArray[np.bool_]
-    scores: NDArray[np.float32]
+    masks: BoolArray
+    scores: Float32Array
     class_names: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -117,13 +110,13 @@ class Masks:
         return cls(np.zeros((0, height, width), bool), np.zeros(0, np.float32))
 
     @classmethod
-    def from_ids(cls, ids: NDArray[np.integer]) -> Masks:
+    def from_ids(cls, ids: IntArray) -> Masks:
         """One mask with score 1 for each positive id of an (H, W) image, in increasing order of id."""
         present = np.flatnonzero(np.bincount(ids.ravel().clip(0)))
         present = present[present > 0]
         return cls(ids[None] == present[:, None, None].astype(ids.dtype), np.ones(len(present), np.float32))
 
-    def select(self, keep: NDArray[np.integer] | NDArray[np.bool_]) -> Masks:
+    def select(self, keep: IntArray | BoolArray) -> Masks:
         """The masks at the given indices, or where a boolean is true."""
         chosen = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
         names = None if self.class_names is None else tuple(self.class_names[i] for i in chosen)

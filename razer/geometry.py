@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from razer.arrays import Float64Array, FloatArray
 
 
-def is_rigid(transform: Array, tolerance: float = 1e-6) -> bool:
+def is_rigid(transform: Float64Array, tolerance: float = 1e-6) -> bool:
     """Whether a (4, 4) matrix is finite, with an orthonormal, right-handed rotation and last row 0 0 0 1."""
     if transform.shape != (4, 4) or not np.isfinite(transform).all():
         return False
@@ -19,18 +19,18 @@ def is_rigid(transform: Array, tolerance: float = 1e-6) -> bool:
     )
 
 
-def rotation_error(rotation: Array) -> float:
+def rotation_error(rotation: Float64Array) -> float:
     """How far a (3, 3) matrix is from orthonormal: max |R^T R - I|."""
     return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
 
 
-def nearest_rotation(matrix: Array) -> Array:
+def nearest_rotation(matrix: Float64Array) -> Float64Array:
     """The proper rotation closest to a (3, 3) matrix in the Frobenius norm (orthogonal Procrustes)."""
     left, _, right = np.linalg.svd(matrix)
     return left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
 
 
-def inverse(transform: Array) -> Array:
+def inverse(transform: Float64Array) -> Float64Array:
     """The inverse of a rigid (4, 4) transform."""
     result = np.eye(4)
     result[:3, :3] = transform[:3, :3].T
@@ -38,21 +38,21 @@ def inverse(transform: Array) -> Array:
     return result
 
 
-def transform_points(transform: Array, points: NDArray[np.floating]) -> Array:
+def transform_points(transform: Float64Array, points: FloatArray) -> Float64Array:
     """Apply a (4, 4) transform to (..., 3) points."""
     # Written out, as BLAS hands even a (3, 3) factor to all its threads and waits for them.
     columns = [points[..., 0] * r[0] + points[..., 1] * r[1] + points[..., 2] * r[2] + r[3] for r in transform[:3]]
     return np.stack(columns, axis=-1)
 
 
-def back_project(u: NDArray, v: NDArray, depth_m: NDArray, matrix: Array) -> Array:
+def back_project(u: NDArray, v: NDArray, depth_m: NDArray, matrix: Float64Array) -> Float64Array:
     """Camera-frame points (N, 3) of pixels (u, v) with depths in metres; the paper's pi^-1."""
     x = (u - matrix[0, 2]) / matrix[0, 0] * depth_m
     y = (v - matrix[1, 2]) / matrix[1, 1] * depth_m
     return np.stack([x, y, depth_m], axis=-1).astype(np.float64)
 
 
-def project(points_camera: Array, matrix: Array) -> tuple[Array, Array, Array]:
+def project(points_camera: Float64Array, matrix: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Pixel coordinates (u, v) and depth z, each (N,), of camera-frame points; z <= 0 gives nan pixels."""
     z = points_camera[..., 2]
     safe = np.where(z > 0, z, np.nan)

@@ -7,28 +7,28 @@ from copy import copy
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from razer.arrays import Int32Array, Pose
 from razer.config import MapperConfig
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation, Perception
 from razer.frame import Frame
 from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.panoptic_map import PanopticMap
-from razer.query.text_queries import Words
-from razer.reintegration.id_matching import heirs, successors
-from razer.reintegration.reintegrator import Apply, Follower, Pose
+from razer.query.text_queries import TextQueryEncoder
+from razer.reintegration.id_matching import majority_ids, match_ids
+from razer.reintegration.reintegrator import Apply, Reintegrator
 from razer.stages import stage
-from razer.tracking.duplicates import mapped_twice
-from razer.tracking.label_overlap import LabelEvidence
-from razer.tracking.step_result import Step
+from razer.tracking.duplicates import find_duplicates
+from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
 from razer.tracking.tracker import Tracker
 from razer.volume.label_voting import vote
 from razer.volume.mesh_extraction import extract_mesh
 from razer.volume.space_carving import carve
 from razer.volume.support import support_ratios
-from razer.volume.surface_cache import KnownSurface, points_of
+from razer.volume.surface_cache import SurfaceCache, points_by_instance
 from razer.volume.voxel_map import VoxelMap
 
 
@@ -40,11 +40,11 @@ class Mapper:
     ) -> None:
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
-        self._words = Words(embedder)
+        self._words = TextQueryEncoder(embedder)
         self.voxels = VoxelMap(config.voxels, device)
         self.tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
-        self.follower = Follower(config) if config.follow.enabled else None
-        self._surface = KnownSurface()
+        self.reintegrator = Reintegrator(config) if config.reintegration.enabled else None
+        self._surface = SurfaceCache()
         self._frames = 0
         self._last_index = self._refreshed_at = 0
 
@@ -53,17 +53,17 @@ class Mapper:
         """The live tracks, confirmed and tentative, by id."""
         return list(self.tracker.tracks.values())
 
-    def step(self, frame: Frame) -> Step:
+    def step(self, frame: Frame) -> StepResult:
         """Perceive and map one posed frame; raises UnusableFrame before anything changed."""
         return self.fuse(self.perception.observe(frame))
 
-    def fuse(self, seen: Observation) -> Step:
+    def fuse(self, seen: Observation) -> StepResult:
         """Map what was perceived of one frame."""
         frame, surface, lifted = seen.frame, seen.surface, seen.lifted
         with stage("integrate"):
             changed_blocks = self.voxels.integrate(frame, surface)
         with stage("associate"):
-            evidence = LabelEvidence.gather(self.voxels, surface.cells, lifted)
+            evidence = LabelOverlap.gather(self.voxels, surface.cells, lifted)
             decisions = self.tracker.update(lifted.detections, evidence, frame.index)
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
@@ -72,8 +72,8 @@ class Mapper:
         with stage("maintain"):
             fused, pruned = self._maintain(surface, frame.index)
         before = self.voxels
-        fused += self._follow(seen, owners)
-        return Step(
+        fused += self._reintegrate(seen, owners)
+        return StepResult(
             frame_index=frame.index,
             id_image=_enlarged(ids, surface.stride, frame.depth.shape),
             detections=lifted.detections,
@@ -87,27 +87,27 @@ class Mapper:
     def move(self, corrections: Mapping[int, Pose | None]) -> None:
         """Note new world_from_camera (4, 4) of past frames, by frame index; the map follows as the run goes on, and
         when it finishes. What frames showed whose pose is None is forgotten then. Raises
-        ValueError unless `follow.enabled` is set."""
-        if self.follower is None:
-            raise ValueError("poses were corrected, but follow.enabled is off and no frames were kept")
-        self.follower.move(corrections)
+        ValueError unless `reintegration.enabled` is set."""
+        if self.reintegrator is None:
+            raise ValueError("poses were corrected, but reintegration.enabled is off and no frames were kept")
+        self.reintegrator.move(corrections)
 
-    def _follow(self, seen: Observation, owners: NDArray[np.int32]) -> list[tuple[int, int]]:
+    def _reintegrate(self, seen: Observation, owners: Int32Array) -> list[tuple[int, int]]:
         """Keep the frame and rebuild a little where poses were corrected; returns duplicates that this brought to
         light, (gone, survivor)."""
-        if self.follower is None:
+        if self.reintegrator is None:
             return []
         with stage("rebuild"):
-            self.follower.keep(seen, owners)
-            rebuilt = self.follower.advance(self.voxels)
-            return [] if rebuilt is None else self._adopt(rebuilt, self.follower.owners)
+            self.reintegrator.keep(seen, owners)
+            rebuilt = self.reintegrator.advance(self.voxels)
+            return [] if rebuilt is None else self._adopt(rebuilt, self.reintegrator.owners)
 
-    def _adopt(self, rebuilt: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> list[tuple[int, int]]:
+    def _adopt(self, rebuilt: VoxelMap, owners: Sequence[Int32Array]) -> list[tuple[int, int]]:
         """Go on with a rebuilt volume: what was mapped twice is fused, boxes are renewed, misses are forgiven."""
         self.voxels = rebuilt
         fused = []
-        least = self.config.follow.fuse_shared_votes
-        while duplicates := self.tracker.fuse_alike(mapped_twice(self.voxels, owners, least)):
+        least = self.config.reintegration.fuse_shared_votes
+        while duplicates := self.tracker.fuse_alike(find_duplicates(self.voxels, owners, least)):
             for gone, survivor in duplicates:
                 self.voxels.replace(gone, survivor)
             fused += duplicates
@@ -119,47 +119,47 @@ class Mapper:
     def catch_up(self, apply: Apply = map) -> Iterator[float]:
         """Map all kept frames once more at their final poses if those were corrected since; yields the share done,
         after each frame. They are unpacked by `apply`. `finish` does the same in one go."""
-        follower = self.follower
-        if follower is None or follower.is_final:
+        reintegrator = self.reintegrator
+        if reintegrator is None or reintegrator.is_final:
             return
-        again, owners = self._anew(follower.carve_every), []
-        replays = follower.replays(range(follower.n_kept), apply)
-        for _ in range(follower.n_kept):
+        again, owners = self._anew(reintegrator.carve_every), []
+        replays = reintegrator.replays(range(reintegrator.n_kept), apply)
+        for _ in range(reintegrator.n_kept):
             with stage("rebuild"):
                 owners.append(again.fuse(next(replays)).owners)
-                if len(owners) == follower.n_kept:
-                    self._inherit(again, owners, follower)
-            yield len(owners) / follower.n_kept
+                if len(owners) == reintegrator.n_kept:
+                    self._inherit(again, owners, reintegrator)
+            yield len(owners) / reintegrator.n_kept
 
     def _anew(self, carve_every: int) -> Mapper:
         """A mapper that knows nothing yet and gives new ids, for frames that were kept."""
         again = copy(self)
         voxels = self.config.voxels.model_copy(update={"carve_every": carve_every})
         again.config = self.config.model_copy(update={"voxels": voxels})
-        again.voxels = self.voxels.successor()
+        again.voxels = self.voxels.empty_copy()
         again.tracker = Tracker(again.config, self.tracker.newest_id, self.tracker.unrelated_cosine)
-        again.follower = None
-        again._surface = KnownSurface()
+        again.reintegrator = None
+        again._surface = SurfaceCache()
         again._frames = 0
         return again
 
-    def _inherit(self, again: Mapper, owners: list[NDArray[np.int32]], follower: Follower) -> None:
+    def _inherit(self, again: Mapper, owners: list[Int32Array], reintegrator: Reintegrator) -> None:
         """Go on with what `again` mapped; its instances take over the ids of those they were before."""
-        before, after = (self._alive(np.concatenate(ids)) for ids in (follower.owners, owners))
-        names = heirs(before, after)
+        before, after = (self._alive(np.concatenate(ids)) for ids in (reintegrator.owners, owners))
+        names = match_ids(before, after)
         again.tracker.rename(names)
         for new, old in names.items():
             again.voxels.replace(new, old)
         # Who has no heir is read as the one that most of it went to, if any.
-        taken = successors(before, self._alive(after))
+        taken = majority_ids(before, self._alive(after))
         for gone in set(self.tracker.tracks) - set(names.values()):
             again.voxels.replace(gone, taken.get(gone, 0))
         self.tracker = again.tracker
-        follower.mapped_again(again.voxels, owners)
+        reintegrator.mapped_again(again.voxels, owners)
         self._adopt(again.voxels, owners)
 
-    def _alive(self, ids: NDArray[np.int32]) -> NDArray[np.int32]:
-        return self.voxels.alive(torch.from_numpy(ids)).cpu().numpy()
+    def _alive(self, ids: Int32Array) -> Int32Array:
+        return self.voxels.resolve(torch.from_numpy(ids)).cpu().numpy()
 
     def _maintain(self, surface: ObservedSurface, frame_index: int) -> tuple[list[tuple[int, int]], list[int]]:
         self._frames += 1
@@ -168,7 +168,7 @@ class Mapper:
         # Halfway between two clean-ups, so that no frame bears both.
         if carve_every and (self._frames + carve_every // 2) % carve_every == 0:
             carve(self.voxels, surface)
-        if self._frames % self.config.maintenance.every:
+        if self._frames % self.config.maintenance.interval_frames:
             return [], []
         return self._clean_up()
 
@@ -179,7 +179,7 @@ class Mapper:
             self.voxels.replace(gone, survivor)
         self._refresh_tracks(grown={survivor for _, survivor in fused})
         # Where the map lies beside the poses, things are missed that are not gone.
-        behind = self.follower is not None and self.follower.is_behind
+        behind = self.reintegrator is not None and self.reintegrator.is_behind
         pruned = self.tracker.prune(self._last_index, spare_confirmed=behind)
         for gone in pruned:
             self.voxels.replace(gone, 0)
@@ -195,7 +195,7 @@ class Mapper:
             for track in self.tracks
             if changed is None or track.id in changed or track.id in grown or track.last_frame >= since
         ]
-        points = points_of(self.voxels, surface, [track.id for track in stale])
+        points = points_by_instance(self.voxels, surface, [track.id for track in stale])
         support = support_ratios(self.voxels, surface)
         for track in stale:
             track.refresh(points[track.id])
@@ -218,5 +218,5 @@ class Mapper:
         return PanopticMap.of([t for t in self.tracks if t.confirmed], extract_mesh(self.voxels), self._words)
 
 
-def _enlarged(ids: NDArray[np.int32], stride: int, shape: tuple[int, ...]) -> NDArray[np.int32]:
+def _enlarged(ids: Int32Array, stride: int, shape: tuple[int, ...]) -> Int32Array:
     return ids.repeat(stride, axis=0).repeat(stride, axis=1)[: shape[0], : shape[1]]

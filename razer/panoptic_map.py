@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.boxes.oriented_box import OrientedBox
-from razer.detection.best_views import View
-from razer.frame import BadInput
-from razer.query.embedding_table import Hypotheses
+from razer.detection.best_views import BestView
+from razer.errors import BadInput
+from razer.query.embedding_table import EmbeddingTable
 from razer.query.ranking import PRESENT, TextRanking, image_scores
-from razer.query.text_queries import Words
+from razer.query.text_queries import TextQueryEncoder
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
 
@@ -33,9 +33,9 @@ class MapObject:
     observations: int
     first_frame: int
     last_frame: int
-    embeddings: NDArray[np.float32]
-    weights: NDArray[np.float64]
-    views: tuple[View, ...] = ()
+    embeddings: Float32Array
+    weights: Float64Array
+    views: tuple[BestView, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ class PanopticMap:
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
-    words: Words | None = None
+    words: TextQueryEncoder | None = None
 
     @classmethod
-    def of(cls, tracks: Sequence[Track], mesh: LabelledMesh, words: Words | None = None) -> PanopticMap:
+    def of(cls, tracks: Sequence[Track], mesh: LabelledMesh, words: TextQueryEncoder | None = None) -> PanopticMap:
         """Freeze tracks and mesh; vertices of ids that are no object become nobody's."""
         known = np.array(sorted(track.id for track in tracks), dtype=np.int32)
         instances = np.where(np.isin(mesh.instances, known), mesh.instances, 0).astype(np.int32)
@@ -92,7 +92,7 @@ class PanopticMap:
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
 
-    def rank_image(self, vector: NDArray[np.float32], threshold: float = PRESENT) -> Answer:
+    def rank_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
         for one of another embedder."""
         self._check(len(vector))
@@ -103,9 +103,9 @@ class PanopticMap:
         return self._answer(scores, rows, threshold, [None] * len(rows))
 
     @cached_property
-    def hypotheses(self) -> Hypotheses:
+    def hypotheses(self) -> EmbeddingTable:
         """The embeddings of all objects."""
-        return Hypotheses.of({o.id: (o.embeddings, o.weights) for o in self.objects})
+        return EmbeddingTable.of({o.id: (o.embeddings, o.weights) for o in self.objects})
 
     @cached_property
     def text_ranking(self) -> TextRanking:
@@ -114,11 +114,11 @@ class PanopticMap:
         self._check(words.contrast.vectors.shape[1])
         return TextRanking(self.hypotheses, words.contrast)
 
-    def text_vectors(self, texts: Sequence[str]) -> NDArray[np.float32]:
+    def text_vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts."""
         return self._words().vectors(texts)
 
-    def _words(self) -> Words:
+    def _words(self) -> TextQueryEncoder:
         if self.words is None:
             raise BadInput("no embedder is known for this map, so that it cannot be asked by words")
         return self.words
@@ -132,7 +132,7 @@ class PanopticMap:
             )
 
     def _answer(
-        self, scores: NDArray[np.float64], rows: NDArray[np.intp], threshold: float, guesses: Sequence[str | None]
+        self, scores: Float64Array, rows: IndexArray, threshold: float, guesses: Sequence[str | None]
     ) -> Answer:
         known = {o.id: o for o in self.objects}
         found = [known[int(i)] for i in self.hypotheses.ids[rows]]
@@ -143,7 +143,7 @@ class PanopticMap:
         return Answer(tuple(hits), threshold)
 
 
-def _above(scores: NDArray[np.float64], threshold: float) -> NDArray[np.intp]:
+def _above(scores: Float64Array, threshold: float) -> IndexArray:
     """Rows of the scores (M,) that reach a threshold, the best first."""
     order = np.argsort(-scores, kind="stable")
     return order[scores[order] >= threshold]

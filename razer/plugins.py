@@ -14,7 +14,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,12 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from razer.arrays import Float64Array, Int32Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.config import VoxelSettings
-from razer.detection.best_views import View
+from razer.detection.best_views import BestView
 from razer.detection.observed_surface import BLOCK_VOXELS
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.volume.mesh_extraction import LabelledMesh
 from razer.volume.voxel_map import VoxelMap
@@ -46,7 +47,7 @@ def write_mesh_ply(path: Path, mesh: LabelledMesh) -> None:
     write_ply(path, vertices, mesh.triangles)
 
 
-def write_ply(path: Path, vertices: NDArray, triangles: NDArray[np.int32]) -> None:
+def write_ply(path: Path, vertices: NDArray, triangles: Int32Array) -> None:
     """Binary PLY of vertices (V,) with named fields of the types in PLY_TYPES, and triangles (T, 3)."""
     faces = np.empty(len(triangles), FACE)
     faces["n"] = 3
@@ -96,7 +97,7 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
 def write_instances_json(
     path: Path,
     panoptic: PanopticMap,
-    up: NDArray[np.float64] | None = None,
+    up: Float64Array | None = None,
     stamps: Mapping[int, float] | None = None,
 ) -> None:
     """All instances with their boxes; `up` (3,) is the world's upward direction where it is known, and `stamps` the
@@ -125,7 +126,7 @@ def _instance(found: MapObject, stamps: Mapping[int, float]) -> dict[str, object
     }
 
 
-def _view(view: View, stamp: float | None) -> dict[str, object]:
+def _view(view: BestView, stamp: float | None) -> dict[str, object]:
     region = view.region
     return {
         "frame": view.frame,

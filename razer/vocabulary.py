@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 MAX_ID = 2**31 - 1  # what meshes hold
 FOLDER = Path(__file__).with_name("vocabularies")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array
 from slam.report import PoseReport
 
-Pose = Array
+Pose = Float64Array
 
 
 class Poses(Protocol):

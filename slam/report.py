@@ -6,16 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array
-from slam.backend.pose_graph import Edge
-from slam.frontend.icp import Registration
+from razer.arrays import BoolArray, Float64Array, Int64Array
+from slam.backend.pose_graph import PoseEdge
+from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class TrackingQuality:
     """How well a frame was found in front of a keyframe: features that agree; the share of its depth readings that lie
     on the keyframe's (agreement), and the share of all its points that do (score); standard deviations along the least
     certain axes."""
@@ -27,7 +26,7 @@ class Finding:
     sigma_shift_m: float
 
     @classmethod
-    def of(cls, found: Registration) -> Finding:
+    def of(cls, found: IcpResult) -> TrackingQuality:
         """The figures of a registration."""
         return cls(found.n_features, found.agreement, found.score, *found.sigma)
 
@@ -38,26 +37,30 @@ class GraphReport:
 
     frames (K,) indices and stamps (K,) seconds of the keyframes' frames; world_from_camera (K, 4, 4); edges (E, 2)
     rows of keyframes; is_odometry (E,), whether tracking led from one to the other; n_loops, edges that close a loop;
-    n_adrift, keyframes that nothing ties to it. covariances (6, 6) by frame index, of those keyframes that
+    n_unanchored, keyframes that nothing ties to it. covariances (6, 6) by frame index, of those keyframes that
     it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own axes, that
     takes the estimated pose to the true one.
     """
 
-    frames: NDArray[np.int64]
-    stamps: Array
-    world_from_camera: Array
-    edges: NDArray[np.int64]
-    is_odometry: NDArray[np.bool_]
+    frames: Int64Array
+    stamps: Float64Array
+    world_from_camera: Float64Array
+    edges: Int64Array
+    is_odometry: BoolArray
     n_loops: int
-    n_adrift: int
-    covariances: Mapping[int, Array]
+    n_unanchored: int
+    covariances: Mapping[int, Float64Array]
 
     @classmethod
     def of(
-        cls, keyframes: Sequence[Keyframe], edges: Sequence[Edge], n_loops: int, covariances: Mapping[int, Array]
+        cls,
+        keyframes: Sequence[Keyframe],
+        edges: Sequence[PoseEdge],
+        n_loops: int,
+        covariances: Mapping[int, Float64Array],
     ) -> GraphReport:
         """The present state; `edges` and `covariances` know keyframes by number."""
-        tied = [keyframe for keyframe in keyframes if keyframe.piece == 0]
+        tied = [keyframe for keyframe in keyframes if keyframe.submap == 0]
         row = {keyframe.number: n for n, keyframe in enumerate(tied)}
         between = [edge for edge in edges if edge.a in row and edge.b in row]
         return cls(
@@ -67,16 +70,16 @@ class GraphReport:
             edges=np.array([(row[e.a], row[e.b]) for e in between], np.int64).reshape(-1, 2),
             is_odometry=np.array([e.sure for e in between], bool),
             n_loops=n_loops,
-            n_adrift=len(keyframes) - len(tied),
+            n_unanchored=len(keyframes) - len(tied),
             covariances={keyframes[n].view.index: c for n, c in covariances.items() if n in row},
         )
 
 
 @dataclass(frozen=True, slots=True)
 class PoseReport:
-    """Where the last frame is as known now (None: lost, or adrift), how it was found (None: it was not, or begins a
-    piece of its own), and the pose graph if it was optimised since the last report."""
+    """Where the last frame is as known now (None: lost, or unanchored), how it was found (None: it was not, or begins a
+    submap of its own), and the pose graph if it was optimised since the last report."""
 
-    world_from_camera: Array | None
-    found: Finding | None
+    world_from_camera: Float64Array | None
+    found: TrackingQuality | None
     graph: GraphReport | None

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from razer.geometry import Array
+from razer.arrays import Float64Array
 
 
-def motion(twist: Array) -> Array:
+def exp_se3(twist: Float64Array) -> Float64Array:
     """The rigid motion (4, 4) that turns by the rotation vector twist[:3] (radians) and then shifts by twist[3:]
     (metres): a retraction of SE(3), exact to first order."""
     result = np.eye(4)
@@ -17,22 +17,22 @@ def motion(twist: Array) -> Array:
     return result
 
 
-def angle_deg(transform: Array) -> float:
+def angle_deg(transform: Float64Array) -> float:
     """The rotation angle of a rigid motion in degrees, accurate near 0 as well."""
     return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
 
 
-def turn_rad(transform: Array) -> Array:
+def turn_rad(transform: Float64Array) -> Float64Array:
     """The rotation vector (3,) of a rigid motion, radians."""
     return Rotation.from_matrix(transform[:3, :3]).as_rotvec()
 
 
-def length_m(transform: Array) -> float:
+def length_m(transform: Float64Array) -> float:
     """The length of a rigid motion's shift in metres."""
     return float(np.linalg.norm(transform[:3, 3]))
 
 
-def orthonormal(transform: Array) -> Array:
+def orthonormal(transform: Float64Array) -> Float64Array:
     """The transform with rounding errors of its rotation removed, as long products need."""
     result = np.eye(4)
     result[:3, :3] = Rotation.from_matrix(transform[:3, :3]).as_matrix()
@@ -40,7 +40,7 @@ def orthonormal(transform: Array) -> Array:
     return result
 
 
-def adjoint(transform: Array) -> Array:
+def adjoint(transform: Float64Array) -> Float64Array:
     """Ad_T (6, 6) for twists (rotation, shift): T exp(x) = exp(Ad_T x) T."""
     rotation, shift = transform[:3, :3], transform[:3, 3]
     cross = np.array([[0, -shift[2], shift[1]], [shift[2], 0, -shift[0]], [-shift[1], shift[0], 0]])

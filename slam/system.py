@@ -8,23 +8,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, inverse
+from razer.geometry import inverse
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.pose_graph import PoseGraph
 from slam.frontend.color_calibration import ColorCamera
-from slam.frontend.features import FeatureFinder
-from slam.frontend.frame_tracker import Tracking, needs_keyframe
-from slam.frontend.icp import Registration
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
+from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import Grids
 from slam.poses import Pose
-from slam.report import Finding, GraphReport, PoseReport
+from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import angle_deg, length_m
 
-PATIENCE = 2  # frames that show something but nothing known, after which a new piece of the map is begun
+PATIENCE = 2  # frames that show something but nothing known, after which a new submap of the map is begun
 RESUME = 30  # frames after which the camera may be anywhere
-MIN_READINGS, MIN_CORNERS = 500, 50  # valid depth pixels and corners that a piece must begin with
+MIN_READINGS, MIN_CORNERS = 500, 50  # valid depth pixels and corners that a submap must begin with
 MIN_FEATURES = 20  # that agree, to go on where tracking was lost
 MOVED_M, MOVED_DEG = 0.002, 0.1  # a correction worth telling
 PAIRS_PER_FRAME = 1
@@ -35,8 +36,8 @@ class _Located:
     """A frame that was found in front of a keyframe, and the pose last told of it."""
 
     keyframe: int
-    keyframe_from_camera: Array
-    told: Array | None
+    keyframe_from_camera: Float64Array
+    told: Float64Array | None
 
 
 @dataclass
@@ -47,8 +48,8 @@ class SlamSystem:
     camera: ColorCamera = field(default_factory=ColorCamera.nominal)
 
     def __post_init__(self) -> None:
-        self._finder = FeatureFinder()
-        self._tracking: Tracking | None = None
+        self._finder = FeatureExtractor()
+        self._tracking: FrameTracker | None = None
         self._located: dict[int, _Located] = {}
         self._lost_for = 0  # frames that show something, since the last that was found
         self._missed = 0  # frames of any kind, since then
@@ -56,7 +57,7 @@ class SlamSystem:
         self._told_version = 0  # of the map's poses
         self._reported_version = 0
         self._last_index: int | None = None
-        self._found: Registration | None = None
+        self._found: IcpResult | None = None
         self._finished = False
 
     @property
@@ -75,7 +76,7 @@ class SlamSystem:
         return self.map.n_loops
 
     def locate(self, frame: Frame) -> Pose | None:
-        """world_from_camera of a frame as far as it is known now; None = lost, or in a piece not tied to the rest."""
+        """world_from_camera of a frame as far as it is known now; None = lost, or in a submap not tied to the rest."""
         self._last_index, self._found = frame.index, None
         turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else STILL
         view = View.of(frame, self._finder, self.camera, turning)
@@ -84,15 +85,15 @@ class SlamSystem:
         if tracking is None:
             return None
         here, here_from_camera = tracking.reference, tracking.reference_from_camera
-        if here.piece:
+        if here.submap:
             self.map.look_round(view, grids, here, here_from_camera, self.camera)
         self.map.work(self.camera, PAIRS_PER_FRAME)
-        pose = self.map.pose(here.number, here_from_camera) if here.piece == 0 else None
+        pose = self.map.pose(here.number, here_from_camera) if here.submap == 0 else None
         self._located[frame.index] = _Located(here.number, here_from_camera, pose)
         return pose
 
-    def _find(self, view: View, grids: Grids) -> Tracking | None:
-        """Track the view, or find it again, or begin a new piece with it."""
+    def _find(self, view: View, grids: Grids) -> FrameTracker | None:
+        """Track the view, or find it again, or begin a new submap with it."""
         tracking = self._tracking
         found = None if tracking is None else tracking.follow(view, grids, self.keyframes, self.camera)
         if tracking is not None and found is not None:
@@ -107,18 +108,18 @@ class SlamSystem:
         self._lost_for += 1
         if self.keyframes.all and self._lost_for <= PATIENCE:
             return None
-        return self._track(self.map.begin_piece(view, grids, self._travelled_m), np.eye(4), view)
+        return self._track(self.map.begin_submap(view, grids, self._travelled_m), np.eye(4), view)
 
     def _track(
-        self, reference: Keyframe, reference_from_camera: Array, view: View, found: Registration | None = None
-    ) -> Tracking:
+        self, reference: Keyframe, reference_from_camera: Float64Array, view: View, found: IcpResult | None = None
+    ) -> FrameTracker:
         """Go on from a view in front of a keyframe, of whose motion nothing is known."""
-        self._tracking = Tracking(reference, reference_from_camera, np.eye(4), view.stamp)
+        self._tracking = FrameTracker(reference, reference_from_camera, np.eye(4), view.stamp)
         self._found = found
         self._lost_for = self._missed = 0
         return self._tracking
 
-    def _follow(self, tracking: Tracking, view: View, found: Registration, grids: Grids) -> Tracking:
+    def _follow(self, tracking: FrameTracker, view: View, found: IcpResult, grids: Grids) -> FrameTracker:
         self.camera, self._found = found.camera, found
         self._lost_for = self._missed = 0
         tracking.advance(found.target_from_source, view.stamp)
@@ -128,7 +129,7 @@ class SlamSystem:
             tracking.turn_to(keyframe, np.eye(4))
         return tracking
 
-    def _resumed(self, before: Tracking, view: View, grids: Grids) -> Registration | None:
+    def _resumed(self, before: FrameTracker, view: View, grids: Grids) -> IcpResult | None:
         """The view, soon after tracking was lost, in front of the same keyframe still."""
         found = self.map.seen_from(before.reference, view, grids, before.reference_from_camera, self.camera)
         if found is None or found.n_features < MIN_FEATURES or not before.may_move(found.target_from_source):
@@ -137,7 +138,7 @@ class SlamSystem:
 
     def corrections(self) -> Mapping[int, Pose | None]:
         """Poses of located frames that differ from what was told of them last, those never told, and None for those
-        that were told of a piece which is not the world any more."""
+        that were told of a submap which is not the world any more."""
         if self._told_version == self.map.version:
             return {}
         self._told_version = self.map.version
@@ -154,11 +155,11 @@ class SlamSystem:
         return changed
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false. The piece that
+        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false. The submap that
         shows most frames is the world."""
         self.map.finish(self.camera)
-        frames = Counter(self.keyframes[located.keyframe].piece for located in self._located.values())
-        if frames and (largest := max(frames, key=lambda piece: (frames[piece], -piece))):
+        frames = Counter(self.keyframes[located.keyframe].submap for located in self._located.values())
+        if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):
             self.map.make_world(largest)
         self._finished = True
 
@@ -167,7 +168,7 @@ class SlamSystem:
         return {
             index: self.map.pose(located.keyframe, located.keyframe_from_camera)
             for index, located in self._located.items()
-            if self.keyframes[located.keyframe].piece == 0
+            if self.keyframes[located.keyframe].submap == 0
         }
 
     def report(self) -> PoseReport:
@@ -179,9 +180,9 @@ class SlamSystem:
             graph = GraphReport.of(self.keyframes.all, self.graph.edges, self.n_loops, self._covariances())
             self._reported_version = self.map.version
         pose = None if located is None else located.told
-        return PoseReport(pose, None if self._found is None else Finding.of(self._found), graph)
+        return PoseReport(pose, None if self._found is None else TrackingQuality.of(self._found), graph)
 
-    def _covariances(self) -> Mapping[int, Array]:
+    def _covariances(self) -> Mapping[int, Float64Array]:
         if self._finished:
             return self.graph.covariances()
         newest = len(self.keyframes) - 1

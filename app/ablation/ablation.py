@@ -28,8 +28,8 @@ _NEVER = 10**6
 # Perception is shared, so only what comes after it may differ: association, bank, maintenance.
 VARIANTS: dict[str, dict[str, Any]] = {
     "as is": {},
-    "association: box IoU (paper)": {"association.association": "paper"},
-    "association: box containment": {"association.association": "containment"},
+    "association: box IoU (paper)": {"association.geometry_distance": "paper"},
+    "association: box containment": {"association.geometry_distance": "containment"},
     "bank: one hypothesis": {"bank.hypotheses": 1},
     "no fusion of duplicates": {"maintenance.fuse_frames": _NEVER},
     "votes never withdrawn": {"maintenance.withdraw_votes": False},

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
-
-Vectors = NDArray[np.float32]
+from razer.arrays import Float32Array, IndexArray
+from razer.errors import BadInput
 
 
 @dataclass(frozen=True)
@@ -20,8 +19,8 @@ class Exemplars:
 
     names: tuple[str, ...]
     synonyms: tuple[frozenset[str], ...]
-    text: Vectors
-    image: Vectors
+    text: Float32Array
+    image: Float32Array
 
     @classmethod
     def read(cls, path: Path) -> Exemplars:
@@ -34,7 +33,7 @@ class Exemplars:
             raise BadInput(f"{path} is no table with names, synonyms, text and image: {error}") from error
         return cls(tuple(map(str, names)), tuple(frozenset(str(s).split("|")) for s in synonyms), text, image)
 
-    def present_and_absent(self, n: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def present_and_absent(self, n: int, rng: np.random.Generator) -> tuple[IndexArray, IndexArray]:
         """Rows of `n` names, and of `n` others that share no synonym with any of them."""
         order = rng.permutation(len(self.names))
         present = order[:n]
@@ -43,6 +42,6 @@ class Exemplars:
         return present, np.array(absent, np.intp)
 
 
-def _unit(vectors: NDArray) -> Vectors:
+def _unit(vectors: NDArray) -> Float32Array:
     wide = vectors.astype(np.float32)
     return wide / np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-9)

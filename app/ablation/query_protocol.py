@@ -9,17 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.ablation.exemplars import Exemplars
+from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray
 from razer.config import BankSettings
 from razer.metrics.instances.precision_recall import Curve, precision_recall
-from razer.query.embedding_table import Hypotheses
-from razer.query.ranking import PRESENT, Contrast, TextRanking
+from razer.query.embedding_table import EmbeddingTable
+from razer.query.ranking import PRESENT, NegativePrompts, TextRanking
 from razer.tracking.embedding_bank import EmbeddingBank
 
-Vectors = NDArray[np.float32]
-Banks = dict[int, tuple[Vectors, NDArray[np.float64]]]
+Banks = dict[int, tuple[Float32Array, Float64Array]]
 
 
 @dataclass(frozen=True)
@@ -41,11 +40,11 @@ class QueryScore:
     top1: float
     top5: float
     text_top1: float
-    best: NDArray[np.float64]
-    present: NDArray[np.bool_]
+    best: Float64Array
+    present: BoolArray
 
 
-def observed(exemplars: Exemplars, rows: NDArray[np.intp], rng: np.random.Generator, protocol: Protocol) -> Vectors:
+def observed(exemplars: Exemplars, rows: IndexArray, rng: np.random.Generator, protocol: Protocol) -> Float32Array:
     """Observations (n objects, n observations, D) of unit length."""
     n, count = len(rows), protocol.n_observations
     neighbour = rows[(np.arange(n) + rng.integers(1, n, n)) % n]
@@ -57,7 +56,7 @@ def observed(exemplars: Exemplars, rows: NDArray[np.intp], rng: np.random.Genera
     return protocol.cosine * true + np.float32(np.sqrt(1 - protocol.cosine**2)) * aside
 
 
-def banks_of(observations: Vectors, settings: BankSettings) -> Banks:
+def banks_of(observations: Float32Array, settings: BankSettings) -> Banks:
     """The bank of each object after all its observations, which count alike."""
     result: Banks = {}
     for number, rows in enumerate(observations):
@@ -68,14 +67,14 @@ def banks_of(observations: Vectors, settings: BankSettings) -> Banks:
     return result
 
 
-def clean_banks(exemplars: Exemplars, rows: NDArray[np.intp]) -> Banks:
+def clean_banks(exemplars: Exemplars, rows: IndexArray) -> Banks:
     """Banks that hold the pictures' own vectors."""
     return {number: (exemplars.image[[row]], np.ones(1)) for number, row in enumerate(rows)}
 
 
-def query_score(exemplars: Exemplars, banks: Banks, present: NDArray[np.intp], absent: NDArray[np.intp]) -> QueryScore:
+def query_score(exemplars: Exemplars, banks: Banks, present: IndexArray, absent: IndexArray) -> QueryScore:
     """Ask for every name of the table, by the product's own ranking."""
-    ranking = TextRanking(Hypotheses.of(banks), Contrast(exemplars.names, exemplars.text))
+    ranking = TextRanking(EmbeddingTable.of(banks), NegativePrompts(exemplars.names, exemplars.text))
     evidence, objects = ranking.evidence(exemplars.text), np.arange(len(present))
     better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
     asked = np.concatenate([present, absent])

@@ -8,12 +8,10 @@ from time import perf_counter
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array
 from razer.models.yolo.decoder import YoloDecoder
 from razer.models.yolo.letterbox import Letterbox
-
-Floats = NDArray[np.float32]
 
 _MASKS, _CLASSES, _PROTOTYPES, _ANCHORS = 30, 80, 32, 8400
 _IMAGE, _INPUT, _GRID = (480, 640), (640, 640), (160, 160)
@@ -32,7 +30,7 @@ def measure_decoding() -> dict[str, float]:
     return {"masks": n_masks, "median_ms": round(decoding_ms, 2), "to_enlarging": round(decoding_ms / enlarging_ms, 2)}
 
 
-def _outputs() -> tuple[Floats, Floats]:
+def _outputs() -> tuple[Float32Array, Float32Array]:
     """Predictions in which 30 things stand out, each found by six anchors, and smooth prototypes."""
     rng = np.random.default_rng(0)
     predictions = rng.uniform(0, 0.1, (1, 4 + _CLASSES + _PROTOTYPES, _ANCHORS)).astype(np.float32)
@@ -46,7 +44,7 @@ def _outputs() -> tuple[Floats, Floats]:
     return predictions, np.stack([cv2.GaussianBlur(layer, (0, 0), 6) for layer in noise])[None]
 
 
-def _enlarge(masks: Floats) -> list[NDArray[np.bool_]]:
+def _enlarge(masks: Float32Array) -> list[BoolArray]:
     return [cv2.resize(mask, _INPUT) > 0 for mask in masks]
 
 

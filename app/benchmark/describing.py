@@ -7,8 +7,8 @@ from statistics import median
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray
 from razer.models.mask_crops import mask_crops
 from razer.models.mask_pooling import pool_masks
 
@@ -33,7 +33,7 @@ def measure_describing() -> dict[str, float]:
     }
 
 
-def _ellipses(rng: np.random.Generator) -> NDArray[np.bool_]:
+def _ellipses(rng: np.random.Generator) -> BoolArray:
     """Masks of 30 to 240 pixels across."""
     y, x = np.mgrid[:_HEIGHT, :_WIDTH]
     size = rng.uniform(15, 120, (2, _MASKS, 1, 1))

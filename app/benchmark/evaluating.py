@@ -5,8 +5,8 @@ from __future__ import annotations
 from time import process_time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, IndexArray
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
@@ -36,5 +36,5 @@ def measure_evaluation() -> dict[str, float]:
     return {"vertices": _VERTICES, "predictions": _PREDICTIONS, "cpu_s": round(process_time() - started_s, 2)}
 
 
-def _most_of(mask: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.intp]:
+def _most_of(mask: BoolArray, rng: np.random.Generator) -> IndexArray:
     return np.flatnonzero(mask & (rng.random(len(mask)) < 0.8))

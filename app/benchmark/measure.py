@@ -19,9 +19,10 @@ from app.frames.open_recording import open_recording
 from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
 from app.profiling.recorder import summary
 from app.settings.run_config import RunConfig
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
-from razer.frame import Frame, UnusableFrame
+from razer.errors import UnusableFrame
+from razer.frame import Frame
 
 # Stages of the map itself; the others read, look at pictures with 2D models, or log.
 BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
@@ -61,7 +62,7 @@ def _room(config: RunConfig) -> SyntheticRoom:
     return SyntheticRoom(n_frames=config.input.max_frames or ROOM_FRAMES)
 
 
-def posed_frames(sequence: Sequence, config: RunConfig) -> Iterator[Frame]:
+def posed_frames(sequence: RgbdSequence, config: RunConfig) -> Iterator[Frame]:
     """The frames that the run could use."""
     for index in selected_frames(len(sequence), config.input):
         with suppress(UnusableFrame):

@@ -6,10 +6,10 @@ from statistics import median
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.query.embedding_table import Hypotheses
-from razer.query.ranking import Contrast, TextRanking
+from razer.arrays import Float32Array
+from razer.query.embedding_table import EmbeddingTable
+from razer.query.ranking import NegativePrompts, TextRanking
 
 _INSTANCES, _NAMES, _DIMENSION = 10_000, 1_203, 512
 _REPEATS = 9
@@ -20,7 +20,7 @@ def measure_ranking() -> dict[str, float]:
     them ready against 1,203 names."""
     rng = np.random.default_rng(0)
     banks = {i: (_units(rng, 1 + i % 3), np.full(1 + i % 3, 1 / (1 + i % 3))) for i in range(_INSTANCES)}
-    hypotheses, contrast = Hypotheses.of(banks), Contrast([""] * _NAMES, _units(rng, _NAMES))
+    hypotheses, contrast = EmbeddingTable.of(banks), NegativePrompts([""] * _NAMES, _units(rng, _NAMES))
     started_s = perf_counter()
     ranking = TextRanking(hypotheses, contrast)
     ready_ms = 1e3 * (perf_counter() - started_s)
@@ -33,6 +33,6 @@ def measure_ranking() -> dict[str, float]:
     return {"instances": _INSTANCES, "query_ms": round(median(times_ms), 1), "ready_ms": round(ready_ms)}
 
 
-def _units(rng: np.random.Generator, n: int) -> NDArray[np.float32]:
+def _units(rng: np.random.Generator, n: int) -> Float32Array:
     vectors = rng.standard_normal((n, _DIMENSION), dtype=np.float32)
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

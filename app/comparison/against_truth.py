@@ -9,7 +9,7 @@ from pathlib import Path
 from app.evaluation.evaluate_run import true_poses, truth_for, truth_scene
 from app.evaluation.prediction import read_prediction
 from app.run_folder.mapped_run import MappedRun
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.evaluation import Evaluation, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
@@ -48,7 +48,7 @@ def open_scene(folder: Path, preset: Preset) -> Truth:
 
 def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset, trust: Trust = NO_TRUST) -> Measured:
     """Evaluate a run in the frame of the truth; raises BadInput where too few of their stamps agree."""
-    pose = compared(truth.trajectory, run.trajectory, "the truth", str(folder))
+    pose = compare_trajectories(truth.trajectory, run.trajectory, "the truth", str(folder))
     scene = truth.scene
     n_vertices, template = len(scene.vertices), preset.text_template
     predicted = read_prediction(folder, scene.class_names, n_vertices, template=template, trust=trust)
@@ -56,7 +56,9 @@ def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset, trust: T
     return Measured(evaluation, pose, errors_over_time(truth.trajectory, run.trajectory, pose.truth_from_estimate))
 
 
-def compared(reference: TimedPoses, estimate: TimedPoses, reference_name: str, estimate_name: str) -> TrajectoryNumbers:
+def compare_trajectories(
+    reference: TimedPoses, estimate: TimedPoses, reference_name: str, estimate_name: str
+) -> TrajectoryNumbers:
     """The numbers of two trajectories; raises BadInput where fewer than LEAST_POSES of their stamps agree."""
     numbers = trajectory_numbers(reference, estimate)
     n_common = 0 if numbers is None else numbers.compared

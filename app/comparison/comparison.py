@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from app.comparison.against_truth import Measured, Truth, compared, differences, measure, open_scene
+from app.comparison.against_truth import Measured, Truth, compare_trajectories, differences, measure, open_scene
 from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.geometry import inverse
@@ -14,7 +14,7 @@ from razer.metrics.preset import Preset
 from razer.metrics.protocol import over_scenes
 from razer.metrics.protocol.evaluation import plain_json
 from razer.metrics.scene_pair import TimedPoses
-from razer.metrics.surface.surface_distance import Surface
+from razer.metrics.surface.surface_distance import TriangleSurface
 from razer.metrics.surface.surface_errors import compare
 from razer.metrics.trajectory_errors import PoseErrors, TrajectoryNumbers, errors_over_time
 from razer.plugins import NO_TRUST, Trust
@@ -92,7 +92,7 @@ def compare_runs(
     B is brought into the frame of A, and each into that of the truth, by the rigid motion between their trajectories.
     Raises BadInput where that is impossible, naming the folder."""
     a, b = read_run(folder_a), read_run(folder_b)
-    pose = compared(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
+    pose = compare_trajectories(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
     moved = b.moved(pose.truth_from_estimate)
     scene = None if truth is None else open_scene(truth, preset)
     truth_a = None if scene is None else measure(folder_a, a, scene, preset, trust)
@@ -122,8 +122,8 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | 
     F-scores; None where either is empty."""
     if not len(reference.vertices) or not len(other.vertices):
         return None
-    to_reference = Surface(reference.vertices, reference.triangles).distances(other.vertices)
-    to_other = Surface(other.vertices, other.triangles).distances(reference.vertices)
+    to_reference = TriangleSurface(reference.vertices, reference.triangles).distances(other.vertices)
+    to_other = TriangleSurface(other.vertices, other.triangles).distances(reference.vertices)
     numbers = over_scenes.surface([compare(to_reference, to_other)]) or {}
     return {key: value for key, value in numbers.items() if key != "on_truth"}
 

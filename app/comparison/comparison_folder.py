@@ -10,7 +10,7 @@ from app.commands.measure.eval import write_atomically
 from app.comparison import comparison_plots
 from app.comparison.comparison import Comparison
 from app.comparison.comparison_recording import write_recording
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"

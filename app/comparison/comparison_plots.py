@@ -11,14 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from app.comparison.comparison import Comparison
 from app.comparison.top_view import TopView
 from app.evaluation.plots import png
 from app.run_folder.save_run import camera_up
-from razer.geometry import Array
+from razer.arrays import Float64Array, FloatArray, IndexArray
 from razer.metrics.trajectory_errors import PoseErrors
 from razer.panoptic_map import MapObject
 
@@ -129,7 +128,7 @@ def _figure_size(width_m: float, height_m: float) -> tuple[float, float]:
     return 9.0, float(np.clip(8.0 * height_m / width_m, 3.0, 16.0)) + 1.7
 
 
-def _draw_plan(axes: Axes, flat: Array, low: Array, high: Array) -> None:
+def _draw_plan(axes: Axes, flat: Float64Array, low: Float64Array, high: Float64Array) -> None:
     """The darker, the more surface stands above a place."""
     bins = [np.arange(low[i], high[i] + _CELL_M, _CELL_M) for i in (0, 1)]
     counts, across, along = np.histogram2d(flat[:, 0], flat[:, 1], bins=bins)
@@ -154,7 +153,7 @@ def _draw_box(axes: Axes, view: TopView, found: MapObject, **style: Any) -> None
     axes.fill(*outline.T, linewidth=1.2, **style)
 
 
-def _write(axes: Axes, place: Array, text: str, color: str) -> None:
+def _write(axes: Axes, place: Float64Array, text: str, color: str) -> None:
     style: dict[str, Any] = {"textcoords": "offset points", "xytext": (4, 4), "fontsize": 7, "color": color}
     axes.annotate(text.strip(), tuple(place), **style)
 
@@ -163,7 +162,7 @@ def _legend(result: Comparison, side: str) -> str:
     return {"A": f"A: {result.a.name}", "B": f"B: {result.b.name}"}.get(side, side)
 
 
-def _pieces(stamps: NDArray[np.floating]) -> Sequence[NDArray[np.intp]]:
+def _pieces(stamps: FloatArray) -> Sequence[IndexArray]:
     """Numbers of poses without a gap between them."""
     steps = np.diff(stamps)
     return np.split(np.arange(len(stamps)), np.flatnonzero(steps > _GAP * np.median(steps)) + 1)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array
+from razer.arrays import Float64Array, FloatArray
 
 _AXES = "xyz"
 _NEARLY_UPRIGHT = np.cos(np.radians(20))  # an axis within this of upwards is taken to point there
@@ -17,12 +16,12 @@ _NEARLY_UPRIGHT = np.cos(np.radians(20))  # an axis within this of upwards is ta
 class TopView:
     """Directions right and away (3,) on the floor, and what their axes are called."""
 
-    right: Array
-    away: Array
+    right: Float64Array
+    away: Float64Array
     names: tuple[str, str]
 
     @classmethod
-    def of(cls, up: Array) -> TopView:
+    def of(cls, up: Float64Array) -> TopView:
         """The view against `up` (3,): along the world's own axes where one of them points nearly upwards."""
         up = up / np.linalg.norm(up)
         upright = int(np.abs(up).argmax())
@@ -35,6 +34,6 @@ class TopView:
             first, second = second, first
         return cls(np.eye(3)[first], np.eye(3)[second], (f"{_AXES[first]}, m", f"{_AXES[second]}, m"))
 
-    def flat(self, points: NDArray[np.floating]) -> Array:
+    def flat(self, points: FloatArray) -> Float64Array:
         """Points (..., 3) in the view, (..., 2) metres."""
         return np.stack([points @ self.right, points @ self.away], axis=-1)

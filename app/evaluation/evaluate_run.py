@@ -12,7 +12,7 @@ from data_tools.open_sequence import open_sequence
 from data_tools.recordings.file_sequence import FileSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import open_truth
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.run_folder import run_folder as names
 from app.settings.config_file import read_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from data_tools.recordings.trajectories import read_trajectory
-from razer.frame import BadInput
+from razer.arrays import FloatArray, IntArray
+from razer.errors import BadInput
 from razer.metrics.scene_pair import PredictedScene, TimedPoses
 from razer.models import NameTable, TextSide, make_embedder
 from razer.plugins import NO_TRUST, Trust
@@ -96,7 +96,7 @@ def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Tru
 
 
 def nearest_names(
-    ids: NDArray[np.integer], embeddings: NDArray[np.floating], class_names: Sequence[str], texts: NDArray[np.floating]
+    ids: IntArray, embeddings: FloatArray, class_names: Sequence[str], texts: FloatArray
 ) -> dict[int, str]:
     """For each id the name whose text vector (N, D) has the largest cosine with any of its embeddings; ids (R,) and
     embeddings (R, D) hold a row for each hypothesis."""

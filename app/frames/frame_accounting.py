@@ -8,10 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 
-import numpy as np
-from numpy.typing import NDArray
-
-from razer.frame import BadInput, Frame
+from razer.arrays import Float64Array
+from razer.errors import BadInput
+from razer.frame import Frame
 from slam.report import GraphReport
 
 
@@ -24,7 +23,7 @@ class SkippedFrame:
 
 
 @dataclass(slots=True)
-class Outcome:
+class FrameAccounting:
     """The account of one run over `planned` frames of the sequence `name`; graph, the finished pose graph where poses
     were estimated to the end."""
 
@@ -32,7 +31,7 @@ class Outcome:
     planned: int
     max_bad: float
     stamps: list[float] = field(default_factory=list)
-    poses: list[NDArray[np.float64]] = field(default_factory=list)
+    poses: list[Float64Array] = field(default_factory=list)
     indices: list[int] = field(default_factory=list)
     skipped: list[SkippedFrame] = field(default_factory=list)
     lost: set[int] = field(default_factory=set)
@@ -66,7 +65,7 @@ class Outcome:
         runs = [list(run) for _, run in groupby(sorted(self.lost), key=lambda index: bisect(self.indices, index))]
         return [(run[0], run[-1]) for run in runs]
 
-    def move(self, corrections: Mapping[int, NDArray[np.float64] | None]) -> None:
+    def move(self, corrections: Mapping[int, Float64Array | None]) -> None:
         """Take in new poses of frames, by frame index; those whose pose is None are lost after all."""
         self.lost.update(index for index, pose in corrections.items() if pose is None)
         moved = [corrections.get(index, pose) for index, pose in zip(self.indices, self.poses, strict=True)]

@@ -16,7 +16,7 @@ NOTHING_LEFT = -3  # the index of the answer when there is none
 
 
 @dataclass(slots=True)
-class Look:
+class FramePacket:
     """What is known of one index: the posed frame until it is perceived, then what was seen, or why nothing was;
     corrections are new poses of frames before it, by frame index, None where one is not known after all; given, the
     pose that the frame itself came with; late, whether the frame was lost when its turn came; report, what the pose

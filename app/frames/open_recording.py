@@ -10,10 +10,11 @@ from app.settings.run_config import InputSettings
 from data_tools.checks.depth_scale import check_depth_scale
 from data_tools.checks.pose_check import check_poses
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import Sequence, open_sequence
+from data_tools.open_sequence import open_sequence
+from data_tools.recordings.sequence import RgbdSequence
 
 
-def open_recording(folder: Path, settings: InputSettings, console: Console) -> Sequence:
+def open_recording(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
     """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
     sequence = open_unchecked(folder, settings)
     sample = Sample.of(sequence)
@@ -28,7 +29,7 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> S
     return sequence
 
 
-def open_unchecked(folder: Path, settings: InputSettings) -> Sequence:
+def open_unchecked(folder: Path, settings: InputSettings) -> RgbdSequence:
     """The recording in `folder` as the settings say; raises BadInput."""
     extrinsic = settings.depth_to_color
     return open_sequence(

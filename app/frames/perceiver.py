@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from app.frames.frame_packet import Look
+from app.frames.frame_packet import FramePacket
 from app.profiling.recorder import timed
 from razer.detection.perception import Perception
-from razer.frame import UnusableFrame
+from razer.errors import UnusableFrame
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Perceiver:
 
     perception: Perception
 
-    def __call__(self, look: Look) -> Look:
+    def __call__(self, look: FramePacket) -> FramePacket:
         """The look with what its frame shows, or the reason why that cannot be used; one without a frame as it is."""
         if look.frame is None:
             return look

@@ -21,7 +21,7 @@ T = TypeVar("T")
 HUNG_UP = object()
 
 
-def work_ahead(work: Callable[[S], T], items: Iterable[S], ahead: int = 2) -> Generator[T]:
+def prefetch(work: Callable[[S], T], items: Iterable[S], ahead: int = 2) -> Generator[T]:
     """`work(item)` for each item, in order, at most `ahead` of them asked for before they are needed.
 
     `work`, items and what is made of them travel by pickle. What `work` raises is raised here, at that item's turn.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from rich.console import Console
 
 from app.console.progress import watch
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from razer.frame import Frame, Intrinsics
 
 
@@ -16,12 +16,12 @@ from razer.frame import Frame, Intrinsics
 class Selection:
     """The frames `indices` of a sequence as a sequence of their own; reading them in order moves the progress."""
 
-    sequence: Sequence
+    sequence: RgbdSequence
     indices: range
     progress: Iterator[int] = field(repr=False)
 
     @classmethod
-    def of(cls, sequence: Sequence, stride: int, max_frames: int | None, console: Console) -> Selection:
+    def of(cls, sequence: RgbdSequence, stride: int, max_frames: int | None, console: Console) -> Selection:
         """Every stride-th frame, at most max_frames of them, with progress on `console`."""
         indices = range(0, len(sequence), stride)[:max_frames]
         return cls(sequence, indices, watch(indices, len(indices), lambda: "written", console))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.frames.frame_accounting import Outcome
-from app.frames.frame_packet import END, NOTHING_LEFT, Look
+from app.frames.frame_accounting import FrameAccounting
+from app.frames.frame_packet import END, NOTHING_LEFT, FramePacket
 from app.profiling.recorder import Recorder
 from app.timeline.no_timeline import NoTimeline
 from app.timeline.rerun_timeline import Timeline
@@ -14,7 +14,11 @@ from razer.stages import stage
 
 
 def map_frames(
-    looks: Iterable[Look], mapper: Mapper, timeline: Timeline | NoTimeline, recorder: Recorder, outcome: Outcome
+    looks: Iterable[FramePacket],
+    mapper: Mapper,
+    timeline: Timeline | NoTimeline,
+    recorder: Recorder,
+    outcome: FrameAccounting,
 ) -> None:
     """Fuse what was seen of each frame; unusable and lost ones are counted in `outcome` and shown. A frame that was
     lost in its turn is fused when it comes late.

@@ -14,11 +14,11 @@ import torch
 from rich.console import Console
 
 from app.console.progress import watch
-from app.frames.frame_accounting import Outcome
-from app.frames.frame_packet import END, LATE, Look
+from app.frames.frame_accounting import FrameAccounting
+from app.frames.frame_packet import END, LATE, FramePacket
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
-from app.frames.prefetch_process import work_ahead
+from app.frames.prefetch_process import prefetch
 from app.pipeline.interrupt import StopRequest
 from app.pipeline.main_loop import map_frames
 from app.profiling.memory import rss_mb
@@ -28,8 +28,8 @@ from app.run_folder.save_run import save_run, save_timings
 from app.settings.run_config import InputSettings, RunConfig
 from app.timeline.no_timeline import NoTimeline
 from app.timeline.rerun_timeline import Timeline
-from data_tools.open_sequence import Sequence
-from razer.frame import BadInput
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 from razer.panoptic_map import PanopticMap
@@ -41,12 +41,12 @@ from slam.system import SlamSystem
 class Finished:
     """What a run made: the account of its frames, the map, and the contents of timings.json."""
 
-    outcome: Outcome
+    outcome: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
 
 
-def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, console: Console) -> Finished:
+def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> Finished:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails.
 
     Raises BadInput for input or settings that cannot be used; a Ctrl-C keeps what was mapped until then.
@@ -64,27 +64,27 @@ def run_to_folder(sequence: Sequence, config: RunConfig, folder: RunFolder, cons
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, outcome)
         timings = recorder.timings()
-        if mapper.follower is not None:
-            timings["rebuilding"] = recorder.rebuilding(mapper.follower)
+        if mapper.reintegrator is not None:
+            timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
     return Finished(outcome, panoptic, timings)
 
 
 def map_sequence(
-    sequence: Sequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
-) -> tuple[Outcome, Recorder]:
+    sequence: RgbdSequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
+) -> tuple[FrameAccounting, Recorder]:
     """Run the main loop with progress shown; a Ctrl-C ends it early, and `outcome.interrupted` says so."""
     indices = selected_frames(len(sequence), config.input)
-    outcome = Outcome(sequence.name, len(indices), config.input.max_bad)
+    outcome = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
     recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
 
     def status() -> str:
         confirmed = sum(track.confirmed for track in mapper.tracks)
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
-    locating = work_ahead(Locator(sequence, poses_of(config)), chain(indices, [END], repeat(LATE)), ahead=4)
-    with StopRequest() as stop, closing(locating), closing(work_ahead(Perceiver(mapper.perception), locating)) as looks:
+    locating = prefetch(Locator(sequence, poses_of(config)), chain(indices, [END], repeat(LATE)), ahead=4)
+    with StopRequest() as stop, closing(locating), closing(prefetch(Perceiver(mapper.perception), locating)) as looks:
         looks_shown = watch(until_stopped(looks, stop), len(indices), status, console)
         map_frames(looks_shown, mapper, timeline, recorder, outcome)
         outcome.interrupted = stop.requested
@@ -96,7 +96,7 @@ def map_sequence(
 
 def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
     """Let the map follow the last corrections."""
-    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(work_ahead))):
+    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(prefetch))):
         if number == 0:
             console.print("mapping the kept frames once more at their final poses")
 
@@ -116,7 +116,7 @@ def selected_frames(n_frames: int, settings: InputSettings) -> range:
     return chosen if settings.max_frames is None else chosen[: settings.max_frames]
 
 
-def until_stopped(looks: Iterable[Look], stop: StopRequest) -> Iterator[Look]:
+def until_stopped(looks: Iterable[FramePacket], stop: StopRequest) -> Iterator[FramePacket]:
     """What was seen until a stop is requested."""
     for look in looks:
         if stop.requested:
@@ -124,7 +124,7 @@ def until_stopped(looks: Iterable[Look], stop: StopRequest) -> Iterator[Look]:
         yield look
 
 
-def settled(config: RunConfig, sequence: Sequence) -> RunConfig:
+def settled(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
     """The settings with the choice of poses made, and what follows from it: a map follows estimated poses. Raises
     BadInput where poses are asked for that the sequence does not have."""
     choice = config.input.poses
@@ -135,7 +135,7 @@ def settled(config: RunConfig, sequence: Sequence) -> RunConfig:
     return config.model_copy(
         update={
             "input": config.input.model_copy(update={"poses": choice}),
-            "follow": config.follow.model_copy(update={"enabled": choice == "slam"}),
+            "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
         }
     )
 
@@ -145,7 +145,7 @@ def poses_of(config: RunConfig) -> Callable[[], Poses]:
     return SlamSystem if config.input.poses == "slam" else GivenPoses
 
 
-def require_poses(sequence: Sequence) -> None:
+def require_poses(sequence: RgbdSequence) -> None:
     """Raise BadInput if the sequence has no poses at all."""
     if not sequence.has_poses:
         raise BadInput(
@@ -161,7 +161,7 @@ def _device(choice: str) -> str:
     return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
 
 
-def open_timeline(folder: Path, sequence: Sequence, config: RunConfig) -> Timeline | NoTimeline:
+def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NoTimeline:
     """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
     if not config.run.timeline:
         return NoTimeline()

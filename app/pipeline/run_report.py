@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.frames.frame_accounting import Outcome
+from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import Finished
 from razer.panoptic_map import MapObject, PanopticMap
 
@@ -32,7 +32,7 @@ def report(finished: Finished, folder: Path, *, as_json: bool) -> None:
     console.print(f"outputs: {folder}", soft_wrap=True)
 
 
-def run_json(folder: Path, outcome: Outcome, instances: int, timings: dict[str, Any]) -> dict[str, Any]:
+def run_json(folder: Path, outcome: FrameAccounting, instances: int, timings: dict[str, Any]) -> dict[str, Any]:
     """The last line of `razer run --json` (format 1): counts, skipped frames with reasons, timings."""
     return {
         "format": 1,
@@ -68,7 +68,7 @@ def _row(item: MapObject) -> tuple[str, ...]:
     return str(item.id), item.class_name or "-", size, centre, str(item.observations), f"{item.score:.2f}"
 
 
-def print_frames(outcome: Outcome, console: Console) -> None:
+def print_frames(outcome: FrameAccounting, console: Console) -> None:
     """How many frames were used, and why the others were not; repairs by the reader are counted."""
     lost = f", {len(outcome.lost)} lost" if outcome.lost else ""
     skipped = f", {len(outcome.skipped)} skipped" if outcome.skipped else ""
@@ -81,14 +81,14 @@ def print_frames(outcome: Outcome, console: Console) -> None:
     _print_notes(outcome.notes, console)
 
 
-def _print_lost(outcome: Outcome, console: Console) -> None:
+def _print_lost(outcome: FrameAccounting, console: Console) -> None:
     runs = outcome.lost_runs()
     for first, last in runs[:_REASONS]:
         frames = f"frame {first}" if first == last else f"frames {first} to {last}"
         console.print(f"  {frames}: the camera could not be located", soft_wrap=True)
     if len(runs) > _REASONS:
         console.print(f"  and {len(runs) - _REASONS} more times")
-    if outcome.graph is not None and outcome.graph.n_adrift:
+    if outcome.graph is not None and outcome.graph.n_unanchored:
         console.print(
             "  some of them were located among themselves, but no view ties them to the map: "
             "let the camera see the way between both places",

@@ -9,15 +9,16 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 
 from app.console.progress import watch
 from app.pipeline.interrupt import StopRequest
 from app.pipeline.run_pipeline import selected_frames
 from app.settings.run_config import InputSettings
-from data_tools.open_sequence import Sequence
-from razer.frame import BadInput, Frame, UnusableFrame
+from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Float64Array
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_numbers
 from slam.poses import Pose
@@ -71,13 +72,13 @@ class TrackedPath:
         return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
     def _timed(self, poses: Mapping[int, Pose]) -> TimedPoses:
-        stamps: NDArray[np.float64] = np.array([self.stamps[index] for index in poses])
+        stamps: Float64Array = np.array([self.stamps[index] for index in poses])
         order = np.argsort(stamps, kind="stable")
         keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0])]
         return TimedPoses(stamps[keep], np.stack(list(poses.values()))[keep], len(self.stamps))
 
 
-def tracked_path(sequence: Sequence, settings: InputSettings, console: Console) -> TrackedPath:
+def tracked_path(sequence: RgbdSequence, settings: InputSettings, console: Console) -> TrackedPath:
     """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
     path, slam = TrackedPath(), SlamSystem()
     indices = selected_frames(len(sequence), settings)

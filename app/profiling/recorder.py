@@ -14,7 +14,7 @@ from app.profiling.memory import peak_rss_mb, rss_mb
 from razer.stages import measured_by
 
 if TYPE_CHECKING:
-    from razer.reintegration.reintegrator import Follower
+    from razer.reintegration.reintegrator import Reintegrator
 
 TENTHS = 10
 STAGES = ("decode", "pose", "integrate", "segment", "embed", "lift", "associate", "vote", "maintain", "rebuild", "log")
@@ -56,7 +56,7 @@ class Recorder:
             if done is not None:
                 yield done
 
-    def rebuilding(self, follower: Follower) -> dict[str, float]:
+    def rebuilding(self, follower: Reintegrator) -> dict[str, float]:
         """What it cost that the map followed the poses: the share of the run so far, the longest pause, and what
         the kept frames took."""
         ms = self._stages["rebuild"]

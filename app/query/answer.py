@@ -12,7 +12,7 @@ from razer.panoptic_map import Answer, Hit
 from razer.storage import box_entry
 
 
-def told(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:
+def answer_json(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:
     """The JSON of an answer: query, found, threshold and hits, which is empty where nothing was found."""
     hits = [_told(hit, frames) for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}

@@ -15,15 +15,15 @@ import numpy as np
 
 from app.console.streams import progress_console
 from app.settings.run_config import EmbedderSettings
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
-from razer.query.ranking import Contrast
-from razer.query.text_queries import TEMPLATES, Words
+from razer.query.ranking import NegativePrompts
+from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 
 FORMAT = 1
 
 
-def contrast_of(words: Words, settings: EmbedderSettings) -> Contrast:
+def contrast_of(words: TextQueryEncoder, settings: EmbedderSettings) -> NegativePrompts:
     """The contrast of an embedder made by these settings; raises BadInput if it has no text side."""
     if words.is_table:
         return words.contrast
@@ -32,7 +32,7 @@ def contrast_of(words: Words, settings: EmbedderSettings) -> Contrast:
         suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
         np.load(path, allow_pickle=False) as kept,
     ):
-        return Contrast(names, kept["vectors"])
+        return NegativePrompts(names, kept["vectors"])
     progress_console().print(f"embedding {len(names)} names to compare with; kept in {path.parent}", soft_wrap=True)
     contrast = words.contrast
     with suppress(OSError):
@@ -47,7 +47,7 @@ def _folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "razer"
 
 
-def _key(words: Words, settings: EmbedderSettings) -> str:
+def _key(words: TextQueryEncoder, settings: EmbedderSettings) -> str:
     """What the vectors follow from: names, prompts, and the embedder with its files as they are."""
     told = [FORMAT, words.contrast_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:24]

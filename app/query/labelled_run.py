@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.query.queryable_map import AskedMap
+from app.query.queryable_map import QueryableMap
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
@@ -30,13 +30,13 @@ PANOPTIC_VERTEX = np.dtype([*VERTEX.descr, ("class", "<i4")])
 class LabelledRun:
     """The classes of a run's instances, and the things and stuff they make up."""
 
-    asked: AskedMap
+    asked: QueryableMap
     vocabulary: str
     labels: list[Label]
     segments: list[Segment]
 
     @classmethod
-    def of(cls, asked: AskedMap, vocabulary: str, labels: list[Label]) -> LabelledRun:
+    def of(cls, asked: QueryableMap, vocabulary: str, labels: list[Label]) -> LabelledRun:
         """Merge stuff."""
         return cls(asked, vocabulary, labels, segments(labels))
 

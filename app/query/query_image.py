@@ -6,13 +6,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Uint8Array
+from razer.errors import BadInput
 from razer.models import Embedder, ImageSide
 
 
-def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) -> NDArray[np.float32]:
+def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
     """The vector (D,) of what a picture shows, or a box 'x,y,width,height' of it, in pixels. Raises BadInput."""
     if not isinstance(embedder, ImageSide):
         raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")
@@ -22,7 +22,7 @@ def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) ->
     return embedder.embed_region(rgb, mask)
 
 
-def _read(path: Path) -> NDArray[np.uint8]:
+def _read(path: Path) -> Uint8Array:
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
@@ -30,7 +30,7 @@ def _read(path: Path) -> NDArray[np.uint8]:
     bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
     if bgr is None:
         raise BadInput(f"{path} is no image, or is damaged: give a .png or .jpg")
-    rgb: NDArray[np.uint8] = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
+    rgb: Uint8Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
     return rgb
 
 

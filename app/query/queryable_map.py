@@ -5,36 +5,34 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.query.contrast_cache import contrast_of
 from app.run_folder import run_folder as names
 from app.run_folder.mapped_run import read_run
 from app.run_folder.save_run import camera_up
 from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
+from razer.arrays import Float64Array
 from razer.models import Embedder, make_embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
-from razer.query.text_queries import Words
-from razer.semantics.gravity import upward
+from razer.query.text_queries import TextQueryEncoder
+from razer.semantics.gravity import up_direction
 
 
 @dataclass(frozen=True)
-class AskedMap:
+class QueryableMap:
     """The map of a run in `folder`, with the words of its embedder; up (3,), its upward direction."""
 
     folder: Path
     config: RunConfig
     embedder: Embedder
     panoptic: PanopticMap
-    up: NDArray[np.float64]
+    up: Float64Array
 
 
-def open_map(
+def open_queryable_map(
     folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool, trust: Trust = NO_TRUST
-) -> AskedMap:
+) -> QueryableMap:
     """Read a run; its own embedder unless another one is named. Raises BadInput."""
     run = read_run(folder)
     noted = folder / names.CONFIG
@@ -43,6 +41,6 @@ def open_map(
     named = {"embedder.name": embedder}
     config = read_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
     made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    words = Words(made, contrast_of(Words(made), config.embedder)) if by_text else None
-    up = upward(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
-    return AskedMap(folder, config, made, replace(run.panoptic, words=words), up)
+    words = TextQueryEncoder(made, contrast_of(TextQueryEncoder(made), config.embedder)) if by_text else None
+    up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
+    return QueryableMap(folder, config, made, replace(run.panoptic, words=words), up)

@@ -9,13 +9,13 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.frames.open_recording import open_unchecked
 from app.settings.run_config import InputSettings
-from data_tools.open_sequence import Sequence
-from razer.detection.best_views import View
-from razer.frame import BadInput, UnusableFrame
+from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Uint8Array
+from razer.detection.best_views import BestView
+from razer.errors import BadInput, UnusableFrame
 from razer.panoptic_map import MapObject
 
 CROPS = "crops"
@@ -37,7 +37,7 @@ class BestFrames:
             for view in item.views
         ]
 
-    def _open(self, settings: InputSettings) -> Sequence | None:
+    def _open(self, settings: InputSettings) -> RgbdSequence | None:
         try:
             if settings.folder is None:
                 raise BadInput("the run does not say where its recording lies")
@@ -48,7 +48,7 @@ class BestFrames:
             self.notes.append(f"no crops: {error}")
             return None
 
-    def _crop(self, instance: int, view: View) -> str | None:
+    def _crop(self, instance: int, view: BestView) -> str | None:
         path = self._folder / f"{instance:04d}-{view.frame:06d}.jpg"
         if path.is_file():
             return str(path)
@@ -66,13 +66,13 @@ class BestFrames:
         return str(path)
 
 
-def cut_out(rgb: NDArray[np.uint8], view: View) -> NDArray[np.uint8]:
+def cut_out(rgb: Uint8Array, view: BestView) -> Uint8Array:
     """The part (h, w, 3) of an image that a view's box covers, with a margin."""
     (left, right), (top, bottom) = _ranges(view, rgb.shape)
     return np.ascontiguousarray(rgb[top:bottom, left:right])
 
 
-def _ranges(view: View, shape: tuple[int, ...]) -> Iterator[tuple[int, int]]:
+def _ranges(view: BestView, shape: tuple[int, ...]) -> Iterator[tuple[int, int]]:
     x, y, width, height = view.region.box
     for start, length, size in ((x, width, shape[1]), (y, height, shape[0])):
         margin = round(_MARGIN * length)

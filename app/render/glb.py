@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.render.palette import tinted
+from razer.arrays import Float64Array, IntArray, Uint8Array, Uint16Array
 from razer.semantics.normals import vertex_normals
 from razer.volume.mesh_extraction import LabelledMesh
 
@@ -30,7 +31,7 @@ _ATTRIBUTES = {
 def write_glb(
     path: Path,
     mesh: LabelledMesh,
-    up: NDArray[np.float64] | None = None,
+    up: Float64Array | None = None,
     names: Mapping[int, str] | None = None,
 ) -> None:
     """Write `mesh` to `path`, a node for each instance and one for the rest; `up` (3,) is the world direction that
@@ -51,7 +52,7 @@ def instance_names(classes: Mapping[int, str | None]) -> dict[int, str]:
     return {i: f"{name or 'instance'} {i}" for i, name in classes.items()}
 
 
-Part = tuple[int, NDArray[np.integer], NDArray[np.uint32]]
+Part = tuple[int, IntArray, NDArray[np.uint32]]
 
 
 def _parts(mesh: LabelledMesh) -> Iterator[Part]:
@@ -80,7 +81,7 @@ def _columns(mesh: LabelledMesh, parts: list[Part]) -> list[NDArray]:
 
 
 def _document(
-    parts: list[Part], columns: list[NDArray], up: NDArray[np.float64] | None, names: Mapping[int, str]
+    parts: list[Part], columns: list[NDArray], up: Float64Array | None, names: Mapping[int, str]
 ) -> dict[str, Any]:
     root: dict[str, Any] = {"name": "map", "rotation": _quaternion_to_y(up)}
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "razer"}, "scene": 0}
@@ -136,7 +137,7 @@ def _accessors(parts: list[Part], positions: NDArray) -> Iterator[dict[str, Any]
         vertex, index = vertex + len(vertices), index + corners.size
 
 
-def _linear_rgba16(srgb: NDArray[np.uint8]) -> NDArray[np.uint16]:
+def _linear_rgba16(srgb: Uint8Array) -> Uint16Array:
     """glTF vertex colours are linear light: undo the sRGB curve, in 16 bit so that dark tones do not band."""
     value = np.arange(256) / 255
     curve = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
@@ -144,7 +145,7 @@ def _linear_rgba16(srgb: NDArray[np.uint8]) -> NDArray[np.uint16]:
     return np.column_stack([table[srgb], np.full(len(srgb), 65535, "<u2")])
 
 
-def _quaternion_to_y(up: NDArray[np.float64] | None) -> list[float]:
+def _quaternion_to_y(up: Float64Array | None) -> list[float]:
     """The shortest rotation (x, y, z, w) that takes `up` to +y."""
     if up is None or not np.linalg.norm(up) > 0:
         return [0.0, 0.0, 0.0, 1.0]

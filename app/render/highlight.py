@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.render.palette import instance_colors
 from app.render.picture import Sight, look_into
+from razer.arrays import Float64Array, Uint8Array
 from razer.panoptic_map import Hit
 from razer.volume.mesh_extraction import LabelledMesh
 
@@ -17,8 +17,8 @@ _GREY = 0.35  # how much of its brightness the rest of the map keeps beside whit
 
 
 def highlighted(
-    mesh: LabelledMesh, up: NDArray[np.float64], hits: Sequence[Hit], width: int = 1600, height: int = 700
-) -> NDArray[np.uint8]:
+    mesh: LabelledMesh, up: Float64Array, hits: Sequence[Hit], width: int = 1600, height: int = 700
+) -> Uint8Array:
     """RGB image (height, width, 3): left the map as coloured, right the hits in colour, numbered as ranked."""
     sight = look_into(mesh, up, width // 2, height)
     grey = 255 * (1 - _GREY) + _GREY * mesh.colors.mean(axis=1, keepdims=True).repeat(3, axis=1)
@@ -29,7 +29,7 @@ def highlighted(
     return np.concatenate([sight.panel(mesh.colors, blend=True), panel], axis=1)
 
 
-def _write_labels(panel: NDArray[np.uint8], sight: Sight, hits: Sequence[Hit]) -> None:
+def _write_labels(panel: Uint8Array, sight: Sight, hits: Sequence[Hit]) -> None:
     seen = sight.instances
     for rank, hit in enumerate(hits, start=1):
         rows, columns = np.nonzero(seen == hit.object.id)

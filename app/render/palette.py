@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import IntArray, Uint8Array
 
 _GOLDEN_RATIO = 0.6180339887498949
 _NOBODY = 128
 
 
-def instance_colors(ids: NDArray[np.integer]) -> NDArray[np.uint8]:
+def instance_colors(ids: IntArray) -> Uint8Array:
     """Colours (N, 3) of instance ids (N,): neighbouring ids get far apart hues, 0 (nobody) is grey."""
     ids = np.asarray(ids, np.int64)
     hue = 6 * ((ids * _GOLDEN_RATIO) % 1)
@@ -20,7 +21,7 @@ def instance_colors(ids: NDArray[np.integer]) -> NDArray[np.uint8]:
     return np.where(ids[:, None] > 0, np.round(255 * colors), _NOBODY).astype(np.uint8)
 
 
-def tinted(colors: NDArray[np.uint8], ids: NDArray[np.integer]) -> NDArray[np.uint8]:
+def tinted(colors: Uint8Array, ids: IntArray) -> Uint8Array:
     """Colours (N, 3) mixed half and half with those of their instance ids (N,); nobody's stay as they are."""
     mixed = (colors.astype(np.uint16) + instance_colors(ids)) // 2
     return np.where(np.asarray(ids)[:, None] > 0, mixed, colors).astype(np.uint8)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import open3d as o3d
 import open3d.core as o3c
-from numpy.typing import NDArray
 
 from app.render.palette import instance_colors
+from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 from razer.volume.mesh_extraction import LabelledMesh
 
-Array = NDArray[np.float64]
 _FIELD_OF_VIEW_DEG = 45.0
 _MOST_LAYERS = 8  # walls and ceilings seen from behind that a ray may pass through
 _BACKGROUND = 255
@@ -25,17 +24,17 @@ class Sight:
     """What a camera above a map sees of it: triangle (H, W), -1 = none, and how squarely it is met, in [0, 1]."""
 
     mesh: LabelledMesh
-    triangle: NDArray[np.int64]
-    facing: Array
+    triangle: Int64Array
+    facing: Float64Array
 
     @property
-    def instances(self) -> NDArray[np.int32]:
+    def instances(self) -> Int32Array:
         """The instance at each pixel (H, W), 0 = nobody or nothing."""
         first = self.mesh.triangles[self.triangle, 0] if len(self.mesh.triangles) else np.zeros_like(self.triangle)
         labels = self.mesh.instances[first] if len(self.mesh.instances) else np.zeros(first.shape, np.int32)
         return np.where(self.triangle >= 0, labels, 0).astype(np.int32)
 
-    def panel(self, colors: NDArray[np.uint8], blend: bool) -> NDArray[np.uint8]:
+    def panel(self, colors: Uint8Array, blend: bool) -> Uint8Array:
         """The map in the given colours (V, 3) of its vertices, (H, W, 3); within a triangle blended or the first's."""
         hit = self.triangle >= 0
         image = np.full((*hit.shape, 3), _BACKGROUND, np.uint8)
@@ -45,7 +44,7 @@ class Sight:
         return image
 
 
-def look_into(mesh: LabelledMesh, up: Array, width: int, height: int) -> Sight:
+def look_into(mesh: LabelledMesh, up: Float64Array, width: int, height: int) -> Sight:
     """The map from above, from the side on which most of it is seen; up (3,) points up in the world. Surfaces seen
     from behind are left out, so that one looks into rooms."""
     if len(mesh.triangles) == 0:
@@ -54,7 +53,7 @@ def look_into(mesh: LabelledMesh, up: Array, width: int, height: int) -> Sight:
     return Sight(mesh, *_first_front_faces(mesh, rays))
 
 
-def picture(mesh: LabelledMesh, up: Array, width: int = 1280, height: int = 560) -> NDArray[np.uint8]:
+def picture(mesh: LabelledMesh, up: Float64Array, width: int = 1280, height: int = 560) -> Uint8Array:
     """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance."""
     sight = look_into(mesh, up, width // 2, height)
     return np.concatenate(
@@ -62,7 +61,7 @@ def picture(mesh: LabelledMesh, up: Array, width: int = 1280, height: int = 560)
     )
 
 
-def _rays(mesh: LabelledMesh, up: Array, width: int, height: int) -> NDArray[np.float32]:
+def _rays(mesh: LabelledMesh, up: Float64Array, width: int, height: int) -> Float32Array:
     """Rays (height, width, 6) of a camera above the map, on the side from which most of it is seen."""
     low, high = np.quantile(mesh.vertices.astype(np.float64), [0.01, 0.99], axis=0)
     middle, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
@@ -70,11 +69,11 @@ def _rays(mesh: LabelledMesh, up: Array, width: int, height: int) -> NDArray[np.
     eye = middle + distance * _best_direction(mesh, up)
     # Open3D's rows run along its "up", so that it has to be told what is down.
     pinhole = (_FIELD_OF_VIEW_DEG, *(o3c.Tensor(v.astype(np.float32)) for v in (middle, eye, -up)), width, height)
-    rays: NDArray[np.float32] = o3d.t.geometry.RaycastingScene.create_rays_pinhole(*pinhole).numpy()
+    rays: Float32Array = o3d.t.geometry.RaycastingScene.create_rays_pinhole(*pinhole).numpy()
     return rays
 
 
-def _best_direction(mesh: LabelledMesh, up: Array) -> Array:
+def _best_direction(mesh: LabelledMesh, up: Float64Array) -> Float64Array:
     """Of the directions around the map, well above it, the one that most of its area faces."""
     a, b, c = (mesh.vertices[mesh.triangles[:, i]].astype(np.float64) for i in range(3))
     area = np.cross(b - a, c - a)
@@ -83,11 +82,11 @@ def _best_direction(mesh: LabelledMesh, up: Array) -> Array:
     turns = np.arange(_DIRECTIONS) * 2 * np.pi / _DIRECTIONS
     around = np.cos(turns)[:, None] * side + np.sin(turns)[:, None] * np.cross(up, side)
     directions = np.sin(_ELEVATION) * up + np.cos(_ELEVATION) * around
-    best: Array = directions[np.clip(area @ directions.T, 0, None).sum(axis=0).argmax()]
+    best: Float64Array = directions[np.clip(area @ directions.T, 0, None).sum(axis=0).argmax()]
     return best
 
 
-def _first_front_faces(mesh: LabelledMesh, rays: NDArray[np.float32]) -> tuple[NDArray[np.int64], Array]:
+def _first_front_faces(mesh: LabelledMesh, rays: Float32Array) -> tuple[Int64Array, Float64Array]:
     """The first triangle (H, W) whose front each ray meets, -1 = none, and how squarely it is met, in [0, 1]."""
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(o3c.Tensor(mesh.vertices), o3c.Tensor(mesh.triangles.astype(np.uint32)))

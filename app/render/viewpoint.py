@@ -5,27 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from razer.arrays import Float64Array
 
 
 @dataclass(frozen=True)
 class Viewpoint:
     """An eye at `position` looking at `target`, both (3,) metres in the world, with `up` (3,) upwards."""
 
-    position: Array
-    target: Array
-    up: Array
+    position: Float64Array
+    target: Float64Array
+    up: Float64Array
 
 
-def behind(world_from_camera: Array, back_m: float = 1.5, ahead_m: float = 2.0) -> Viewpoint:
+def behind(world_from_camera: Float64Array, back_m: float = 1.5, ahead_m: float = 2.0) -> Viewpoint:
     """From behind and above a camera, looking where it looks."""
     up, forward, center = -world_from_camera[:3, 1], world_from_camera[:3, 2], world_from_camera[:3, 3]
     return Viewpoint(center - back_m * forward + 0.5 * back_m * up, center + ahead_m * forward, up)
 
 
-def overview(points: Array, up: Array, forward: Array, pitch_deg: float = 40.0) -> Viewpoint:
+def overview(points: Float64Array, up: Float64Array, forward: Float64Array, pitch_deg: float = 40.0) -> Viewpoint:
     """Down on (N, 3) points from outside, along the horizontal part of `forward`; strays do not count."""
     up = up / np.linalg.norm(up)
     level = forward - (forward @ up) * up
@@ -36,6 +35,6 @@ def overview(points: Array, up: Array, forward: Array, pitch_deg: float = 40.0) 
     return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * level), target, up)
 
 
-def _any_normal_to(vector: Array) -> Array:
+def _any_normal_to(vector: Float64Array) -> Float64Array:
     normal = np.cross(vector, np.eye(3)[np.abs(vector).argmin()])
     return normal / np.linalg.norm(normal)

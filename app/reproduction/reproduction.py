@@ -23,7 +23,7 @@ from app.settings.config_file import read_config
 from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from data_tools.truth.open_truth import has_truth
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.metrics.presets import PRESETS, Preset
 from razer.metrics.protocol.evaluation import Evaluation
 

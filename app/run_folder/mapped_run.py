@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.evaluation.prediction import is_run, timed_poses
 from app.run_folder import run_folder as names
+from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.boxes.oriented_box import OrientedBox
-from razer.detection.best_views import Region, View
-from razer.frame import BadInput
-from razer.geometry import Array, transform_points
+from razer.detection.best_views import BestView, Region
+from razer.errors import BadInput
+from razer.geometry import transform_points
 from razer.metrics.scene_pair import TimedPoses
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.storage import read_mesh_ply
@@ -37,7 +37,7 @@ class MappedRun:
         n_frames = self.trajectory.n_frames
         return len(self.trajectory.stamps) / n_frames if n_frames else None
 
-    def moved(self, target_from_own: Array) -> MappedRun:
+    def moved(self, target_from_own: Float64Array) -> MappedRun:
         """The same run in another frame."""
         mesh = self.panoptic.mesh
         vertices = transform_points(target_from_own, mesh.vertices.astype(np.float64)).astype(np.float32)
@@ -49,12 +49,12 @@ class MappedRun:
         )
 
 
-def moved_poses(target_from_own: Array, trajectory: TimedPoses) -> TimedPoses:
+def moved_poses(target_from_own: Float64Array, trajectory: TimedPoses) -> TimedPoses:
     """A trajectory in another frame."""
     return replace(trajectory, world_from_camera=target_from_own @ trajectory.world_from_camera)
 
 
-def _moved_box(target_from_own: Array, box: OrientedBox) -> OrientedBox:
+def _moved_box(target_from_own: Float64Array, box: OrientedBox) -> OrientedBox:
     rotation = target_from_own[:3, :3] @ box.rotation
     return OrientedBox(transform_points(target_from_own, box.center), rotation, box.extent)
 
@@ -81,8 +81,8 @@ def read_run(folder: Path) -> MappedRun:
 
 
 def _banks(
-    ids: NDArray[np.int32], embeddings: NDArray[np.float32], weights: NDArray[np.float64]
-) -> dict[int, tuple[NDArray[np.float32], NDArray[np.float64]]]:
+    ids: Int32Array, embeddings: Float32Array, weights: Float64Array
+) -> dict[int, tuple[Float32Array, Float64Array]]:
     """The rows of each id, which lie together."""
     known, first = np.unique(ids, return_index=True)
     order = np.argsort(first)
@@ -90,9 +90,7 @@ def _banks(
     return {int(i): (e, w) for i, e, w in zip(known[order], *parts, strict=True)} if len(known) else {}
 
 
-def _object(
-    entry: dict[str, Any], banks: dict[int, tuple[NDArray[np.float32], NDArray[np.float64]]], n_vertices: int
-) -> MapObject:
+def _object(entry: dict[str, Any], banks: dict[int, tuple[Float32Array, Float64Array]], n_vertices: int) -> MapObject:
     embeddings, weights = banks.get(int(entry["id"]), (np.zeros((0, 0), np.float32), np.zeros(0)))
     box = OrientedBox(*(np.array(entry[part], np.float64) for part in ("center", "rotation", "extent")))
     counts: dict[str, Any] = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
@@ -109,10 +107,10 @@ def _object(
     )
 
 
-def _view(entry: dict[str, Any]) -> View:
+def _view(entry: dict[str, Any]) -> BestView:
     x, y, width, height = (int(number) for number in entry["box"])
     region = Region((x, y, width, height), int(entry["pixels"]), bool(entry["whole"]))
-    return View(int(entry["frame"]), region, entry["stamp"])
+    return BestView(int(entry["frame"]), region, entry["stamp"])
 
 
 def _trajectory(folder: Path) -> TimedPoses:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 CONFIG = "config.toml"
 TRAJECTORY = "trajectory.txt"

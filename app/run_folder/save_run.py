@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.frames.frame_accounting import Outcome
+from app.frames.frame_accounting import FrameAccounting
 from app.render.glb import instance_names, write_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
@@ -18,16 +17,17 @@ from app.settings.run_config import RunConfig
 from app.settings.settings_list import list_settings
 from app.settings.toml_text import toml_text
 from razer import storage
+from razer.arrays import Float64Array
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.semantics.gravity import upward
+from razer.semantics.gravity import up_direction
 from slam.report import GraphReport
 
 POSE_COVARIANCES_FORMAT = 1
 
 
 def save_run(
-    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, outcome: Outcome
+    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, outcome: FrameAccounting
 ) -> None:
     """Write every file of a run but the timeline and the timings."""
     header = f"Settings of a run over {name}; `razer run --config` reads this file."
@@ -36,7 +36,7 @@ def save_run(
     if (graph := outcome.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
-    up = upward(panoptic.mesh, camera_up(outcome.poses))
+    up = up_direction(panoptic.mesh, camera_up(outcome.poses))
     stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
     node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
     folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
@@ -50,7 +50,7 @@ def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
     folder.write(names.TIMINGS, lambda path: _write_text(path, json.dumps(timings, indent=1) + "\n"))
 
 
-def tum_text(stamps: list[float], poses: list[NDArray[np.float64]]) -> str:
+def tum_text(stamps: list[float], poses: list[Float64Array]) -> str:
     """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
     lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
     for stamp, pose in zip(stamps, poses, strict=True):
@@ -74,7 +74,7 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
     )
 
 
-def read_tum(path: Path) -> list[NDArray[np.float64]]:
+def read_tum(path: Path) -> list[Float64Array]:
     """The poses (4, 4) of a trajectory that `tum_text` wrote."""
     rows = np.loadtxt(path, ndmin=2)
     poses = np.tile(np.eye(4), (len(rows), 1, 1))
@@ -82,9 +82,9 @@ def read_tum(path: Path) -> list[NDArray[np.float64]]:
     return list(poses)
 
 
-def camera_up(poses: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+def camera_up(poses: list[Float64Array]) -> Float64Array:
     """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
-    up: NDArray[np.float64] = -np.mean([pose[:3, 1] for pose in poses], axis=0)
+    up: Float64Array = -np.mean([pose[:3, 1] for pose in poses], axis=0)
     return up
 
 

@@ -12,8 +12,24 @@ from pydantic import ValidationError
 
 from app.settings.run_config import RunConfig
 from app.settings.settings_list import list_settings
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.plugins import NO_TRUST, Trust
+
+# What settings were called before, so that a message can name the new one and older run folders can be read.
+RENAMED = {
+    "follow.enabled": "reintegration.enabled",
+    "follow.every": "reintegration.frames_per_keyframe",
+    "follow.draft": "reintegration.keyframe_stride",
+    "follow.live_replays": "reintegration.replays_per_frame",
+    "follow.pace": "reintegration.max_replays_per_frame",
+    "follow.live_shift_voxels": "reintegration.min_shift_voxels",
+    "follow.final_shift_voxels": "reintegration.min_final_shift_voxels",
+    "follow.fuse_shared_votes": "reintegration.fuse_shared_votes",
+    "follow.memory_mb": "reintegration.memory_mb",
+    "maintenance.every": "maintenance.interval_frames",
+    "association.association": "association.geometry_distance",
+    "lifting.see_through_gap_m": "lifting.background_gap_m",
+}
 
 
 def read_config(
@@ -92,6 +108,8 @@ def _plain_line(error: ValidationError, file: Path | None) -> str:
     name = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         name = _down_to_leaf(name, first["input"])
+        if name in RENAMED:
+            return f"setting {name} is called {RENAMED[name]} now"
         return f"unknown setting {name}{_nearest(name)}; `razer config` lists all settings"
     where = f" (from {file}, --set or an option)" if file else ""
     return f"setting {name} = {first['input']!r}{where}: {first['msg'].removeprefix('Input ')}"

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from app.settings.config_file import read_config
 from app.settings.run_config import InputSettings, RunConfig
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust
 
 Assignments = Annotated[

@@ -7,8 +7,9 @@ from typing import Any, Literal, Self
 from pydantic import Field, PrivateAttr
 
 from app.timeline.config import TimelineConfig
-from razer.config import MapperConfig, Settings
+from razer.config import MapperConfig
 from razer.plugins import NO_TRUST, Trust
+from razer.settings import Settings
 
 
 class PluginSettings(Settings):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from razer.config import Settings
+from razer.settings import Settings
 
 
 class TimelineConfig(Settings):

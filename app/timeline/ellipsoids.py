@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from razer.arrays import Float64Array
 
 
 @dataclass(frozen=True)
 class Ellipsoids:
     """Centres (K, 3) and half sizes (K, 3) in metres, and rotations (K, 3, 3) whose columns are the axes."""
 
-    centers: Array
-    half_sizes: Array
-    rotations: Array
+    centers: Float64Array
+    half_sizes: Float64Array
+    rotations: Float64Array
 
 
-def position_ellipsoids(world_from_camera: Array, covariances: Array, sigmas: float = 1.0) -> Ellipsoids:
+def position_ellipsoids(world_from_camera: Float64Array, covariances: Float64Array, sigmas: float = 1.0) -> Ellipsoids:
     """`sigmas` standard deviations of the positions of poses (K, 4, 4), whose covariances (K, 6, 6) of rotation and
     shift are along the cameras' own axes."""
     variances, axes = np.linalg.eigh(covariances[:, 3:, 3:])

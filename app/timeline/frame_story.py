@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
-from razer.tracking.step_result import Candidate, Decision, Step
+from razer.tracking.step_result import Candidate, Decision, StepResult
 
 RUNNERS_UP = 2
 
@@ -17,7 +17,7 @@ class Event(NamedTuple):
     text: str
 
 
-def events(step: Step) -> Iterator[Event]:
+def events(step: StepResult) -> Iterator[Event]:
     """The events of one frame: born, fused and pruned tracks singly, matched and joined ones in one line."""
     for decision in step.decisions:
         if decision.outcome == "born":
@@ -41,7 +41,7 @@ def _why_new(decision: Decision) -> str:
     return f"#{nearest.track_id} at {nearest.cost:.2f} went to another detection"
 
 
-def decision_table(step: Step) -> str:
+def decision_table(step: StepResult) -> str:
     """Markdown: for each detection its outcome, track, cost M, V and S (eq. 8), and the runners-up."""
     if not step.decisions:
         return f"**Frame {step.frame_index}**: no detections"

@@ -6,8 +6,8 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Uint8Array
 from razer.frame import Intrinsics
 
 
@@ -28,7 +28,7 @@ def every_nth(camera: Intrinsics, n: int) -> Intrinsics:
     return Intrinsics(*size, camera.fx / n, camera.fy / n, camera.cx / n, camera.cy / n)
 
 
-def jpeg(rgb: NDArray[np.uint8], camera: Intrinsics, quality: int) -> bytes:
+def jpeg(rgb: Uint8Array, camera: Intrinsics, quality: int) -> bytes:
     """An (H, W, 3) colour image at the size of `camera` as JPEG."""
     size = (camera.width, camera.height)
     small = rgb if rgb.shape[1::-1] == size else cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
@@ -36,7 +36,7 @@ def jpeg(rgb: NDArray[np.uint8], camera: Intrinsics, quality: int) -> bytes:
     return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def depth_png(depth_m: NDArray[np.float32]) -> bytes:
+def depth_png(depth_m: Float32Array) -> bytes:
     """An (H, W) depth image in metres as 16-bit PNG in millimetres; beyond 65.5 m counts as no reading."""
     millimetres = np.rint(depth_m * 1000)
     encoded = np.where(millimetres < 2**16, millimetres, 0).astype(np.uint16)

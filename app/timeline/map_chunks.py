@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Int32Array, Int64Array
 from razer.detection.observed_surface import BLOCK
 from razer.volume.mesh_extraction import SurfacePoints
 
@@ -25,7 +26,7 @@ class Chunk(NamedTuple):
     z: int
 
     @property
-    def block_keys(self) -> NDArray[np.int32]:
+    def block_keys(self) -> Int32Array:
         """Keys (64, 3) of the blocks it may hold."""
         return (np.array(self) * BLOCKS_PER_EDGE + _WITHIN).astype(np.int32)
 
@@ -38,7 +39,7 @@ class ChunkSchedule:
         self._seen: dict[Chunk, int] = {}
         self._drawn: dict[Chunk, int] = {}
 
-    def observe(self, block_keys: NDArray[np.int32]) -> None:
+    def observe(self, block_keys: Int32Array) -> None:
         """Take in the keys (M, 3) of the blocks that one frame changed."""
         chunks, counts = np.unique(block_keys // BLOCKS_PER_EDGE, axis=0, return_counts=True)
         for key, count in zip(chunks.tolist(), counts.tolist(), strict=True):
@@ -70,7 +71,7 @@ def thinned(points: SurfacePoints, voxel_size_m: float, keep_one_of: int) -> Sur
     return SurfacePoints(points.positions[keep], points.colors[keep], points.instances[keep])
 
 
-def by_chunk(points: SurfacePoints, voxel_size_m: float) -> dict[Chunk, NDArray[np.int64]]:
+def by_chunk(points: SurfacePoints, voxel_size_m: float) -> dict[Chunk, Int64Array]:
     """Indices of the points that lie in each chunk; chunks without points are left out."""
     lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)
     chunks, owner, counts = np.unique(
@@ -81,7 +82,7 @@ def by_chunk(points: SurfacePoints, voxel_size_m: float) -> dict[Chunk, NDArray[
     return {Chunk(*key): order[end - n : end] for key, end, n in zip(chunks.tolist(), ends, counts, strict=True)}
 
 
-def _hashed(lattice: NDArray[np.int64]) -> NDArray[np.uint64]:
+def _hashed(lattice: Int64Array) -> NDArray[np.uint64]:
     """Well mixed numbers (N,) of lattice coordinates (N, 3), by half of SplitMix64's finaliser."""
     mixed = lattice.astype(np.uint64) @ np.array(
         [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.frames.frame_packet import END, Look
+from app.frames.frame_packet import END, FramePacket
 from app.timeline import entities
-from app.timeline.camera_path import CameraPath
+from app.timeline.camera_path import PathLines
 from app.timeline.config import TimelineConfig
 from app.timeline.ellipsoids import position_ellipsoids
 from app.timeline.rerun_log import RerunLog
+from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.report import GraphReport, PoseReport
-
-Array = NDArray[np.float64]
 
 WHOLE, NEWEST = "whole", "newest"  # parts of a path: the second is what was added since the first was drawn
 LINE_COLORS = {
@@ -37,22 +35,22 @@ class PoseStory:
     def __init__(self, log: RerunLog, config: TimelineConfig) -> None:
         self._log = log
         self._config = config
-        self._estimated, self._given = CameraPath(), CameraPath()
+        self._estimated, self._given = PathLines(), PathLines()
         self._common: int | None = None  # the first frame that has both an estimated and a given pose
         self._told = 0
         self._lost_for = 0
-        self._keyframes: dict[int, Array] = {}
-        self._covariances: dict[int, Array] = {}
+        self._keyframes: dict[int, Float64Array] = {}
+        self._covariances: dict[int, Float64Array] = {}
         for entity, color in LINE_COLORS.items():
             log.line_style(entity, color, EDGE_RADIUS_POINTS if entity in EDGES else PATH_RADIUS_POINTS)
         log.name_series(entities.TRACKED, ["tracked"])
         log.name_series(entities.DEPTH_FOUND, ["score", "agreement"])
         log.name_series(entities.FEATURES_FOUND, ["features that agree"])
         log.name_series(entities.SIGMA, ["rotation, mrad", "shift, mm"])
-        log.name_series(entities.GRAPH_SIZE, ["keyframes", "edges", "loops", "keyframes adrift"])
+        log.name_series(entities.GRAPH_SIZE, ["keyframes", "edges", "loops", "keyframes unanchored"])
         log.name_series(entities.TRACKING_MS, ["tracking, ms"])
 
-    def tell(self, look: Look, report: PoseReport) -> None:
+    def tell(self, look: FramePacket, report: PoseReport) -> None:
         """What happened at an index, and at END when the estimation was finished."""
         if look.index != END:
             self._estimated.look(look.index, report.world_from_camera)
@@ -96,7 +94,7 @@ class PoseStory:
             estimated_from_given = self._estimated.poses[self._common] @ inverse(self._given.poses[self._common])
             self._log_path(entities.GIVEN, self._given, estimated_from_given, whole)
 
-    def _log_path(self, entity: str, path: CameraPath, world_from_path: Array, whole: bool) -> None:
+    def _log_path(self, entity: str, path: PathLines, world_from_path: Float64Array, whole: bool) -> None:
         if whole:
             self._log.lines(f"{entity}/{WHOLE}", path.whole(world_from_path))
         self._log.lines(f"{entity}/{NEWEST}", path.newest(world_from_path))
@@ -109,10 +107,10 @@ class PoseStory:
         self._log.lines(entities.ODOMETRY, ends[graph.is_odometry])
         self._log.lines(entities.CLOSURES, ends[~graph.is_odometry])
         self._log_uncertainty(graph)
-        counts = [len(positions), len(ends), graph.n_loops, graph.n_adrift]
+        counts = [len(positions), len(ends), graph.n_loops, graph.n_unanchored]
         self._log.scalars(entities.GRAPH_SIZE, counts)
 
-    def _log_move(self, frames: list[int], positions: Array) -> None:
+    def _log_move(self, frames: list[int], positions: Float64Array) -> None:
         """Keyframes before and after, where an optimisation moved them visibly; until the next optimisation."""
         known = [(self._keyframes[f], p) for f, p in zip(frames, positions, strict=True) if f in self._keyframes]
         self._keyframes = dict(zip(frames, positions, strict=True))

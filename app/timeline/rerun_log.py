@@ -12,18 +12,15 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from app.render.viewpoint import Viewpoint
 from app.timeline import entities
 from app.timeline.ellipsoids import Ellipsoids
+from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array, Uint16Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
 from razer.volume.mesh_extraction import LabelledMesh
-
-Array = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 
 FRAME = "frame"  # the one clock: the index of the frame
 # Larger chunks than Rerun's own: a browser opens the recording many times faster.
@@ -54,7 +51,7 @@ class RerunLog:
         pinhole = rr.Pinhole(image_from_camera=matrix, resolution=size, image_plane_distance=0.3)
         self._stream.log(path, pinhole, static=True)
 
-    def pose(self, path: str, world_from_camera: Array) -> None:
+    def pose(self, path: str, world_from_camera: Float64Array) -> None:
         """Where a camera is, (4, 4)."""
         pose = world_from_camera
         self._stream.log(path, rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
@@ -67,16 +64,16 @@ class RerunLog:
         """A depth image in millimetres."""
         self._stream.log(path, rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0))
 
-    def ids(self, path: str, image: NDArray[np.uint16]) -> None:
+    def ids(self, path: str, image: Uint16Array) -> None:
         """An image (H, W) of ids."""
         self._stream.log(path, rr.SegmentationImage(image))
 
-    def name_ids(self, path: str, colors: Colors) -> None:
+    def name_ids(self, path: str, colors: Uint8Array) -> None:
         """The colours (N, 3) of ids 0 to N - 1 in the images under `path`."""
         named = [rr.AnnotationInfo(i, f"#{i}", tuple(color)) for i, color in enumerate(colors.tolist())]
         self._stream.log(path, rr.AnnotationContext(named), static=True)
 
-    def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Colors, labels: Sequence[str]) -> None:
+    def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Uint8Array, labels: Sequence[str]) -> None:
         """Wire frames with a label each."""
         self._stream.log(
             path,
@@ -91,16 +88,16 @@ class RerunLog:
             ),
         )
 
-    def points(self, path: str, positions: NDArray[np.float32], colors: Colors, radius_m: float) -> None:
+    def points(self, path: str, positions: Float32Array, colors: Uint8Array, radius_m: float) -> None:
         """A cloud (N, 3)."""
         self._stream.log(path, rr.Points3D(positions, colors=colors, radii=radius_m))
 
-    def dots(self, path: str, positions: Array, color: tuple[int, int, int], radius_points: float) -> None:
+    def dots(self, path: str, positions: Float64Array, color: tuple[int, int, int], radius_points: float) -> None:
         """Positions (N, 3), as large on the screen from near as from afar."""
         radius = rr.components.Radius.ui_points(radius_points)
         self._stream.log(path, rr.Points3D(positions, colors=[color], radii=radius))
 
-    def mesh(self, path: str, mesh: LabelledMesh, colors: Colors) -> None:
+    def mesh(self, path: str, mesh: LabelledMesh, colors: Uint8Array) -> None:
         """A surface in other colours (V, 3) than its own."""
         self._stream.log(
             path,
@@ -119,7 +116,7 @@ class RerunLog:
         radius = rr.components.Radius.ui_points(radius_points)
         self._stream.log(path, rr.LineStrips3D.from_fields(colors=[color], radii=radius), static=True)
 
-    def lines(self, path: str, strips: Sequence[NDArray[np.floating]] | Array) -> None:
+    def lines(self, path: str, strips: Sequence[FloatArray] | Float64Array) -> None:
         """Lines through the points (N, 3) of each strip; all at once as (M, N, 3) is faster."""
         self._stream.log(path, rr.LineStrips3D(strips))
 

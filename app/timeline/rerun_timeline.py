@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.frames.frame_packet import END, Look
+from app.frames.frame_packet import END, FramePacket
 from app.profiling.memory import rss_mb
 from app.render.mesh_decimation import limited
 from app.render.palette import instance_colors, tinted
@@ -35,10 +34,11 @@ from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
 from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
 from app.timeline.pose_story import PoseStory
 from app.timeline.rerun_log import RerunLog, run_layout
+from razer.arrays import Float64Array
 from razer.frame import Frame, Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.tracking.step_result import Step
+from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_points
 
 PATH_COLOR = (255, 160, 0)
@@ -58,7 +58,7 @@ class Timeline:
         self._named_ids = 0
         self._stage_names: list[str] = []
         self._schedule = ChunkSchedule(config.points_growth)
-        self._poses: list[NDArray[np.float64]] = []
+        self._poses: list[Float64Array] = []
         self._raster_step = step_to(intrinsics, config.raster_max_edge)
         self._color_camera = at_most(intrinsics, config.image_max_edge)
         raster_camera = every_nth(intrinsics, self._raster_step)
@@ -67,7 +67,7 @@ class Timeline:
         self._log.name_series(INSTANCES, ["confirmed", "all live"])
         self._log.name_series(MEMORY, ["process MB", "voxels MB"])
 
-    def show(self, frame: Frame, step: Step, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
+    def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Log one mapped frame; `stage_ms` are the milliseconds its stages took so far."""
         self._start_frame(frame.index)
         if self._shown == 0:
@@ -85,7 +85,7 @@ class Timeline:
         self._poses.append(frame.pose)
         self._shown += 1
 
-    def track(self, look: Look) -> None:
+    def track(self, look: FramePacket) -> None:
         """Log what the estimation of poses did at an index, before anything else of that frame; nothing where poses
         are given."""
         if look.report is None:
@@ -135,7 +135,7 @@ class Timeline:
         self._last_index = index
         self._log.start_frame(index)
 
-    def _log_images(self, frame: Frame, step: Step) -> None:
+    def _log_images(self, frame: Frame, step: StepResult) -> None:
         config, n = self._config, self._raster_step
         self._log.pose(CAMERA, frame.pose)
         if self._due(config.image_every):
@@ -164,7 +164,7 @@ class Timeline:
         labels = [f"#{track.id} {track.class_name or ''}".rstrip() for track in tracks]
         self._log.boxes(BOXES, [track.box for track in tracks], colors, labels)
 
-    def _log_story(self, step: Step) -> None:
+    def _log_story(self, step: StepResult) -> None:
         for event in events(step):
             self._log.event(EVENTS, event.text, event.level)
         if self._config.decisions:

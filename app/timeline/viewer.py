@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from urllib.parse import quote
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 VIEWER_MEMORY = "4GB"
 SERVER_MEMORY = "1GB"

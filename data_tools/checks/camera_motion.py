@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
-from razer.geometry import Array, back_project
+from razer.geometry import back_project
 
 _FEATURES = 600
 _INLIER_PIXELS = 3.0
@@ -21,9 +21,9 @@ _LEAST_PIXEL_ERROR = 0.5  # no keypoint is better than that
 class Landmarks:
     """Features of one frame: pixels (N, 2), ORB descriptors (N, 32), depth (N,) metres, 0 = none."""
 
-    pixels: NDArray[np.float64]
-    descriptors: NDArray[np.uint8]
-    depth_m: NDArray[np.float32]
+    pixels: Float64Array
+    descriptors: Uint8Array
+    depth_m: Float32Array
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,12 @@ class Motion:
     rotation marginalised out: an error in a declared rotation then says nothing about translation; and what it
     was measured from, points (N, 3) in a's camera, in the same units, and where b sees them, (N, 2) pixels."""
 
-    translation: Array
-    information: Array
-    points: Array
-    seen: Array
+    translation: Float64Array
+    information: Float64Array
+    points: Float64Array
+    seen: Float64Array
 
-    def length(self, vector: Array) -> float:
+    def length(self, vector: Float64Array) -> float:
         """Length of a (3,) vector in standard deviations."""
         return float(np.sqrt(vector @ self.information @ vector))
 
@@ -72,7 +72,7 @@ def measure_motion(a: Landmarks, b: Landmarks, camera: Intrinsics) -> Motion | N
     return Motion(solved.translation * unit, solved.information / unit**2, solved.points * unit, solved.seen)
 
 
-def _solve_pnp(points: Array, seen: Array, matrix: Array) -> Motion | None:
+def _solve_pnp(points: Float64Array, seen: Float64Array, matrix: Float64Array) -> Motion | None:
     cv2.setRNGSeed(0)
     found, rotation, translation, inliers = cv2.solvePnPRansac(
         points, seen, matrix, None, iterationsCount=200, reprojectionError=_INLIER_PIXELS, flags=cv2.SOLVEPNP_EPNP

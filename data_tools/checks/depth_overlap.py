@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, back_project, project, transform_points
+from razer.geometry import back_project, project, transform_points
 
 _MIN_PAIRS = 4
 _FITS = 0.5  # of frames that overlap well and are moved rightly
@@ -14,12 +15,12 @@ _STEP = 6
 _TOLERANCE = 0.04
 
 
-def of_overlapping(agreements: Array) -> Array:
+def of_overlapping(agreements: Float64Array) -> Float64Array:
     """Of agreements (P, H) of P pairs under H hypotheses, those of the pairs that overlap well under any of them."""
     return agreements[agreements.max(axis=1, initial=0) > _FITS]
 
 
-def clearly_better(agreements: Array) -> int:
+def clearly_better(agreements: Float64Array) -> int:
     """Which hypothesis makes depth agree clearly better than the first over overlapping pairs (P, H); 0 = none, or
     the pairs are few."""
     if len(agreements) < _MIN_PAIRS:
@@ -29,7 +30,7 @@ def clearly_better(agreements: Array) -> int:
     return best if means[best] > _FITS and means[0] < _CLEARLY_WORSE * means[best] else 0
 
 
-def depth_agreement(a: Frame, b: Frame, b_from_a: Array, depth_factor: float = 1.0) -> float:
+def depth_agreement(a: Frame, b: Frame, b_from_a: Float64Array, depth_factor: float = 1.0) -> float:
     """Share of a's readings that b_from_a (4, 4) moves to within 4 % of what b reads at the same place, with the
     depth of both times a factor; 0 where a has none."""
     v, u = _STEP * np.array(np.nonzero(a.depth[::_STEP, ::_STEP]))

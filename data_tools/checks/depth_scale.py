@@ -8,19 +8,19 @@ an indoor camera sees.
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Ordered
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, inverse
+from razer.geometry import inverse
 
 SUSPICIOUS_FACTOR = 2.2  # sqrt(5): half way, in ratio, to the nearest common mistake
 MIN_MEDIAN_M, MAX_MEDIAN_M = 0.15, 20.0
@@ -72,7 +72,7 @@ class Estimate:
         return too_small or too_large
 
 
-def check_depth_scale(sequence: Sequence, sample: Sample | None = None) -> DepthScaleReport:
+def check_depth_scale(sequence: RgbdSequence, sample: Sample | None = None) -> DepthScaleReport:
     """Judge the declared depth scale from a few frames of a recording; takes about a second."""
     sample = sample or Sample.of(sequence)
     frames = sample.frames
@@ -136,7 +136,7 @@ def _scale_by_overlap(sample: Sample, declared: float) -> float | None:
     return scales[best] if best else None
 
 
-def factor_from_steps(frames: Ordered[Frame]) -> Estimate | None:
+def factor_from_steps(frames: Sequence[Frame]) -> Estimate | None:
     """The factor at which the steps between depth readings are those of a structured-light camera, which reads
     disparity in 1/8 pixel: dz = z^2 / (8 f b); None where depth is not stepped like that."""
     values = np.unique(np.concatenate([frame.depth[frame.depth > 0] for frame in frames])).astype(np.float64)
@@ -153,7 +153,7 @@ def factor_from_steps(frames: Ordered[Frame]) -> Estimate | None:
     return Estimate(float(middle), float(low), float(high))
 
 
-def _shares(sample: Sample, group: Ordered[Frame]) -> list[tuple[float, float, float, float]]:
+def _shares(sample: Sample, group: Sequence[Frame]) -> list[tuple[float, float, float, float]]:
     """For the pairs of frames that moved most: the share s of the declared translation t that fits the
     measured m, its weight, and in standard deviations what is left, |m - s t|, of |m|."""
     rows = []
@@ -168,7 +168,7 @@ def _shares(sample: Sample, group: Ordered[Frame]) -> list[tuple[float, float, f
     return rows
 
 
-def _moving_pairs(group: Ordered[Frame]) -> list[tuple[Frame, Frame, Array]]:
+def _moving_pairs(group: Sequence[Frame]) -> list[tuple[Frame, Frame, Float64Array]]:
     """Frames (a, b) and the declared translation of b_from_a, longest first, without wide turns."""
     pairs = []
     for a, b in combinations(group, 2):
@@ -198,7 +198,7 @@ def _plausible_scale(median_units: float) -> float | None:
     return known if MIN_MEDIAN_M <= median_units / known <= MAX_MEDIAN_M else None
 
 
-def _weighted_quantiles(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float, float]:
+def _weighted_quantiles(values: Float64Array, weights: Float64Array) -> tuple[float, float, float]:
     order = np.argsort(values)
     share = np.cumsum(weights[order]) / weights.sum()
     low, middle, high = (values[order][np.searchsorted(share, level)] for level in (0.16, 0.5, 0.84))

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence as Ordered
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
-from data_tools.checks.pose_check import PoseReport, check_poses
-from data_tools.checks.registration_check import RegistrationReport, check_registration
+from data_tools.checks.pose_check import PoseCheck, check_poses
+from data_tools.checks.registration_check import RgbdAlignmentReport, check_rgbd_alignment
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import Sequence
-from razer.frame import Frame, Intrinsics, UnusableFrame
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import UnusableFrame
+from razer.frame import Frame, Intrinsics
 
 _LOOKS = 40
 _MANY_BAD = 0.3
@@ -21,7 +22,7 @@ _MIRRORED = "left-handed"
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Issue:
     """One likely mistake: what it is about ("poses", "depth scale", "registration" or "frames"), what is seen, and
     the likely fix, a plain line each."""
 
@@ -56,18 +57,18 @@ class Inspection:
     path_m: float | None
     depth: DepthStatistics | None
     depth_scale: DepthScaleReport
-    poses: PoseReport
-    registration: RegistrationReport
-    findings: tuple[Finding, ...]
+    poses: PoseCheck
+    registration: RgbdAlignmentReport
+    findings: tuple[Issue, ...]
 
 
-def inspect_sequence(sequence: Sequence) -> Inspection:
+def inspect_sequence(sequence: RgbdSequence) -> Inspection:
     """Look at about sixty frames of a recording; takes a few seconds."""
     usable, bad = _look(sequence)
     sample = Sample.of(sequence)
     poses = check_poses(sample)
     depth_scale = check_depth_scale(sequence, sample.reposed(poses.convention) if poses.wrong else sample)
-    registration = check_registration(sample.frames)
+    registration = check_rgbd_alignment(sample.frames)
     posed = [frame for frame in usable if frame.world_from_camera is not None]
     findings = [
         *_frame_findings(bad, len(usable) + len(bad)),
@@ -93,7 +94,7 @@ def inspect_sequence(sequence: Sequence) -> Inspection:
     )
 
 
-def _look(sequence: Sequence) -> tuple[list[Frame], list[tuple[int, str]]]:
+def _look(sequence: RgbdSequence) -> tuple[list[Frame], list[tuple[int, str]]]:
     """Frames spread over all of the recording, and which of them cannot be used."""
     usable: list[Frame] = []
     bad: list[tuple[int, str]] = []
@@ -105,7 +106,7 @@ def _look(sequence: Sequence) -> tuple[list[Frame], list[tuple[int, str]]]:
     return usable, bad
 
 
-def _frame_findings(bad: Ordered[tuple[int, str]], looked: int) -> list[Finding]:
+def _frame_findings(bad: Sequence[tuple[int, str]], looked: int) -> list[Issue]:
     # File names and numbers differ from frame to frame; what is wrong with them is said after.
     reasons = Counter(reason.rpartition(": ")[2] for _, reason in bad)
     if len(bad) < _MANY_BAD * looked:
@@ -113,33 +114,33 @@ def _frame_findings(bad: Ordered[tuple[int, str]], looked: int) -> list[Finding]
     reason, count = reasons.most_common(1)[0]
     problem = f"{len(bad)} of {looked} frames cannot be used; the commonest reason ({count} times): {reason}"
     if _MIRRORED in reason:
-        return [Finding("poses", problem, "an axis of the camera is flipped: negate one column of each rotation")]
-    return [Finding("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
+        return [Issue("poses", problem, "an axis of the camera is flipped: negate one column of each rotation")]
+    return [Issue("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
 
 
-def _pose_findings(report: PoseReport) -> list[Finding]:
+def _pose_findings(report: PoseCheck) -> list[Issue]:
     if not report.wrong:
         return []
     (depth_now, depth_then), (px_now, px_then) = report.agreement, report.miss_px
     problem = f"moved by the poses, {depth_now:.0%} of the depth agrees between frames, {depth_then:.0%} after the fix"
     if np.isfinite(px_now):
         problem += f"; features are missed by {px_now:.0f} pixels, then {px_then:.0f}"
-    return [Finding("poses", problem, report.convention.fix)]
+    return [Issue("poses", problem, report.convention.fix)]
 
 
-def _scale_findings(report: DepthScaleReport) -> list[Finding]:
+def _scale_findings(report: DepthScaleReport) -> list[Issue]:
     if report.verdict == "ok":
         return []
     problem = f"the depth scale of {report.declared:g} units per metre looks wrong: {report.reason}"
-    return [Finding("depth scale", problem, report.advice)]
+    return [Issue("depth scale", problem, report.advice)]
 
 
-def _registration_findings(report: RegistrationReport, camera: Intrinsics) -> list[Finding]:
+def _registration_findings(report: RgbdAlignmentReport, camera: Intrinsics) -> list[Issue]:
     if not report.wrong:
         return []
     if report.mirrored:
         fix = "flip the colour or the depth images left to right"
-        return [Finding("registration", "colour and depth are mirror images of each other", fix)]
+        return [Issue("registration", "colour and depth are mirror images of each other", fix)]
     colour = report.color_camera(camera)
     problem = f"colour and depth are not registered: {report}"
     fix = (
@@ -147,7 +148,7 @@ def _registration_findings(report: RegistrationReport, camera: Intrinsics) -> li
         f"cx {colour.cx:.0f}, cy {colour.cy:.0f} or its true calibration, and --depth-to-color FILE with the 4x4 "
         "matrix between the two (the identity if unknown)"
     )
-    return [Finding("registration", problem, fix)]
+    return [Issue("registration", problem, fix)]
 
 
 def _rate_hz(sample: Sample) -> float | None:
@@ -155,14 +156,14 @@ def _rate_hz(sample: Sample) -> float | None:
     return 1 / float(np.median(steps)) if steps and np.median(steps) > 0 else None
 
 
-def _path_m(posed: Ordered[Frame]) -> float | None:
+def _path_m(posed: Sequence[Frame]) -> float | None:
     if not posed:
         return None
     positions = np.array([frame.pose[:3, 3] for frame in posed])
     return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
 
 
-def _depth_statistics(frames: Ordered[Frame]) -> DepthStatistics | None:
+def _depth_statistics(frames: Sequence[Frame]) -> DepthStatistics | None:
     readings = [frame.depth[::4, ::4] for frame in frames]
     valid = np.concatenate([depth[depth > 0] for depth in readings]) if readings else np.zeros(0, np.float32)
     if not len(valid):

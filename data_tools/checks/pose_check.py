@@ -6,18 +6,18 @@ lies on the depth of the other. Another convention is named only if it does clea
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Ordered
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.checks.camera_motion import Motion
 from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
 from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
 from data_tools.checks.sample import Sample
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, inverse, project, transform_points
+from razer.geometry import inverse, project, transform_points
 
 _MIN_PAIRS = 4
 _POINTS = 40
@@ -29,7 +29,7 @@ _TIE = 1.3
 
 
 @dataclass(frozen=True, slots=True)
-class PoseReport:
+class PoseCheck:
     """What the poses seem to be: the convention, AS_WRITTEN if nothing is clearly better or nothing can be told;
     pairs of frames judged; for the poses as written and as meant, the median miss of features (pixels) and the
     share of depth that agrees."""
@@ -45,24 +45,24 @@ class PoseReport:
         return self.convention is not AS_WRITTEN
 
 
-def check_poses(sample: Sample) -> PoseReport:
+def check_poses(sample: Sample) -> PoseCheck:
     """Judge the convention of the poses; takes about a second."""
     if not sample.has_poses:
-        return PoseReport(AS_WRITTEN, 0)
+        return PoseCheck(AS_WRITTEN, 0)
     measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
     if len(measured) < _MIN_PAIRS:
         return _judge_by_depth(list(sample.neighbours()))
     (miss,), (factor,) = _misses(measured, (AS_WRITTEN,))
     agreement = _agreement(measured, AS_WRITTEN, factor)
     if miss <= _SUSPICIOUS * measured[0][0].intrinsics.width:
-        return PoseReport(AS_WRITTEN, len(measured), (miss, miss), (agreement, agreement))
+        return PoseCheck(AS_WRITTEN, len(measured), (miss, miss), (agreement, agreement))
     meant, better_px, better = _best(measured)
     if better_px > _CLEARLY_BETTER * miss or better <= agreement:
         meant, better_px, better = AS_WRITTEN, miss, agreement
-    return PoseReport(meant, len(measured), (miss, better_px), (agreement, better))
+    return PoseCheck(meant, len(measured), (miss, better_px), (agreement, better))
 
 
-def _best(pairs: Ordered[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:
+def _best(pairs: Sequence[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:
     """The convention that fits best, the first, so commonest, of those that cannot be told apart; its median miss in
     pixels, and its agreement of depth."""
     misses, factors = _misses(pairs, conventions())
@@ -70,22 +70,24 @@ def _best(pairs: Ordered[tuple[Frame, Frame, Motion]]) -> tuple[Convention, floa
     return conventions()[i], misses[i], _agreement(pairs, conventions()[i], factors[i])
 
 
-def _judge_by_depth(pairs: Ordered[tuple[Frame, Frame]]) -> PoseReport:
+def _judge_by_depth(pairs: Sequence[tuple[Frame, Frame]]) -> PoseCheck:
     """The verdict where images show no motion: only the commonest mistakes, and only if depth then fits."""
     if not pairs:
-        return PoseReport(AS_WRITTEN, 0)
+        return PoseCheck(AS_WRITTEN, 0)
     common = conventions()[:N_COMMON]
     agreements = of_overlapping(
         np.array([[depth_agreement(a, b, _moved(each, a, b)) for each in common] for a, b in pairs])
     )
     if not len(agreements):
-        return PoseReport(AS_WRITTEN, 0)
+        return PoseCheck(AS_WRITTEN, 0)
     best = clearly_better(agreements)
     means = agreements.mean(axis=0)
-    return PoseReport(common[best], len(agreements), agreement=(float(means[0]), float(means[best])))
+    return PoseCheck(common[best], len(agreements), agreement=(float(means[0]), float(means[best])))
 
 
-def _misses(pairs: Ordered[tuple[Frame, Frame, Motion]], every: Ordered[Convention]) -> tuple[list[float], list[float]]:
+def _misses(
+    pairs: Sequence[tuple[Frame, Frame, Motion]], every: Sequence[Convention]
+) -> tuple[list[float], list[float]]:
     """For each convention the median over pairs of the median distance, pixels, between where b should see a's
     features and where it does, at the depth factor that suits best; and that factor."""
     misses = np.array([[_miss(_moved(convention, a, b), a, motion) for convention in every] for a, b, motion in pairs])
@@ -93,12 +95,12 @@ def _misses(pairs: Ordered[tuple[Frame, Frame, Motion]], every: Ordered[Conventi
     return typical.min(axis=1).tolist(), _FACTORS[typical.argmin(axis=1)].tolist()
 
 
-def _moved(convention: Convention, a: Frame, b: Frame) -> Array:
+def _moved(convention: Convention, a: Frame, b: Frame) -> Float64Array:
     """b_from_a by the convention."""
     return inverse(convention.world_from_camera(b.pose)) @ convention.world_from_camera(a.pose)
 
 
-def _miss(b_from_a: Array, a: Frame, motion: Motion) -> NDArray[np.float64]:
+def _miss(b_from_a: Float64Array, a: Frame, motion: Motion) -> Float64Array:
     """The median distance in pixels, cut off at the image's width, at each of _FACTORS."""
     points, seen = motion.points[:_POINTS], motion.seen[:_POINTS]
     scaled = points * _FACTORS[:, None, None]
@@ -108,6 +110,6 @@ def _miss(b_from_a: Array, a: Frame, motion: Motion) -> NDArray[np.float64]:
     return np.median(np.nan_to_num(distance, nan=width).clip(0, width), axis=1)
 
 
-def _agreement(pairs: Ordered[tuple[Frame, Frame, Motion]], convention: Convention, factor: float) -> float:
+def _agreement(pairs: Sequence[tuple[Frame, Frame, Motion]], convention: Convention, factor: float) -> float:
     """Mean share of a's depth that is moved onto b's depth."""
     return float(np.mean([depth_agreement(a, b, _moved(convention, a, b), factor) for a, b, _ in pairs]))

@@ -9,7 +9,8 @@ from itertools import permutations, product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from razer.geometry import Array, inverse
+from razer.arrays import Float64Array
+from razer.geometry import inverse
 
 _OPENGL = np.diag([1.0, -1.0, -1.0])
 _NAMES = "xyz"
@@ -24,11 +25,11 @@ class Convention:
 
     fix: str
     inverted: bool = False
-    axes: Array = field(default_factory=lambda: np.eye(3))
+    axes: Float64Array = field(default_factory=lambda: np.eye(3))
     quaternion: bool = False
     transposed: bool = False
 
-    def world_from_camera(self, written: Array) -> Array:
+    def world_from_camera(self, written: Float64Array) -> Float64Array:
         """The pose (4, 4) that is meant by a written one, up to one change of the world for all."""
         meant = inverse(written) if self.inverted else written.copy()
         if self.quaternion:
@@ -65,7 +66,7 @@ def conventions() -> tuple[Convention, ...]:
     return common + tuple(_with_axes(axes, inverted) for inverted in (False, True) for axes in _other_axes())
 
 
-def _with_axes(axes: Array, inverted: bool) -> Convention:
+def _with_axes(axes: Float64Array, inverted: bool) -> Convention:
     right, down, forward = (_axis(column) for column in axes.T)
     what = f"the camera's right, down and forward are their {right}, {down} and {forward}"
     how = _right_factor(axes)
@@ -75,14 +76,14 @@ def _with_axes(axes: Array, inverted: bool) -> Convention:
     return Convention(f"{start}{what}: {how}", inverted=inverted, axes=axes)
 
 
-def _other_axes() -> list[Array]:
+def _other_axes() -> list[Float64Array]:
     """The 48 ways to name three perpendicular axes but ours and OpenGL's; right-handed ones first."""
     every = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
     others = [axes for axes in every if not any((axes == known).all() for known in (np.eye(3), _OPENGL))]
     return sorted(others, key=lambda axes: -np.linalg.det(axes))
 
 
-def _right_factor(axes: Array) -> str:
+def _right_factor(axes: Float64Array) -> str:
     if np.count_nonzero(np.diag(axes)) == 3:
         numbers = ", ".join(f"{value:g}" for value in (*np.diag(axes), 1))
         return f"multiply each 4x4 matrix on the right by diag({numbers})"
@@ -90,6 +91,6 @@ def _right_factor(axes: Array) -> str:
     return f"multiply each 3x3 rotation on the right by [{rows}]"
 
 
-def _axis(column: Array) -> str:
+def _axis(column: Float64Array) -> str:
     place = int(np.abs(column).argmax())
     return ("-" if column[place] < 0 else "") + _NAMES[place]

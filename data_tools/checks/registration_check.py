@@ -6,7 +6,7 @@ colour changes most. Mirrored edges on unmirrored colour fit nowhere, which tell
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Ordered
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.camera import Camera
+from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 
 _WIDTH = 160  # images are looked at in this size
@@ -33,11 +34,9 @@ _AS_GOOD_AS_IS, _AS_GOOD_SMALL = 0.6, 0.95
 _MAX_SHIFT, _MAX_ZOOM = 0.02, 1.13
 _NOTED = 0.008  # mean displacement, share of the width
 
-Image = NDArray[np.float32]
-
 
 @dataclass(frozen=True, slots=True)
-class RegistrationReport:
+class RgbdAlignmentReport:
     """Where colour shows what depth shows: depth pixel p, from the middle of the image, lies at zoom p + shift_px
     (x, y) in colour, mirrored left to right first if so; `clear` tells whether the images say so beyond doubt."""
 
@@ -78,18 +77,18 @@ class RegistrationReport:
         return Camera(self.zoom * depth.fx, self.zoom * depth.fy, float(cx), float(cy), (), (depth.width, depth.height))
 
 
-def check_registration(frames: Ordered[Frame]) -> RegistrationReport:
+def check_rgbd_alignment(frames: Sequence[Frame]) -> RgbdAlignmentReport:
     """Judge the registration of colour and depth from a dozen frames; about a second."""
     chosen = frames[:: max(len(frames) // _MAX_FRAMES, 1)]
     pairs = [(_colour_edges(frame.rgb), _depth_edges(frame.depth)) for frame in chosen]
     pairs = [(colour, depth) for colour, depth in pairs if depth.sum() > 0]
     if sum(float(depth.sum()) for _, depth in pairs) < _MIN_EDGES:
-        return RegistrationReport(clear=False)
+        return RgbdAlignmentReport(clear=False)
     straight, mirrored = (np.stack([_fits(pairs, zoom, mirror) for zoom in _ZOOMS]) for mirror in (False, True))
     middle = len(_ZOOMS) // 2, straight.shape[1] // 2, straight.shape[2] // 2
     best, other = (mirrored, straight) if mirrored.max() > straight.max() else (straight, mirrored)
     if best.max() < max(_LEAST_FIT, _CLEAR * float(other.max())):
-        return RegistrationReport(clear=False)
+        return RgbdAlignmentReport(clear=False)
     if best is straight:
         best = _least_likely_wrong(straight, middle)
     return _report(best, middle, best is mirrored, chosen[0].intrinsics)
@@ -109,7 +108,7 @@ def _least_likely_wrong(fits: NDArray, middle: tuple[int, ...]) -> NDArray:
     return fits
 
 
-def _report(fits: NDArray, middle: tuple[int, ...], mirrored: bool, camera: Intrinsics) -> RegistrationReport:
+def _report(fits: NDArray, middle: tuple[int, ...], mirrored: bool, camera: Intrinsics) -> RgbdAlignmentReport:
     zoom, down, across = np.unravel_index(fits.argmax(), fits.shape)
     pixel = camera.width / _WIDTH
     shift = (across - middle[2]) * pixel, (down - middle[1]) * pixel
@@ -117,12 +116,12 @@ def _report(fits: NDArray, middle: tuple[int, ...], mirrored: bool, camera: Intr
     y = np.linspace(-0.5, 0.5, 30)[:, None] * camera.height
     enlarged = float(_ZOOMS[zoom]) - 1
     away = np.hypot(enlarged * x + shift[0], enlarged * y + shift[1])
-    return RegistrationReport(
+    return RgbdAlignmentReport(
         True, mirrored, float(_ZOOMS[zoom]), (float(shift[0]), float(shift[1])), float(away.mean()), camera.width
     )
 
 
-def _fits(pairs: list[tuple[Image, Image]], zoom: float, mirror: bool) -> NDArray[np.float64]:
+def _fits(pairs: list[tuple[Float32Array, Float32Array]], zoom: float, mirror: bool) -> Float64Array:
     """Mean colour change (in deviations from its mean) under the depth edges, for every shift (down, across)."""
     edges = [_zoomed(np.ascontiguousarray(depth[:, ::-1]) if mirror else depth, zoom) for _, depth in pairs]
     total = np.sum([_shifted_products(colour, moved) for (colour, _), moved in zip(pairs, edges, strict=True)], axis=0)
@@ -131,20 +130,20 @@ def _fits(pairs: list[tuple[Image, Image]], zoom: float, mirror: bool) -> NDArra
     return np.where(weight > 0.3 * weight.max(), total / np.maximum(weight, 1e-9), 0.0)
 
 
-def _shifted_products(image: Image, moved: Image) -> Image:
+def _shifted_products(image: Float32Array, moved: Float32Array) -> Float32Array:
     """Sum of the products of two images for every shift of the second within reach."""
     reach = int(_REACH * _WIDTH)
     padded = cv2.copyMakeBorder(image, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=0)
     return cv2.matchTemplate(padded, moved, cv2.TM_CCORR).astype(np.float32)
 
 
-def _zoomed(image: Image, zoom: float) -> Image:
+def _zoomed(image: Float32Array, zoom: float) -> Float32Array:
     height, width = image.shape
     x, y = (1 - zoom) * (width - 1) / 2, (1 - zoom) * (height - 1) / 2
     return cv2.warpAffine(image, np.array([[zoom, 0, x], [0, zoom, y]]), (width, height)).astype(np.float32)
 
 
-def _colour_edges(rgb: NDArray[np.uint8]) -> Image:
+def _colour_edges(rgb: Uint8Array) -> Float32Array:
     """How much colour changes at each pixel of a small image, strong changes all alike; mean 0, deviation 1."""
     grey = cv2.GaussianBlur(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), None, 1.0)
     change = _small(np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)))
@@ -152,7 +151,7 @@ def _colour_edges(rgb: NDArray[np.uint8]) -> Image:
     return ((change - change.mean()) / max(float(change.std()), 1e-6)).astype(np.float32)
 
 
-def _depth_edges(depth: NDArray[np.float32]) -> Image:
+def _depth_edges(depth: Float32Array) -> Float32Array:
     """The rim of near things before far ones: share of the pixels of a small image."""
     step = max(depth.shape[1] // (2 * _WIDTH), 1)
     depth = np.ascontiguousarray(depth[::step, ::step])
@@ -162,6 +161,6 @@ def _depth_edges(depth: NDArray[np.float32]) -> Image:
     return _small(((filled > 0) & (behind > _JUMP * filled)).astype(np.float32))
 
 
-def _small(image: Image) -> Image:
+def _small(image: Float32Array) -> Float32Array:
     height = round(_WIDTH * image.shape[0] / image.shape[1])
     return cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA).astype(np.float32)

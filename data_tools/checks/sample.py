@@ -10,8 +10,9 @@ import numpy as np
 
 from data_tools.checks.camera_motion import Landmarks, Motion, find_landmarks, measure_motion
 from data_tools.checks.pose_conventions import Convention
-from data_tools.open_sequence import Sequence
-from razer.frame import Frame, UnusableFrame
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import UnusableFrame
+from razer.frame import Frame
 
 _STARTS, _OFFSETS = 6, (0, 1, 5, 16)
 
@@ -26,7 +27,7 @@ class Sample:
     _motions: dict[tuple[int, int], Motion | None] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sequence: Sequence) -> Sample:
+    def of(cls, sequence: RgbdSequence) -> Sample:
         """About two dozen frames of a recording; broken ones are left out."""
         offsets = [offset for offset in _OFFSETS if offset <= len(sequence) // 2]
         starts = np.linspace(0, max(len(sequence) - 1 - offsets[-1], 0), _STARTS).astype(int)
@@ -69,7 +70,7 @@ class Sample:
         return self._landmarks[frame.index]
 
 
-def _frame_or_none(sequence: Sequence, index: int) -> Frame | None:
+def _frame_or_none(sequence: RgbdSequence, index: int) -> Frame | None:
     try:
         frame = sequence[index]
     except UnusableFrame:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import BoolArray, Int64Array
+from razer.errors import BadInput
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class Submission:
     """masks: vertex numbers (M,) by prediction, numbered from 1 in the order of the file; they may overlap.
     labels and scores: the class number and confidence of each; n_vertices: lines of the mask files."""
 
-    masks: Mapping[int, NDArray[np.int64]]
+    masks: Mapping[int, Int64Array]
     labels: Mapping[int, int]
     scores: Mapping[int, float]
     n_vertices: int
@@ -38,7 +38,7 @@ def find_submission(path: Path, scene: str | None) -> Path | None:
 
 def read_submission(path: Path) -> Submission:
     """Read a list of `mask_file class confidence`; raises BadInput naming file and line."""
-    masks: dict[int, NDArray[np.int64]] = {}
+    masks: dict[int, Int64Array] = {}
     labels: dict[int, int] = {}
     scores: dict[int, float] = {}
     length = 0
@@ -69,7 +69,7 @@ def _fields(path: Path, number: int, line: str) -> tuple[str, int, float]:
         raise BadInput(f"{path}, line {number}: expected `mask_file class confidence`, got '{line.strip()}'") from None
 
 
-def _read_mask(path: Path) -> NDArray[np.bool_]:
+def _read_mask(path: Path) -> BoolArray:
     try:
         return np.array(path.read_bytes().split(), np.float64) != 0
     except OSError:

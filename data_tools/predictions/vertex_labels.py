@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.truth.ply import read_ply
-from razer.frame import BadInput
+from razer.arrays import Int64Array
+from razer.errors import BadInput
 
 _CLASS = 1000  # class * 1000 + instance is how ScanNet's scripts write both in one number
 SUFFIXES = (".txt", ".npy", ".ply")
@@ -22,8 +22,8 @@ class VertexLabels:
     """instances (V,) with 0 for nobody; classes (V,) class numbers with 0 for none, or None where the file says
     nothing of them; class_names: the names of class numbers, where a file beside tells them."""
 
-    instances: NDArray[np.int64]
-    classes: NDArray[np.int64] | None = None
+    instances: Int64Array
+    classes: Int64Array | None = None
     class_names: Mapping[int, str] = field(default_factory=dict)
 
 

@@ -10,7 +10,7 @@ from data_tools.recordings.camera import Declared, read_camera_file
 from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.trajectories import InterpolatedPoses, NearestPoses, PoseFiles, PoseSource, read_trajectory
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 MILLIMETRES = 1000.0
 _COLOR_FOLDERS = ("color", "rgb")

@@ -17,8 +17,8 @@ import numpy as np
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
-from data_tools.recordings.trajectories import NearestPoses, Pose, read_trajectory
-from razer.frame import BadInput
+from data_tools.recordings.trajectories import NearestPoses, PoseWithNotes, read_trajectory
+from razer.errors import BadInput
 
 DEPTH_SCALE = 5000.0
 FRAMES_PER_SECOND = 30.0
@@ -33,7 +33,7 @@ class MirroredPoses:
 
     poses: NearestPoses
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         pose, notes = self.poses(index)
         return _MIRROR @ pose @ _MIRROR, notes

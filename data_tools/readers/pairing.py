@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
-from razer.frame import BadInput
+from razer.arrays import Float64Array
+from razer.errors import BadInput
 
 FRAMES_PER_SECOND = 30.0
 _LONGEST_NUMBER = 7  # digits of a number that counts frames
@@ -123,5 +123,5 @@ def _step(numbers: Stamps) -> float:
     return float(np.median(np.diff(np.sort(_array(numbers))))) if len(numbers) >= _FEWEST_FOR_A_RATE else 1.0
 
 
-def _array(values: Stamps) -> NDArray[np.float64]:
+def _array(values: Stamps) -> Float64Array:
     return np.array(list(values.values()), dtype=np.float64)

@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 from data_tools.readers.record3d_images import ArchiveImages, FolderImages, opened
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.source_sequence import SourceSequence, source_sequence
-from data_tools.recordings.trajectories import Pose, checked_pose
-from razer.frame import BadInput, UnusableFrame
+from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
+from razer.errors import BadInput, UnusableFrame
 
 _FRAMES_PER_SECOND = 60.0  # where neither stamps nor fps are there; the app's default
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -33,7 +33,7 @@ class ArkitPoses:
 
     rows: tuple[tuple[float, ...], ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame in OpenCV's camera axes; raises UnusableFrame."""
         if index >= len(self.rows):
             raise UnusableFrame(f"metadata has no pose {index}")

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.images import decode_rgb, read_depth, read_rgb, short_name
-from razer.frame import BadInput, UnusableFrame
+from razer.arrays import Float32Array, Uint8Array
+from razer.errors import BadInput, UnusableFrame
 
 _MILLIMETRES = 1000.0
 _HOW_TO_INSTALL = "pip install 'razer[record3d]'"
@@ -47,12 +48,12 @@ class ArchiveImages:
         """Seconds."""
         return self.stamps[index]
 
-    def color(self, index: int) -> NDArray[np.uint8]:
+    def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
         name = f"rgbd/{self.numbers[index]}.jpg"
         return decode_rgb(self._read(name), name)
 
-    def depth(self, index: int) -> NDArray[np.float32]:
+    def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading or one of low confidence; raises UnusableFrame."""
         name = f"rgbd/{self.numbers[index]}.depth"
         values = np.frombuffer(self._decompressed(name), np.float32)
@@ -115,11 +116,11 @@ class FolderImages:
         """Seconds."""
         return self.stamps[index]
 
-    def color(self, index: int) -> NDArray[np.uint8]:
+    def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
         return read_rgb(self._file("rgb", index, (".jpg", ".png", ".jpeg")))
 
-    def depth(self, index: int) -> NDArray[np.float32]:
+    def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading; raises UnusableFrame."""
         path = self._file("depth", index, (".exr", ".png"))
         return read_depth(path, _MILLIMETRES) if path.suffix == ".png" else _read_exr(path)
@@ -130,7 +131,7 @@ class FolderImages:
         return next(found, stem.with_suffix(suffixes[0]))
 
 
-def _read_exr(path: Path) -> NDArray[np.float32]:
+def _read_exr(path: Path) -> Float32Array:
     if not path.is_file():
         raise UnusableFrame(f"{short_name(path)} is missing")
     exr = _package("OpenEXR", "OpenEXR", path)
@@ -143,7 +144,7 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
         raise UnusableFrame(f"{short_name(path)} is damaged or truncated") from error
 
 
-def _finite(depth: NDArray) -> NDArray[np.float32]:
+def _finite(depth: NDArray) -> Float32Array:
     metres = depth.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = 0
     return metres

@@ -16,7 +16,7 @@ from data_tools.recordings.camera import Camera, Declared, read_camera_file
 from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.pose_log import LogPoses, is_pose_log, read_pose_log
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0

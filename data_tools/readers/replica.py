@@ -15,8 +15,8 @@ import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
-from data_tools.recordings.trajectories import Pose, checked_pose
-from razer.frame import BadInput, UnusableFrame
+from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
+from razer.errors import BadInput, UnusableFrame
 
 FRAMES_PER_SECOND = 30.0
 DEPTH_SCALE = 6553.5
@@ -32,7 +32,7 @@ class PoseLines:
     lines: tuple[tuple[float, ...], ...]
     numbers: tuple[int, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame where it has none or no usable one."""
         number = self.numbers[index]
         where = f"{self.source}, line {number + 1}"

@@ -6,12 +6,12 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_file
 from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
 from data_tools.recordings.trajectories import InterpolatedPoses, read_trajectory
-from razer.frame import BadInput
+from razer.arrays import Float64Array
+from razer.errors import BadInput
 
 DEPTH_SCALE = 5000.0
 MAX_DIFFERENCE_S = 0.02  # between a colour and a depth image of one frame, as the benchmark's tools have it
@@ -50,7 +50,7 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
     return file_sequence(folder, shots, declared.or_else(defaults), poses)
 
 
-def associate(a: NDArray[np.float64], b: NDArray[np.float64], max_difference: float) -> list[tuple[int, int]]:
+def associate(a: Float64Array, b: Float64Array, max_difference: float) -> list[tuple[int, int]]:
     """Index pairs (i, j), ascending in i, of stamps a_i and b_j at most `max_difference` apart: the closest
     pair first, each stamp used once."""
     order = np.argsort(b, kind="stable")
@@ -68,7 +68,7 @@ def associate(a: NDArray[np.float64], b: NDArray[np.float64], max_difference: fl
     return sorted(pairs, key=lambda pair: a[pair[0]])
 
 
-def _read_list(path: Path) -> tuple[NDArray[np.float64], list[str]]:
+def _read_list(path: Path) -> tuple[Float64Array, list[str]]:
     stamps, files = [], []
     for number, line in enumerate(path.read_text().splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from razer.frame import BadInput, Intrinsics
-from razer.geometry import Array, is_rigid
+from razer.arrays import Float64Array
+from razer.errors import BadInput
+from razer.frame import Intrinsics
+from razer.geometry import is_rigid
 
 HOW_TO_DECLARE = "--intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3] or --intrinsics FILE.json"
 
@@ -59,7 +61,7 @@ class Declared:
     depth_camera: Camera | None = None
     color_camera: Camera | None = None
     depth_scale: float | None = None
-    color_from_depth: Array | None = None
+    color_from_depth: Float64Array | None = None
 
     def __post_init__(self) -> None:
         if self.depth_scale is not None and not (np.isfinite(self.depth_scale) and self.depth_scale > 0):
@@ -131,7 +133,7 @@ def _parse_camera(text: str) -> Declared:
     return Declared(Camera(fx, fy, cx, cy, tuple(distortion)))
 
 
-def _read_extrinsic(path: Path) -> Array:
+def _read_extrinsic(path: Path) -> Float64Array:
     try:
         matrix = np.loadtxt(path).reshape(-1, 4)
     except FileNotFoundError:

@@ -11,9 +11,10 @@ import numpy as np
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Declared
 from data_tools.recordings.images import read_depth, read_ids, read_rgb, short_name, size_of
-from data_tools.recordings.rgbd_alignment import Registration, Size, make_registration
+from data_tools.recordings.rgbd_alignment import RgbdAlignment, Size, make_rgbd_alignment
 from data_tools.recordings.trajectories import PoseSource
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 
 _PROBES = 5  # frames decoded to learn the image sizes: a few damaged ones must not decide
 
@@ -34,7 +35,7 @@ class FileSequence:
 
     name: str
     shots: tuple[Shot, ...]
-    registration: Registration
+    registration: RgbdAlignment
     depth_scale: float
     pose_of: PoseSource | None = None
     class_names: Mapping[int, str] = field(default_factory=dict)
@@ -92,7 +93,7 @@ def file_sequence(
         raise BadInput(f"{folder} does not say what camera took it: give {HOW_TO_DECLARE}")
     color_size, depth_size = _image_sizes(folder, shots, declared.depth_scale)
     try:
-        registration = make_registration(declared, color_size, depth_size)
+        registration = make_rgbd_alignment(declared, color_size, depth_size)
     except BadInput as error:
         raise BadInput(f"{folder}: {error}") from None
     return FileSequence(folder.name, shots, registration, declared.depth_scale, pose_of, dict(class_names or {}))

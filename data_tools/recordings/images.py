@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import UnusableFrame
+from razer.arrays import Float32Array, Int32Array, Uint8Array, Uint16Array
+from razer.errors import UnusableFrame
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 SATURATED = 65535  # 7-Scenes marks missing depth with it; elsewhere it is the largest value a PNG holds
@@ -20,17 +21,17 @@ _ENDING_BYTES = 1024
 _RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
 
 
-def read_rgb(path: Path) -> NDArray[np.uint8]:
+def read_rgb(path: Path) -> Uint8Array:
     """A colour image, (H, W, 3) uint8 in RGB order; raises UnusableFrame."""
     return _decode(path, _RGB)
 
 
-def decode_rgb(data: bytes, name: str) -> NDArray[np.uint8]:
+def decode_rgb(data: bytes, name: str) -> Uint8Array:
     """The colour image in the bytes of a PNG or JPEG file, (H, W, 3) in RGB order; raises UnusableFrame."""
     return decode(data, name, _RGB)
 
 
-def read_depth(path: Path, units_per_metre: float) -> NDArray[np.float32]:
+def read_depth(path: Path, units_per_metre: float) -> Float32Array:
     """A 16-bit depth image in metres, (H, W) float32, 0 = no reading (0 and 65535 in the file); raises
     UnusableFrame, also for an image without any reading."""
     depth = metres(_single_channel(path, "depth"), units_per_metre)
@@ -39,14 +40,14 @@ def read_depth(path: Path, units_per_metre: float) -> NDArray[np.float32]:
     return depth
 
 
-def metres(raw: NDArray[np.uint16], units_per_metre: float) -> NDArray[np.float32]:
+def metres(raw: Uint16Array, units_per_metre: float) -> Float32Array:
     """Depth in metres, 0 = no reading, of depth in units, where 0 and 65535 mean no reading."""
     depth = np.divide(raw, np.float32(units_per_metre), dtype=np.float32)
     depth[raw == SATURATED] = 0
     return depth
 
 
-def read_ids(path: Path) -> NDArray[np.int32]:
+def read_ids(path: Path) -> Int32Array:
     """A 16-bit image of instance ids, (H, W) int32, 0 = nobody; raises UnusableFrame."""
     return _single_channel(path, "instance ids").astype(np.int32)
 
@@ -61,7 +62,7 @@ def size_of(image: NDArray) -> tuple[int, int]:
     return image.shape[1], image.shape[0]
 
 
-def _single_channel(path: Path, what: str) -> NDArray[np.uint16]:
+def _single_channel(path: Path, what: str) -> Uint16Array:
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2 or image.dtype != np.uint16:
         channels = 1 if image.ndim == 2 else image.shape[2]

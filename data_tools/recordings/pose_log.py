@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.recordings.trajectories import Pose, checked_pose
-from razer.frame import BadInput, UnusableFrame
-from razer.geometry import Array
+from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
+from razer.arrays import Float64Array
+from razer.errors import BadInput, UnusableFrame
 
 _HEADER = re.compile(r"\s*(-?\d+)\s+-?\d+\s+-?\d+\s*")
 
@@ -25,10 +25,10 @@ class LogPoses:
     """The poses of a log by number, and the number that belongs to each frame of a sequence."""
 
     source: str
-    poses: Mapping[int, Array]
+    poses: Mapping[int, Float64Array]
     numbers: tuple[int, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame where it has none or no usable one."""
         number = self.numbers[index]
         if number not in self.poses:
@@ -46,7 +46,7 @@ def is_pose_log(path: Path) -> bool:
     return bool(_HEADER.fullmatch(first.rstrip("\n"))) and len(second.split()) == 4
 
 
-def read_pose_log(path: Path) -> dict[int, Array]:
+def read_pose_log(path: Path) -> dict[int, Float64Array]:
     """The matrices (4, 4) of a log by the first number of each; raises BadInput naming the file and the line.
 
     What is no number becomes nan, and a pose that is cut off at the end is left out: those frames have no usable

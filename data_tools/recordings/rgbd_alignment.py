@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Camera, Declared
-from razer.frame import BadInput, Intrinsics
-from razer.geometry import Array
+from razer.arrays import Float32Array, Float64Array, Int16Array, Uint8Array, Uint16Array
+from razer.errors import BadInput
+from razer.frame import Intrinsics
 
 Size = tuple[int, int]
 """(width, height) in pixels."""
@@ -21,8 +22,8 @@ _SAME_RAYS = 0.01  # share of the image size by which two calibrations of one ca
 class PixelMap:
     """Where each pixel of an undistorted image comes from, in OpenCV's fixed-point form."""
 
-    xy: NDArray[np.int16]
-    fraction: NDArray[np.uint16]
+    xy: Int16Array
+    fraction: Uint16Array
 
     @classmethod
     def undistorting(cls, camera: Camera, source: Intrinsics, target: Intrinsics) -> PixelMap:
@@ -37,7 +38,7 @@ class PixelMap:
         )
         return cls(xy, fraction)
 
-    def smooth(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def smooth(self, image: Uint8Array) -> Uint8Array:
         """Colours, interpolated between pixels; black outside."""
         return cv2.remap(image, self.xy, self.fraction, cv2.INTER_LINEAR)
 
@@ -51,11 +52,11 @@ class Warp:
     """Colours of a second camera looked up through depth: pixel p with depth d lies at `rays` p * d + `shift`
     in homogeneous colour pixels, K_c (R K_d^-1 p d + t)."""
 
-    rays: NDArray[np.float32]
-    shift: NDArray[np.float32]
+    rays: Float32Array
+    shift: Float32Array
 
     @classmethod
-    def between(cls, depth: Intrinsics, color: Intrinsics, color_from_depth: Array) -> Warp:
+    def between(cls, depth: Intrinsics, color: Intrinsics, color_from_depth: Float64Array) -> Warp:
         """The warp of two pinhole cameras and the pose of the one in the other."""
         u, v = np.meshgrid(np.arange(depth.width), np.arange(depth.height))
         pixels = np.stack([u, v, np.ones_like(u)]).reshape(3, -1)
@@ -67,7 +68,7 @@ class Warp:
             shift.reshape(3, 1, 1).astype(np.float32),
         )
 
-    def apply(self, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def apply(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:
         """Colour on the grid of `depth`; black where the colour camera does not look. Pixels without depth
         are taken to be at the median depth; what one camera sees past an edge is left as it is."""
         filled = np.where(depth > 0, depth, np.median(depth[depth > 0]))
@@ -79,7 +80,7 @@ class Warp:
 
 
 @dataclass(frozen=True)
-class Registration:
+class RgbdAlignment:
     """How raw images of known sizes become a colour and a depth image on the pinhole grid `intrinsics`."""
 
     intrinsics: Intrinsics
@@ -89,7 +90,7 @@ class Registration:
     depth_map: PixelMap | None = None
     warp: Warp | None = None
 
-    def color(self, rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def color(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:
         """Colour on the grid of the registered `depth`."""
         if self.warp is None and self.color_size != self.depth_size:
             shrinks = self.color_size[0] > self.depth_size[0]
@@ -103,7 +104,7 @@ class Registration:
         return image if self.depth_map is None else self.depth_map.nearest(image)
 
 
-def make_registration(declared: Declared, color_size: Size, depth_size: Size) -> Registration:
+def make_rgbd_alignment(declared: Declared, color_size: Size, depth_size: Size) -> RgbdAlignment:
     """The registration that follows from what is declared; raises BadInput when it does not follow."""
     if declared.depth_camera is None:
         raise BadInput(f"the camera is unknown: give {HOW_TO_DECLARE}")
@@ -114,12 +115,12 @@ def make_registration(declared: Declared, color_size: Size, depth_size: Size) ->
         camera, pinhole = _color_camera(declared, color_size, depth_size)
         warp = Warp.between(target, pinhole, declared.color_from_depth)
         color_map = _undistortion(camera, pinhole, pinhole)
-        return Registration(target, color_size, depth_size, color_map, depth_map, warp)
+        return RgbdAlignment(target, color_size, depth_size, color_map, depth_map, warp)
     camera = _shared_rays(declared, color_size, depth_size)
     # The colour image is first resized to the depth grid, so its camera is taken at that size.
     source = camera.at(color_size).resized(*depth_size) if camera is not depth_camera else target
     color_map = _undistortion(camera, source, target)
-    return Registration(target, color_size, depth_size, color_map, depth_map)
+    return RgbdAlignment(target, color_size, depth_size, color_map, depth_map)
 
 
 def _depth_grid(camera: Camera, depth_size: Size, color_size: Size) -> Intrinsics:

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Declared
 from data_tools.recordings.images import size_of
-from data_tools.recordings.rgbd_alignment import Registration, Size, make_registration
+from data_tools.recordings.rgbd_alignment import RgbdAlignment, Size, make_rgbd_alignment
 from data_tools.recordings.trajectories import PoseSource
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.arrays import Float32Array, Uint8Array
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 
 _PROBES = 5  # frames decoded to learn the image sizes: a few damaged ones must not decide
 
@@ -27,10 +28,10 @@ class ImageSource(Protocol):
     def stamp(self, index: int) -> float:
         """When a pair was taken, in seconds."""
 
-    def color(self, index: int) -> NDArray[np.uint8]:
+    def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
 
-    def depth(self, index: int) -> NDArray[np.float32]:
+    def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading; raises UnusableFrame."""
 
 
@@ -40,7 +41,7 @@ class SourceSequence:
 
     name: str
     source: ImageSource
-    registration: Registration
+    registration: RgbdAlignment
     depth_scale: float
     pose_of: PoseSource | None = None
 
@@ -84,7 +85,7 @@ def source_sequence(
         raise BadInput(f"{path} does not say what camera took it: give {HOW_TO_DECLARE}")
     color_size, depth_size = _image_sizes(path, source)
     try:
-        registration = make_registration(declared, color_size, depth_size)
+        registration = make_rgbd_alignment(declared, color_size, depth_size)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     return SourceSequence(path.stem, source, registration, depth_scale, pose_of)

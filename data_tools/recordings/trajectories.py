@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from data_tools.recordings.images import short_name
-from razer.frame import BadInput, UnusableFrame
-from razer.geometry import Array, is_rigid, nearest_rotation, rotation_error
+from razer.arrays import Float64Array
+from razer.errors import BadInput, UnusableFrame
+from razer.geometry import is_rigid, nearest_rotation, rotation_error
 
 MAX_ROTATION_ERROR = 0.01
 PROJECTED = "pose: rotation projected"
@@ -21,13 +21,13 @@ _QUATERNION_TOLERANCE = 0.01  # files round to four decimals or more
 _SAME_STAMP_S = 1e-3
 _ROUNDING_S = 1e-5  # files round stamps to six decimals
 
-Pose = tuple[Array, tuple[str, ...]]
+PoseWithNotes = tuple[Float64Array, tuple[str, ...]]
 """A checked world_from_camera (4, 4) and the notes on what had to be repaired."""
-PoseSource = Callable[[int], Pose]
+PoseSource = Callable[[int], PoseWithNotes]
 """The pose of the i-th frame of a sequence; raises UnusableFrame where it has none."""
 
 
-def checked_pose(matrix: Array, source: str) -> Pose:
+def checked_pose(matrix: Float64Array, source: str) -> PoseWithNotes:
     """A usable world_from_camera from a (4, 4) matrix: a rotation with error max |R^T R - I| <= 0.01 is
     replaced by the nearest one and noted; anything worse raises UnusableFrame naming `source`."""
     if matrix.shape != (4, 4):
@@ -51,7 +51,7 @@ def checked_pose(matrix: Array, source: str) -> Pose:
     return repaired, (PROJECTED,)
 
 
-def read_pose(path: Path) -> Pose:
+def read_pose(path: Path) -> PoseWithNotes:
     """The pose in a text file of 16 numbers, row by row; raises UnusableFrame naming the file."""
     try:
         numbers = np.array(path.read_text().split(), dtype=np.float64)
@@ -70,11 +70,11 @@ class Trajectory:
     both world_from_camera; source names the file."""
 
     source: str
-    stamps: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    quaternions: NDArray[np.float64]
+    stamps: Float64Array
+    positions: Float64Array
+    quaternions: Float64Array
 
-    def nearest(self, stamp: float) -> Pose:
+    def nearest(self, stamp: float) -> PoseWithNotes:
         """The pose within 1 ms of `stamp`; raises UnusableFrame where there is none."""
         if not len(self.stamps):
             raise UnusableFrame(f"{self.source} holds no pose")
@@ -83,7 +83,7 @@ class Trajectory:
             raise UnusableFrame(f"{self.source} has no pose at {stamp:.6f}")
         return checked_pose(_matrix(self._rotation(i).as_matrix(), self.positions[i]), self.source)
 
-    def interpolated(self, stamp: float) -> Pose:
+    def interpolated(self, stamp: float) -> PoseWithNotes:
         """The pose at `stamp` between its neighbours: positions linear, rotations along the shortest arc.
         Raises UnusableFrame outside the trajectory and in gaps longer than MAX_GAP_S."""
         if len(self.stamps) and np.abs(self.stamps - stamp).min() <= _ROUNDING_S:
@@ -122,7 +122,7 @@ def read_trajectory(path: Path) -> Trajectory:
     return Trajectory(path.name, rows[:, 0], rows[:, 1:4], rows[:, 4:])
 
 
-def _matrix(rotation: Array, position: Array) -> Array:
+def _matrix(rotation: Float64Array, position: Float64Array) -> Float64Array:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = rotation, position
     return matrix
@@ -135,7 +135,7 @@ class PoseFiles:
 
     paths: tuple[Path, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         return read_pose(self.paths[index])
 
@@ -147,7 +147,7 @@ class NearestPoses:
     trajectory: Trajectory
     stamps: tuple[float, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         return self.trajectory.nearest(self.stamps[index])
 
@@ -159,6 +159,6 @@ class InterpolatedPoses:
     trajectory: Trajectory
     stamps: tuple[float, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         return self.trajectory.interpolated(self.stamps[index])

@@ -10,10 +10,10 @@ from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.truth.true_surface import ground_truth
-from data_tools.synthetic.truth.visibility import Vantage, View
+from data_tools.synthetic.truth.visibility import CameraView, Vantage
 from data_tools.truth.ground_truth import GroundTruth
+from razer.arrays import Float64Array
 from razer.frame import Frame, Intrinsics
-from razer.geometry import Array
 
 CAMERA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
 
@@ -27,7 +27,7 @@ class Move:
     thing: Thing
 
 
-class Film:
+class RenderedSequence:
     """A recording of things (instance id -> Thing) along poses world_from_camera (N, 4, 4); frames are a pure
     function of the arguments and the index. `made_by` makes the same film again, in another process."""
 
@@ -38,11 +38,11 @@ class Film:
         self,
         name: str,
         things: Mapping[int, Thing],
-        poses: Array,
+        poses: Float64Array,
         camera: Intrinsics,
         sensor: SensorModel,
         seed: int,
-        made_by: Callable[[], Film],
+        made_by: Callable[[], RenderedSequence],
         *,
         move: Move | None = None,
         frames_per_s: float = FRAMES_PER_S,
@@ -60,7 +60,7 @@ class Film:
         self._after = RayRenderer(self._final, camera, seed) if move else self._before
         self.classes = {number: thing.class_name for number, thing in self._final.items()}
 
-    def __reduce__(self) -> tuple[Callable[[], Film], tuple[()]]:
+    def __reduce__(self) -> tuple[Callable[[], RenderedSequence], tuple[()]]:
         # A ray caster cannot be sent to another process, but made again there.
         return self._made_by, ()
 
@@ -82,7 +82,7 @@ class Film:
         (metres along the optical axis) in at least 3 frames."""
         vantages = [Vantage(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
-        return ground_truth(self._final, vantages, View(self.intrinsics, range_m), spacing_m, late)
+        return ground_truth(self._final, vantages, CameraView(self.intrinsics, range_m), spacing_m, late)
 
     def _renderer_at(self, index: int) -> RayRenderer:
         return self._after if self.move and index >= self.move.frame else self._before

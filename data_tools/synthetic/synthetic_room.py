@@ -7,16 +7,16 @@ from functools import partial
 from data_tools.synthetic.camera.hand_held import walk_round
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
-from data_tools.synthetic.rendered_sequence import CAMERA, Film, Move
+from data_tools.synthetic.rendered_sequence import CAMERA, Move, RenderedSequence
 from data_tools.synthetic.scenes.living_room import living_room
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 __all__ = ["FRAMES_PER_S", "SyntheticRoom"]
 
 _RADII_M = (1.75, 1.3)
 
 
-class SyntheticRoom(Film):
+class SyntheticRoom(RenderedSequence):
     """A room rendered on demand; frames are a pure function of the arguments and the index.
 
     seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away in

@@ -8,14 +8,14 @@ from functools import partial
 
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
-from data_tools.synthetic.rendered_sequence import CAMERA, Film
+from data_tools.synthetic.rendered_sequence import CAMERA, RenderedSequence
 from data_tools.synthetic.scenes.apartment import apartment
 from data_tools.synthetic.scenes.corridor_loop import corridor_loop
 from data_tools.synthetic.scenes.single_room import single_room
 from data_tools.synthetic.scenes.tabletop import tabletop
 from data_tools.synthetic.scenes.warehouse import warehouse
 from data_tools.synthetic.scenes.world import World
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 SCENES: dict[str, Callable[[int], World]] = {
     "room": single_room,
@@ -26,7 +26,7 @@ SCENES: dict[str, Callable[[int], World]] = {
 }
 
 
-class SyntheticScene(Film):
+class SyntheticScene(RenderedSequence):
     """One of SCENES rendered on demand; frames are a pure function of the arguments and the index.
 
     The seed varies what stands where, colours and the hand that holds the camera. n_frames are spread evenly over

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import BoolArray, Float32Array, Int32Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,12 +16,12 @@ class GroundTruth:
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
     enough to count; notes say in words what a reader could not make out."""
 
-    vertices: NDArray[np.float32]
-    triangles: NDArray[np.int32]
-    instances: NDArray[np.int32]
-    classes: NDArray[np.int32]
+    vertices: Float32Array
+    triangles: Int32Array
+    instances: Int32Array
+    classes: Int32Array
     class_names: Mapping[int, str]
-    visible: NDArray[np.bool_]
+    visible: BoolArray
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

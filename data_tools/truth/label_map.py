@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_tools.truth.class_names import category_of
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary
 
 FILE_NAME = "scannetv2-labels.combined.tsv"

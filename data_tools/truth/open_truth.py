@@ -12,7 +12,7 @@ from data_tools.truth.replica_truth import is_replica_truth, read_replica_truth
 from data_tools.truth.scannet_truth import is_scannet_truth, read_scannet_truth
 from data_tools.truth.scenenn_truth import is_scenenn_truth, read_scenenn_truth
 from data_tools.truth.truth_folder import read_truth
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Float64Array, Int32Array
+from razer.errors import BadInput
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -27,11 +28,11 @@ class Ply:
     int32 counts which face a triangle is of."""
 
     vertices: Mapping[str, NDArray]
-    triangles: NDArray[np.int32]
+    triangles: Int32Array
     of_face: Mapping[str, NDArray]
-    faces: NDArray[np.int32]
+    faces: Int32Array
 
-    def points(self, path: Path) -> NDArray[np.float32]:
+    def points(self, path: Path) -> Float32Array:
         """x, y, z of the vertices, (V, 3); raises BadInput naming `path` where they are missing."""
         return np.stack([self.column(name, path) for name in "xyz"], axis=1).astype(np.float32)
 
@@ -146,7 +147,7 @@ def _ascii(data: bytes, start: int, elements: list[_Element], _order: str) -> di
     return tables
 
 
-def _ascii_table(numbers: NDArray[np.float64], element: _Element) -> tuple[dict[str, NDArray], int]:
+def _ascii_table(numbers: Float64Array, element: _Element) -> tuple[dict[str, NDArray], int]:
     """The columns of one element and how many numbers they take; lists as in a binary file."""
     widths = [1] * len(element.properties)
     lists = [i for i, (_, *kinds) in enumerate(element.properties) if len(kinds) > 1]
@@ -167,7 +168,7 @@ def _ascii_table(numbers: NDArray[np.float64], element: _Element) -> tuple[dict[
     return _ragged_ascii(numbers, element)
 
 
-def _ragged_ascii(numbers: NDArray[np.float64], element: _Element) -> tuple[dict[str, NDArray], int]:
+def _ragged_ascii(numbers: Float64Array, element: _Element) -> tuple[dict[str, NDArray], int]:
     columns: dict[str, list] = {name: [] for name, *_ in element.properties}
     at = 0
     for _ in range(element.count):
@@ -191,7 +192,7 @@ def _column(values: list) -> NDArray:
     return np.array(values)
 
 
-def _triangles(face: Mapping[str, NDArray]) -> tuple[NDArray[np.int32], NDArray[np.int32], dict[str, NDArray]]:
+def _triangles(face: Mapping[str, NDArray]) -> tuple[Int32Array, Int32Array, dict[str, NDArray]]:
     """Triangles as fans over the corners of each face, which face each is of, and that face's properties."""
     corners = next((face[name] for name in _CORNERS if name in face), np.zeros((0, 3), np.int32))
     if corners.dtype != object:

@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Int32Array, IntArray, Uint8Array
+
 _TYPES = {"<f4": "float", "<f8": "double", "<i4": "int", "<u4": "uint", "<u2": "ushort", "|u1": "uchar"}
 
 
 def write_ply(
     path: Path,
-    points: NDArray[np.float32],
+    points: Float32Array,
     properties: Mapping[str, NDArray],
-    triangles: NDArray[np.int32],
+    triangles: Int32Array,
     of_face: Mapping[str, NDArray] | None = None,
 ) -> None:
     """Write points (V, 3) with a column (V,) for each further property, and triangles (T, 3) with columns (T,)."""
@@ -29,7 +31,7 @@ def write_ply(
     path.write_bytes(data + _table(faces, len(triangles)))
 
 
-def label_colors(labels: NDArray[np.integer]) -> dict[str, NDArray[np.uint8]]:
+def label_colors(labels: IntArray) -> dict[str, Uint8Array]:
     """A colour for each label as the columns red, green and blue, black for 0."""
     factors = {"red": 2654435761, "green": 2246822519, "blue": 3266489917}
     bits = labels.astype(np.uint32)

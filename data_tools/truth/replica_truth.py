@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.truth.class_names import category_of
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import Ply, read_ply
-from razer.frame import BadInput
+from razer.arrays import Int64Array
+from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
 MESH, INFO = "mesh_semantic.ply", "info_semantic.json"
@@ -86,7 +86,7 @@ def _classes(
     return {i: ObjectClass(category.id, category.name) for i, category in found.items() if category}, notes
 
 
-def majority_of_faces(mesh: Ply, labels: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def majority_of_faces(mesh: Ply, labels: Int64Array, count: int) -> Int64Array:
     """The label (V,) that most faces round each of `count` vertices have, the lowest of equals, -1 without any face;
     labels (T,) are those of the faces that the triangles are of."""
     # Triangles of one face share its first edges: each corner of a face counts once.

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.truth.class_names import category_of
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.label_map import FILE_NAME, LabelMap, find_label_map, read_label_map
 from data_tools.truth.ply import read_ply
-from razer.frame import BadInput
+from razer.arrays import IndexArray, Int64Array
+from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
 MESH, SEGMENTS, OBJECTS = "_vh_clean_2.ply", "_vh_clean_2.0.010000.segs.json", ".aggregation.json"
@@ -76,7 +76,7 @@ def read_scannet_truth(
     return GroundTruth(points, mesh.triangles, instance_of[owners], class_of[owners], names, visible, notes)
 
 
-def read_segments(path: Path) -> NDArray[np.int64]:
+def read_segments(path: Path) -> Int64Array:
     """The segment of each vertex, (V,); raises BadInput naming the file."""
     try:
         segments = np.array(_json(path)["segIndices"])
@@ -103,7 +103,7 @@ def read_objects(path: Path) -> tuple[Annotated, ...]:
     return objects
 
 
-def read_benchmark_ids(path: Path) -> NDArray[np.int64]:
+def read_benchmark_ids(path: Path) -> Int64Array:
     """A ground truth as the benchmark's scripts take it, (V,): a line for each vertex with class * 1000 + instance,
     instances from 1, 0 = unannotated; raises BadInput naming the file."""
     try:
@@ -152,7 +152,7 @@ def _categories(
     return found, tuple(notes)
 
 
-def _owners(segments: NDArray[np.int64], objects: tuple[Annotated, ...]) -> tuple[NDArray[np.intp], int]:
+def _owners(segments: Int64Array, objects: tuple[Annotated, ...]) -> tuple[IndexArray, int]:
     """Which object each segment belongs to, counted from 1 (0 = none), and how many segments of objects are not
     among them."""
     owner_of, missing = np.zeros(len(segments), np.intp), 0

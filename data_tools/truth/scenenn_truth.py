@@ -15,7 +15,7 @@ import numpy as np
 
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
 # What the xml files write for some classes of NYU40, as those who trained on them found.

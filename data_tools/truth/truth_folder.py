@@ -11,7 +11,7 @@ import numpy as np
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def write_json(path: Path, content: object) -> None:

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import Sequence
-from razer.frame import BadInput, Frame, UnusableFrame
+from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Float32Array, Float64Array, Uint8Array, Uint16Array
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame
 
 _JPEG_QUALITY = 95
 _LARGEST = 65534  # units in a 16-bit depth image; 65535 stands for no reading with some readers
 
 
-def usable_frames(sequence: Sequence, skipped: list[tuple[int, str]]) -> Iterator[Frame]:
+def usable_frames(sequence: RgbdSequence, skipped: list[tuple[int, str]]) -> Iterator[Frame]:
     """The frames that can be used, in order; (index, reason) of each other one is added to `skipped`. Raises
     BadInput at the end where there was none at all."""
     for index in range(len(sequence)):
@@ -32,22 +34,22 @@ def usable_frames(sequence: Sequence, skipped: list[tuple[int, str]]) -> Iterato
         raise BadInput(f"{sequence.name}: none of {len(sequence)} frames can be used{first}")
 
 
-def write_color(path: Path, rgb: NDArray[np.uint8]) -> None:
+def write_color(path: Path, rgb: Uint8Array) -> None:
     """(H, W, 3) in RGB order as JPEG of quality 95 or as PNG, by the suffix."""
     _write(path, encoded_color(rgb, path.suffix))
 
 
-def encoded_color(rgb: NDArray[np.uint8], suffix: str) -> bytes:
+def encoded_color(rgb: Uint8Array, suffix: str) -> bytes:
     """What write_color writes into a file with this suffix."""
     return _encoded(cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), suffix)
 
 
-def write_depth(path: Path, depth: NDArray[np.float32], units_per_metre: float, none: int = 0) -> None:
+def write_depth(path: Path, depth: Float32Array, units_per_metre: float, none: int = 0) -> None:
     """The units of depth_units as 16-bit PNG."""
     _write(path, _encoded(depth_units(depth, units_per_metre, none), path.suffix))
 
 
-def depth_units(depth: NDArray[np.float32], units_per_metre: float, none: int = 0) -> NDArray[np.uint16]:
+def depth_units(depth: Float32Array, units_per_metre: float, none: int = 0) -> Uint16Array:
     """(H, W) in metres in the given units, rounded; `none` where there is no reading or one beyond 65534 units."""
     units = np.rint(depth.astype(np.float64) * units_per_metre)
     return np.where((units > 0) & (units <= _LARGEST), units, none).astype(np.uint16)
@@ -61,13 +63,13 @@ def write_ids(path: Path, frame: Frame) -> None:
     _write(path, _encoded(frame.instance_ids.clip(0).astype(np.uint16), path.suffix))
 
 
-def tum_line(stamp: float, pose: NDArray[np.float64]) -> str:
+def tum_line(stamp: float, pose: Float64Array) -> str:
     """`stamp tx ty tz qx qy qz qw` of a (4, 4) world_from_camera."""
     numbers = [*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()]
     return " ".join([f"{stamp:.6f}", *(f"{x:.9f}" for x in numbers)])
 
 
-def matrix_lines(matrix: NDArray[np.float64]) -> str:
+def matrix_lines(matrix: Float64Array) -> str:
     """The rows of a matrix, a line each, to nine digits."""
     return "".join(" ".join(f"{x:.9g}" for x in row) + "\n" for row in matrix)
 

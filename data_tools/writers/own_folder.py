@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_objects, write_truth
 from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth, write_ids
@@ -16,7 +16,7 @@ MILLIMETRES_PER_M = 1000.0
 
 
 def write_folder(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write every usable frame of a recording, numbered anew, and return (index, reason) of the others.
 
@@ -34,7 +34,7 @@ def write_folder(
     return skipped
 
 
-def _write_frames(sequence: Sequence, folder: Path, suffix: str) -> list[tuple[int, str]]:
+def _write_frames(sequence: RgbdSequence, folder: Path, suffix: str) -> list[tuple[int, str]]:
     skipped: list[tuple[int, str]] = []
     stamps: list[str] = []
     poses: list[str] = []

@@ -9,14 +9,14 @@ import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
 from data_tools.truth.replica_truth import INFO, MESH
 from data_tools.writers.frame_files import usable_frames, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
+from razer.arrays import Float32Array, Int32Array
 from razer.frame import Intrinsics
 from razer.vocabulary import vocabulary
 
@@ -25,7 +25,7 @@ _UNKNOWN_POSE = np.full((4, 4), np.nan)
 
 
 def write_replica(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write every usable frame, numbered anew from 0, and return (index, reason) of the others; raises BadInput where
     the folder exists.
@@ -81,13 +81,13 @@ def _class_numbers(truth: GroundTruth) -> dict[str, int]:
     return numbers | {name: number for number, name in enumerate(others, start=max(numbers.values()) + 1)}
 
 
-def _of_faces(truth: GroundTruth) -> NDArray[np.int32]:
+def _of_faces(truth: GroundTruth) -> Int32Array:
     """The instance of each triangle: that of two corners or more, else of the first."""
     a, b, c = truth.instances[truth.triangles].T
     return np.where(b == c, b, a)
 
 
-def _box(points: NDArray[np.float32]) -> dict[str, dict[str, list[float]]]:
+def _box(points: Float32Array) -> dict[str, dict[str, list[float]]]:
     low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
     box = {"center": ((low + high) / 2).tolist(), "sizes": (high - low).tolist()}
     return {"abb": box, "orientation": {"rotation": [0.0, 0.0, 0.0, 1.0], "translation": [0.0, 0.0, 0.0]}}

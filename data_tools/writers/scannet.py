@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
 from data_tools.writers.scannet_truth import write_scannet_truth
@@ -24,7 +24,7 @@ _UNKNOWN_POSE = np.full((4, 4), -np.inf)
 
 
 def write_scannet(
-    sequence: Sequence,
+    sequence: RgbdSequence,
     folder: Path,
     *,
     truth: GroundTruth | None = None,
@@ -56,7 +56,7 @@ def write_scannet(
 
 
 def write_scannet_sens(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write a scene with a .sens file."""
     return write_scannet(sequence, folder, truth=truth, lossless=lossless, sens=True)

@@ -10,13 +10,13 @@ import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.label_map import FILE_NAME
 from data_tools.truth.ply_writer import label_colors, write_ply
 from data_tools.truth.scannet_truth import MESH, OBJECTS, SEGMENTS
+from razer.arrays import Int32Array
 from razer.vocabulary import vocabulary
 
 UNKNOWN = "unknown"
@@ -48,7 +48,7 @@ def write_scannet_truth(truth: GroundTruth, folder: Path, scene: str) -> None:
     (folder / FILE_NAME).write_text(_label_map(list(labels.values())), encoding="utf-8")
 
 
-def _objects(truth: GroundTruth) -> tuple[NDArray[np.int32], dict[int, str]]:
+def _objects(truth: GroundTruth) -> tuple[Int32Array, dict[int, str]]:
     """The instance of each vertex, and the name of each instance."""
     instances, names = truth.instances.copy(), truth.instance_classes
     labels = {i: names.get(i, UNKNOWN) for i in np.unique(instances).tolist() if i > 0}

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
@@ -22,7 +22,7 @@ UNITS_PER_M = 1000.0
 
 
 def write_scenenn(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write every usable frame, numbered anew from 1, and return (index, reason) of the others; raises BadInput where
     the folder exists.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_truth
 from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
@@ -18,7 +18,7 @@ NO_READING = 65535
 
 
 def write_seven_scenes(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write every usable frame, numbered anew, and return (index, reason) of the others; raises BadInput where the
     folder exists.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 WRITERS = {
     "own": "data_tools.writers.own_folder:write_folder",
@@ -21,7 +21,7 @@ WRITERS = {
 
 
 def write_recording(
-    layout: str, sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    layout: str, sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write a recording in one of WRITERS and return (index, reason) of each frame that could not be used; raises
     BadInput, also for an unknown layout."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from data_tools.open_sequence import Sequence
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_truth
 from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth
@@ -18,7 +18,7 @@ UNITS_PER_M = 5000.0
 
 
 def write_tum(
-    sequence: Sequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
     """Write every usable frame and return (index, reason) of the others; raises BadInput where the folder exists.
 

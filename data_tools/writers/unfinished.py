@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 @contextmanager

@@ -10,17 +10,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
 
-Array = NDArray[np.float64]
 MAX_CORNERS = 10  # a rectangle clipped by six half-spaces
 # Coplanar faces of both boxes would be counted twice: the second box is shrunk by this share first.
 SHRINK = 1e-9
 
 
-def shared_volumes(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Array:
+def shared_volumes(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Float64Array:
     """Intersection volumes (N,) in cubic metres of N pairs of boxes."""
     if len(first) == 0:
         return np.zeros(0)
@@ -34,30 +33,30 @@ def shared_volumes(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) 
     return np.clip(volumes, 0.0, limit)
 
 
-def box_iou(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Array:
+def box_iou(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Float64Array:
     """Intersection over union (N,) of N pairs; 0 where a box has no volume."""
     shared = shared_volumes(first, second)
     union = _volumes(first) + _volumes(second) - shared
     return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)
 
 
-def box_containment(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Array:
+def box_containment(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) -> Float64Array:
     """Intersection over the smaller volume (N,): 1 where one box lies inside the other."""
     shared = shared_volumes(first, second)
     smaller = np.minimum(_volumes(first), _volumes(second))
     return np.divide(shared, smaller, out=np.zeros_like(shared), where=smaller > 0)
 
 
-def _volumes(boxes: Sequence[OrientedBox]) -> Array:
+def _volumes(boxes: Sequence[OrientedBox]) -> Float64Array:
     return np.array([box.volume for box in boxes])
 
 
-def _stack(boxes: Sequence[OrientedBox]) -> tuple[Array, Array, Array]:
+def _stack(boxes: Sequence[OrientedBox]) -> tuple[Float64Array, Float64Array, Float64Array]:
     centers = np.stack([box.center for box in boxes])
     return centers, np.stack([box.rotation for box in boxes]), np.stack([box.extent / 2 for box in boxes])
 
 
-def _clipped_faces(box: tuple[Array, ...], clip: tuple[Array, ...], origin: Array) -> Array:
+def _clipped_faces(box: tuple[Float64Array, ...], clip: tuple[Float64Array, ...], origin: Float64Array) -> Float64Array:
     """Volume (N,) under the faces of `box` that lie inside `clip`, as seen from `origin`."""
     center, rotation, half = box
     polygons, normals = _faces(half)
@@ -71,7 +70,7 @@ def _clipped_faces(box: tuple[Array, ...], clip: tuple[Array, ...], origin: Arra
     return (area * distance).sum(axis=1) / 3
 
 
-def _faces(half: Array) -> tuple[Array, Array]:
+def _faces(half: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Corners (N, 6, 4, 3) of the faces, anticlockwise from outside, and outward normals (6, 3)."""
     normals = np.concatenate([np.eye(3), -np.eye(3)])
     corners = []
@@ -82,13 +81,13 @@ def _faces(half: Array) -> tuple[Array, Array]:
     return np.array(corners)[None] * half[:, None, None], normals
 
 
-def _area_vectors(polygons: Array) -> Array:
+def _area_vectors(polygons: Float64Array) -> Float64Array:
     """Area times unit normal (..., 3) of planar polygons (..., C, 3)."""
     fan = polygons - polygons[..., :1, :]
     return np.cross(fan[..., 1:-1, :], fan[..., 2:, :]).sum(axis=-2) / 2
 
 
-def _clip(polygons: Array, half: Array) -> Array:
+def _clip(polygons: Float64Array, half: Float64Array) -> Float64Array:
     """Clip convex polygons (M, 4, 3) by the boxes |x| <= half (M, 3); returned padded to MAX_CORNERS."""
     pad = np.repeat(polygons[:, -1:], MAX_CORNERS - polygons.shape[1], axis=1)
     polygons = np.concatenate([polygons, pad], axis=1)
@@ -98,7 +97,7 @@ def _clip(polygons: Array, half: Array) -> Array:
     return polygons
 
 
-def _clip_by_plane(polygons: Array, inside: Array) -> Array:
+def _clip_by_plane(polygons: Float64Array, inside: Float64Array) -> Float64Array:
     """Keep the part of each polygon (M, C, 3) where `inside` (M, C), linear along edges, is >= 0."""
     following, inside_next = np.roll(polygons, -1, axis=1), np.roll(inside, -1, axis=1)
     crosses = (inside >= 0) != (inside_next >= 0)

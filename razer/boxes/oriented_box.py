@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from razer.arrays import BoolArray, Float64Array
+
 UNIT_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
@@ -17,11 +17,11 @@ class PointMoments:
     """Count N, mean c (3,) and scatter S (3, 3) = sum (p - c)(p - c)^T of a set of points."""
 
     count: int
-    mean: Array
-    scatter: Array
+    mean: Float64Array
+    scatter: Float64Array
 
     @classmethod
-    def of(cls, points: Array) -> PointMoments:
+    def of(cls, points: Float64Array) -> PointMoments:
         """Moments of (N, 3) points, N >= 1 (eqs. 4 and 5)."""
         mean = points.mean(axis=0)
         centred = points - mean
@@ -36,12 +36,12 @@ class PointMoments:
         return PointMoments(count, mean, scatter)
 
     @property
-    def covariance(self) -> Array:
+    def covariance(self) -> Float64Array:
         """S / (N - 1), (3, 3); zero for a single point."""
         return self.scatter / max(self.count - 1, 1)
 
     @property
-    def axes(self) -> Array:
+    def axes(self) -> Float64Array:
         """Principal axes as columns (3, 3), longest first, right-handed."""
         _, vectors = np.linalg.eigh(self.covariance)
         # The sign of an eigenvector is arbitrary: make its largest part positive, so that results repeat.
@@ -54,16 +54,16 @@ class PointMoments:
 class OrientedBox:
     """A box b = (c, R, s): center (3,) metres, rotation (3, 3) world_from_box, extent (3,) full edge lengths."""
 
-    center: Array
-    rotation: Array
-    extent: Array
+    center: Float64Array
+    rotation: Float64Array
+    extent: Float64Array
 
     def __post_init__(self) -> None:
         if not all(map(isfinite, (*self.center, *self.extent))) or min(self.extent) < 0:
             raise ValueError(f"no box has center {self.center} and extent {self.extent}")
 
     @classmethod
-    def around(cls, points: Array, axes: Array, trim: float = 0.0) -> OrientedBox:
+    def around(cls, points: Float64Array, axes: Float64Array, trim: float = 0.0) -> OrientedBox:
         """The box along `axes` that holds (N, 3) points (eq. 6), but for a share `trim` at either end."""
         along = points @ axes
         low, high = (along.min(axis=0), along.max(axis=0))
@@ -76,19 +76,19 @@ class OrientedBox:
         """Cubic metres."""
         return float(self.extent[0] * self.extent[1] * self.extent[2])
 
-    def corners(self) -> Array:
+    def corners(self) -> Float64Array:
         """The eight corners (8, 3) in the world."""
         return self.center + (UNIT_CORNERS * self.extent) @ self.rotation.T
 
-    def enclosing_bounds(self, margin_m: float = 0.0) -> Array:
+    def enclosing_bounds(self, margin_m: float = 0.0) -> Float64Array:
         """The axis-aligned box around it, (6,) as min xyz, max xyz (AABB_Enclose, eq. 7)."""
         half = np.abs(self.rotation) @ (self.extent / 2) + margin_m
         return np.concatenate([self.center - half, self.center + half])
 
-    def contains(self, points: Array, margin_m: float = 0.0) -> NDArray[np.bool_]:
+    def contains(self, points: Float64Array, margin_m: float = 0.0) -> BoolArray:
         """Which of (N, 3) points lie inside, (N,)."""
         local = np.abs((points - self.center) @ self.rotation)
-        inside: NDArray[np.bool_] = np.all(local <= self.extent / 2 + margin_m, axis=1)
+        inside: BoolArray = np.all(local <= self.extent / 2 + margin_m, axis=1)
         return inside
 
     def grown(self, margin_m: float) -> OrientedBox:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from rtree.index import Index, Property
 
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
 
 # Boxes that moved less than this stay where they are in the tree: an update costs over a millisecond at 20,000.
@@ -17,7 +17,7 @@ class BoxIndex:
 
     def __init__(self) -> None:
         self._tree = Index(properties=Property(dimension=3))
-        self._bounds: dict[int, NDArray[np.float64]] = {}
+        self._bounds: dict[int, Float64Array] = {}
 
     def put(self, track_id: int, box: OrientedBox) -> None:
         """Insert a box, or move it if it has moved by more than the slack."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array
 from razer.boxes.oriented_box import OrientedBox
 
 # Parts of one thing that something nearer hides in between lie within about its own size; half of that is asked, as
@@ -15,7 +15,7 @@ SHARE_OF_SIZE = 0.5
 EDGE_PERCENT = 10  # of a piece's readings may lie beyond where it is said to begin and to end
 
 
-def behind(depths_m: Sequence[NDArray[np.float32]], boxes: Sequence[OrientedBox], least_gap_m: float) -> list[int]:
+def behind(depths_m: Sequence[Float32Array], boxes: Sequence[OrientedBox], least_gap_m: float) -> list[int]:
     """Which pieces of one mask are no part of its object: those that begin farther behind the end of the largest piece
     than half its size, and than `least_gap_m`. depths_m are those of each piece's readings, metres."""
     largest = max(range(len(boxes)), key=lambda i: len(depths_m[i]))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from razer.arrays import IntArray
 
 BEST_VIEWS = 3
 # Frames nearer to each other than this show the same; the better one stands for both.
@@ -27,7 +26,7 @@ class Region:
     whole: bool
 
     @classmethod
-    def of(cls, rows: NDArray[np.integer], columns: NDArray[np.integer], shape: tuple[int, ...], stride: int) -> Region:
+    def of(cls, rows: IntArray, columns: IntArray, shape: tuple[int, ...], stride: int) -> Region:
         """The region of readings (N,), N >= 1, on every `stride`-th pixel, `shape` being that of the strided image."""
         top, bottom, left, right = (int(n) for n in (rows.min(), rows.max(), columns.min(), columns.max()))
         whole = top > 1 and left > 1 and bottom < shape[0] - 2 and right < shape[1] - 2
@@ -36,7 +35,7 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class BestView:
     """A region of the frame with this index in the recording; stamp, its seconds where they are known."""
 
     frame: int
@@ -49,9 +48,9 @@ class View:
         return self.region.pixels * (1.0 if self.region.whole else CUT_WORTH)
 
 
-def best_views(views: Iterable[View]) -> tuple[View, ...]:
+def best_views(views: Iterable[BestView]) -> tuple[BestView, ...]:
     """At most BEST_VIEWS of them, FRAMES_APART from each other, the best first."""
-    kept: list[View] = []
+    kept: list[BestView] = []
     for view in sorted(views, key=lambda v: (-v.worth, v.frame)):
         if len(kept) == BEST_VIEWS or (kept and view.worth < LEAST_WORTH * kept[0].worth):
             break

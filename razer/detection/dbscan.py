@@ -12,19 +12,19 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from razer.arrays import BoolArray, IndexArray, Int32Array, IntArray
 from razer.detection.observed_surface import BLOCK, Cells
 
-Ints = NDArray[np.int32]
-Rows = NDArray[np.intp]
-Pairs = tuple[Rows, Rows]
+Pairs = tuple[IndexArray, IndexArray]
 SHIFTS = np.array(list(product((-1, 0, 1), repeat=3)))
 
 
-def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, min_points: int) -> Ints:
+def cluster(
+    cells: Cells, member_set: Int32Array, member_cell: Int32Array, radius: float, min_points: int
+) -> Int32Array:
     """Cluster label (M,) of each member, -1 = noise; labels are unique over all sets.
 
     Member m is cell `member_cell[m]` in set `member_set[m]`, sorted by cell; `radius` is epsilon in units of
@@ -42,7 +42,7 @@ def cluster(cells: Cells, member_set: Ints, member_cell: Ints, radius: float, mi
     return labels
 
 
-def _components(member_set: Ints, core: NDArray[np.bool_], near: Pairs, far: Pairs) -> Ints:
+def _components(member_set: Int32Array, core: BoolArray, near: Pairs, far: Pairs) -> Int32Array:
     """Connected component of each core member, -1 for the others.
 
     Cells that share a face join nearly everything; the other pairs matter only where a set is in pieces still.
@@ -56,20 +56,20 @@ def _components(member_set: Ints, core: NDArray[np.bool_], near: Pairs, far: Pai
     return np.where(core, label, -1).astype(np.int32)
 
 
-def _both_core(core: NDArray[np.bool_], pairs: Pairs) -> Pairs:
+def _both_core(core: BoolArray, pairs: Pairs) -> Pairs:
     if core.all():
         return pairs
     both = np.flatnonzero(core.take(pairs[0]) & core.take(pairs[1]))
     return pairs[0].take(both), pairs[1].take(both)
 
 
-def _connected(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> Ints:
+def _connected(count: int, first: IntArray, second: IntArray) -> Int32Array:
     graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(count, count))
-    labels: Ints = connected_components(graph, directed=False)[1]
+    labels: Int32Array = connected_components(graph, directed=False)[1]
     return labels
 
 
-def _adopt_borders(labels: Ints, core: NDArray[np.bool_], first: Rows, second: Rows) -> None:
+def _adopt_borders(labels: Int32Array, core: BoolArray, first: IndexArray, second: IndexArray) -> None:
     """Give each member that is no core point the label of its first core neighbour, if it has one."""
     if core.all():
         return
@@ -82,7 +82,7 @@ def _adopt_borders(labels: Ints, core: NDArray[np.bool_], first: Rows, second: R
     labels[found] = labels[neighbour[order][start]]
 
 
-def _neighbours(cells: Cells, member_set: Ints, member_cell: Ints, radius: float) -> tuple[Pairs, Pairs]:
+def _neighbours(cells: Cells, member_set: Int32Array, member_cell: Int32Array, radius: float) -> tuple[Pairs, Pairs]:
     """Pairs of members of one set within the radius, each once: those in cells that share a face, and the others."""
     halo = int(radius)
     if halo >= BLOCK:
@@ -95,7 +95,7 @@ def _neighbours(cells: Cells, member_set: Ints, member_cell: Ints, radius: float
     near: list[Pairs] = []
     far: list[Pairs] = []
 
-    def search(rows: Rows, steps: list[int], into: list[Pairs]) -> None:
+    def search(rows: IndexArray, steps: list[int], into: list[Pairs]) -> None:
         address, own = layout.home.take(rows), member_set.take(rows)
         for step in steps:
             other = table.take(address + step)
@@ -120,7 +120,7 @@ def _joined(pairs: list[Pairs]) -> Pairs:
     return first, np.concatenate([nothing, *(b for _, b in pairs)])
 
 
-def _layers(member_cell: Ints) -> list[Rows]:
+def _layers(member_cell: Int32Array) -> list[IndexArray]:
     """Rows of the members, spread over layers in which each cell has at most one."""
     starts = np.flatnonzero(np.diff(member_cell, prepend=-1))
     depth = np.arange(len(member_cell)) - np.repeat(starts, np.diff(starts, append=len(member_cell)))
@@ -135,12 +135,12 @@ class HaloLayout:
 
     side: int
     size: int
-    home: Rows
-    copies: Rows
-    copied: Rows
+    home: IndexArray
+    copies: IndexArray
+    copied: IndexArray
 
     @classmethod
-    def of(cls, cells: Cells, member_cell: Ints, halo: int) -> HaloLayout:
+    def of(cls, cells: Cells, member_cell: Int32Array, halo: int) -> HaloLayout:
         """Lay out the members of `cells` with halos as wide as the search reaches."""
         side = BLOCK + 2 * halo
         step = np.array([side * side, side, 1])
@@ -160,7 +160,7 @@ class HaloLayout:
                 copied.append(at)
         return cls(side, len(cells.block_keys) * side**3, home, np.concatenate(copies), np.concatenate(copied))
 
-    def places(self, rows: Rows) -> tuple[Rows, Rows]:
+    def places(self, rows: IndexArray) -> tuple[IndexArray, IndexArray]:
         """All places of the given members, and the member at each."""
         chosen = np.zeros(len(self.home), bool)
         chosen[rows] = True
@@ -169,7 +169,7 @@ class HaloLayout:
         return place, np.concatenate([rows, self.copied.take(again)])
 
 
-def _adjacent_blocks(keys: Ints) -> Rows:
+def _adjacent_blocks(keys: Int32Array) -> IndexArray:
     """Row of the block at each of the 27 shifts of each block, flat (B * 27,); -1 where there is none."""
     low = keys.min(axis=0, initial=0) - 1
     shape = keys.max(axis=0, initial=0) - low + 2

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array, Int32Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import LiftingSettings, MaskSettings
 from razer.detection.background_filter import behind
@@ -28,11 +29,11 @@ class Detection:
     region, where the image shows it, None where that is not known."""
 
     mask: int
-    cells: NDArray[np.int32]
-    pixels: NDArray[np.int32]
+    cells: Int32Array
+    pixels: Int32Array
     moments: PointMoments
     box: OrientedBox
-    embedding: NDArray[np.float32]
+    embedding: Float32Array
     score: float
     quality: float
     class_name: str | None
@@ -50,8 +51,8 @@ class Lifted:
     a mask and a cell it covers, small clusters and noise included: member_mask (M,), member_cell (M,)."""
 
     detections: tuple[Detection, ...]
-    member_mask: NDArray[np.int32]
-    member_cell: NDArray[np.int32]
+    member_mask: Int32Array
+    member_cell: Int32Array
 
 
 def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
@@ -68,7 +69,7 @@ def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
     return masks if keep.all() else masks.select(keep)
 
 
-def shrink(masks: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:
+def shrink(masks: BoolArray, pixels: int) -> BoolArray:
     """Each of (N, H, W) masks without its outermost pixels; the image border is no mask border."""
     if pixels < 1 or masks.size == 0:
         return masks
@@ -90,7 +91,7 @@ def shrink(masks: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:
 def lift(
     surface: ObservedSurface,
     masks: Masks,
-    embeddings: NDArray[np.float32],
+    embeddings: Float32Array,
     lifting: LiftingSettings,
     shrink_pixels: int,
 ) -> Lifted:
@@ -147,13 +148,13 @@ def _seen_through(
     for pieces in of_mask.values():
         if len(pieces) > 1:
             depths = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in pieces]
-            gone |= {pieces[i][0] for i in behind(depths, [d.box for _, d in pieces], lifting.see_through_gap_m)}
+            gone |= {pieces[i][0] for i in behind(depths, [d.box for _, d in pieces], lifting.background_gap_m)}
     return gone
 
 
 def occupied(
     surface: ObservedSurface, n_sets: int, set_of: NDArray, pixel_of: NDArray
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+) -> tuple[Int32Array, Int32Array, Int32Array]:
     """The distinct (set, cell) pairs of readings in sets, sorted by cell, and the pair of each of the readings."""
     key = surface.pixel_cell[pixel_of].astype(np.int64) * n_sets + set_of
     taken = np.zeros(len(surface.cells) * n_sets, bool)

@@ -12,14 +12,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import Frame, UnusableFrame
+from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray, Int32Array
+from razer.errors import UnusableFrame
+from razer.frame import Frame
 from razer.geometry import back_project, inverse, project, transform_points
 
 BLOCK = 16
 BLOCK_VOXELS = BLOCK**3
-Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Cells:
     the block (x fastest). Sorted by (block, local), each cell once."""
 
     voxel_size_m: float
-    block_keys: Ints
-    block: Ints
-    local: Ints
+    block_keys: Int32Array
+    block: Int32Array
+    local: Int32Array
 
     def __len__(self) -> int:
         return len(self.block)
@@ -40,18 +40,18 @@ class Cells:
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @cached_property
-    def coordinates(self) -> Ints:
+    def coordinates(self) -> Int32Array:
         """Integer lattice coordinates (C, 3)."""
         place = np.stack([self.local % BLOCK, self.local // BLOCK % BLOCK, self.local // BLOCK**2], axis=1)
         return self.block_keys[self.block] * BLOCK + place
 
     @cached_property
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Float64Array:
         """World positions (C, 3) in metres."""
         return self.coordinates.astype(np.float64) * self.voxel_size_m
 
 
-def cells_of(coordinates: Ints, voxel_size_m: float) -> tuple[Cells, Ints]:
+def cells_of(coordinates: Int32Array, voxel_size_m: float) -> tuple[Cells, Int32Array]:
     """The distinct cells among (N, 3) lattice coordinates, and for each of the N the row of its cell."""
     if len(coordinates) == 0:
         empty = np.zeros(0, np.int32)
@@ -86,14 +86,14 @@ class ObservedSurface:
     """
 
     stride: int
-    depth: NDArray[np.float32]
-    matrix: NDArray[np.float64]
-    world_from_camera: NDArray[np.float64]
-    rows: Ints
-    columns: Ints
+    depth: Float32Array
+    matrix: Float64Array
+    world_from_camera: Float64Array
+    rows: Int32Array
+    columns: Int32Array
     cells: Cells
-    pixel_cell: Ints
-    _within: dict[float, Ints] = field(default_factory=dict, init=False, repr=False, compare=False)
+    pixel_cell: Int32Array
+    _within: dict[float, Int32Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
@@ -121,16 +121,16 @@ class ObservedSurface:
         return self
 
     @cached_property
-    def cell_pixels(self) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.bool_]]:
+    def cell_pixels(self) -> tuple[Int32Array, Int32Array, Float64Array, BoolArray]:
         """`pixels_of` the cells."""
         return self.pixels_of(self.cells.points)
 
-    def _rays(self) -> NDArray[np.float64]:
+    def _rays(self) -> Float64Array:
         """Unit viewing rays (C, 3) to the cells."""
         rays = self.cells.points - self.world_from_camera[:3, 3]
         return rays / np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
 
-    def readings_in(self, masks: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Ints]:
+    def readings_in(self, masks: BoolArray) -> tuple[IndexArray, Int32Array]:
         """(mask, reading) of every reading inside each of (N, h, w) strided masks, ordered by mask."""
         reading = np.full(self.depth.size, -1, np.int32)
         reading[self.rows * self.depth.shape[1] + self.columns] = np.arange(len(self.rows), dtype=np.int32)
@@ -138,7 +138,7 @@ class ObservedSurface:
         mask = place // self.depth.size
         return mask, reading[place - mask * self.depth.size]
 
-    def pixels_of(self, points: NDArray[np.float64]) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.bool_]]:
+    def pixels_of(self, points: Float64Array) -> tuple[Int32Array, Int32Array, Float64Array, BoolArray]:
         """Row, column and depth of world points (N, 3) on the strided image, and which of them fall on it."""
         u, v, z = project(transform_points(inverse(self.world_from_camera), points), self.matrix)
         with np.errstate(invalid="ignore"):
@@ -147,13 +147,13 @@ class ObservedSurface:
             row, column = np.rint(v).astype(np.int32), np.rint(u).astype(np.int32)
         return np.where(on_image, row, 0), np.where(on_image, column, 0), z, on_image
 
-    def blocks_within(self, distance_m: float) -> Ints:
+    def blocks_within(self, distance_m: float) -> Int32Array:
         """Sorted keys (M, 3) of the blocks within a distance of the surface along the viewing rays."""
         if distance_m not in self._within:
             self._within[distance_m] = self._blocks_within(distance_m)
         return self._within[distance_m]
 
-    def _blocks_within(self, distance_m: float) -> Ints:
+    def _blocks_within(self, distance_m: float) -> Int32Array:
         reach, rays = distance_m / self.cells.voxel_size_m, self._rays()
         # Steps of less than half a block do not jump over the corner of one that matters.
         steps = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (BLOCK / 2))) + 1)

@@ -6,9 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from razer.config import Settings
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.instances.instance_ap import AP_THRESHOLDS, ApSettings
+from razer.settings import Settings
 
 OverScenes = Literal["pooled", "mean"]
 

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
-Integers = NDArray[np.integer]
+from razer.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +15,8 @@ class TimedPoses:
     """A trajectory: stamps (N,) in seconds, strictly increasing, with world_from_camera (N, 4, 4) in metres. Frames
     without a pose are left out; n_frames, where known, counts them too. Raises ValueError for other shapes."""
 
-    stamps: Floats
-    world_from_camera: Floats
+    stamps: FloatArray
+    world_from_camera: FloatArray
     n_frames: int | None = None
 
     def __post_init__(self) -> None:
@@ -36,12 +34,12 @@ class TruthScene:
     unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all, as nobody can be
     blamed for what no frame saw), triangles (T, 3) of vertex numbers, and the trajectory."""
 
-    vertices: Floats
-    instances: Integers
-    classes: Integers
+    vertices: FloatArray
+    instances: IntArray
+    classes: IntArray
     class_names: Mapping[int, str]
-    triangles: Integers | None = None
-    evaluated: NDArray[np.bool_] | None = None
+    triangles: IntArray | None = None
+    evaluated: BoolArray | None = None
     trajectory: TimedPoses | None = None
 
     def __post_init__(self) -> None:
@@ -51,7 +49,7 @@ class TruthScene:
             raise ValueError("a truth needs one instance, class and `evaluated` for each vertex")
 
     @property
-    def counts(self) -> NDArray[np.bool_]:
+    def counts(self) -> BoolArray:
         """Which vertices (V,) count."""
         return np.ones(len(self.vertices), np.bool_) if self.evaluated is None else self.evaluated
 
@@ -70,13 +68,13 @@ class PredictedScene:
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the
     alignment of the trajectories first. Predictions of equal score are taken in the order of their ids."""
 
-    vertices: Floats | None = None
-    instances: Integers | None = None
-    triangles: Integers | None = None
-    masks: Mapping[int, Integers] | None = None
+    vertices: FloatArray | None = None
+    instances: IntArray | None = None
+    triangles: IntArray | None = None
+    masks: Mapping[int, IntArray] | None = None
     scores: Mapping[int, float] = field(default_factory=dict)
     class_names: Mapping[int, str] = field(default_factory=dict)
-    classes: Integers | None = None
+    classes: IntArray | None = None
     vertex_class_names: Mapping[int, str] = field(default_factory=dict)
     names_of_truth: Mapping[int, str] | None = None
     trajectory: TimedPoses | None = None
@@ -92,7 +90,7 @@ class PredictedScene:
             raise ValueError("a prediction has masks or one instance for each vertex, not both")
 
 
-def _check_points(vertices: Floats, whose: str) -> None:
+def _check_points(vertices: FloatArray, whose: str) -> None:
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError(f"{whose} vertices have the shape {vertices.shape}, not (V, 3)")
     if not np.isfinite(vertices).all():

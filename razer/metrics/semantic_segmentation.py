@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import IntArray
 from razer.metrics.class_table import plain
 from razer.metrics.preset import Preset
 
@@ -38,9 +38,7 @@ class SemanticNumbers:
     per_class: Mapping[str, ClassNumbers]
 
 
-def confusion(
-    truth: NDArray[np.integer], predicted: NDArray[np.integer], names: Mapping[int, str]
-) -> Counter[tuple[str, str]]:
+def confusion(truth: IntArray, predicted: IntArray, names: Mapping[int, str]) -> Counter[tuple[str, str]]:
     """Count the classes of V vertices: truth (V,) and predicted (V,), 0 for none, with the names of the others."""
     span = int(max(truth.max(initial=0), predicted.max(initial=0))) + 1
     pairs, counts = np.unique(truth.astype(np.int64) * span + predicted, return_counts=True)

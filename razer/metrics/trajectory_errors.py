@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array
+from razer.arrays import Float64Array, FloatArray, Int64Array, IntArray
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.umeyama import Ground, align_poses
 
-Floats = NDArray[np.floating]
 MAX_DIFFERENCE_S = 0.02
 
 
@@ -37,16 +35,16 @@ class TrajectoryNumbers:
     per_second: RelativeErrors
     compared: int
     tracked: float
-    truth_from_estimate: Array
+    truth_from_estimate: Float64Array
     ground: Ground
 
 
 class PoseErrors(NamedTuple):
     """Stamps (N,) in seconds, and how far each estimated pose is from the true one: metres (N,), degrees (N,)."""
 
-    stamps: Floats
-    distances_m: Floats
-    angles_deg: Floats
+    stamps: FloatArray
+    distances_m: FloatArray
+    angles_deg: FloatArray
 
 
 def trajectory_numbers(
@@ -75,7 +73,10 @@ def trajectory_numbers(
 
 
 def errors_over_time(
-    truth: TimedPoses, estimate: TimedPoses, truth_from_estimate: Array, max_difference_s: float = MAX_DIFFERENCE_S
+    truth: TimedPoses,
+    estimate: TimedPoses,
+    truth_from_estimate: Float64Array,
+    max_difference_s: float = MAX_DIFFERENCE_S,
 ) -> PoseErrors:
     """The error of each estimated pose, brought to the truth by an alignment (4, 4), where stamps agree."""
     rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
@@ -84,14 +85,14 @@ def errors_over_time(
     )
 
 
-def _errors(stamps: Floats, truth: Floats, estimate: Floats) -> PoseErrors:
+def _errors(stamps: FloatArray, truth: FloatArray, estimate: FloatArray) -> PoseErrors:
     distances_m = np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1)
     return PoseErrors(stamps, distances_m, _angles_deg(truth, estimate))
 
 
 def associate(
-    truth_stamps: Floats, estimate_stamps: Floats, max_difference_s: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    truth_stamps: FloatArray, estimate_stamps: FloatArray, max_difference_s: float
+) -> tuple[Int64Array, Int64Array]:
     """Numbers (M,) of true and estimated stamps that belong together, increasing: the nearest first, each stamp once,
     at most max_difference_s apart."""
     pairs = []
@@ -111,7 +112,7 @@ def associate(
     return ordered[:, 0], ordered[:, 1]
 
 
-def _one_second_later(stamps: Floats, tolerance_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _one_second_later(stamps: FloatArray, tolerance_s: float) -> tuple[Int64Array, Int64Array]:
     """Numbers (M,) of stamps and of those nearest to one second later, where they differ by a frame at most."""
     spacing = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     after = np.searchsorted(stamps, stamps + 1.0).clip(1, max(len(stamps) - 1, 1))
@@ -124,9 +125,7 @@ def _one_second_later(stamps: Floats, tolerance_s: float) -> tuple[NDArray[np.in
     return first, later[first]
 
 
-def _relative(
-    true_poses: Floats, poses: Floats, first: NDArray[np.integer], second: NDArray[np.integer]
-) -> RelativeErrors:
+def _relative(true_poses: FloatArray, poses: FloatArray, first: IntArray, second: IntArray) -> RelativeErrors:
     """Errors E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j) of the steps from i to j."""
     if len(first) == 0:
         return RelativeErrors(float("nan"), float("nan"), 0)
@@ -137,7 +136,7 @@ def _relative(
     return RelativeErrors(_root_mean_square(lengths), _root_mean_square(_angles_deg(true_step, step)), len(first))
 
 
-def _angles_deg(poses: Floats, others: Floats) -> Floats:
+def _angles_deg(poses: FloatArray, others: FloatArray) -> FloatArray:
     """The angle (N,) between the rotations of two stacks of poses (N, 4, 4), degrees; accurate near 0 as well."""
     relative = poses[:, :3, :3].transpose(0, 2, 1) @ others[:, :3, :3]
     sine = np.stack(
@@ -152,5 +151,5 @@ def _angles_deg(poses: Floats, others: Floats) -> Floats:
     return np.degrees(np.arctan2(np.linalg.norm(sine, axis=1), cosine))
 
 
-def _root_mean_square(values: Floats) -> float:
+def _root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))

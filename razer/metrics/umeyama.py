@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array
+from razer.arrays import Float64Array, FloatArray
 
-Floats = NDArray[np.floating]
 Ground = Literal["identity", "positions", "orientations"]
 
 _SAME = 1e-5  # poses that differ by less, metres and parts of a rotation matrix, were written to a file and read back
@@ -19,28 +17,30 @@ _ORIENTATION_M = 0.01  # how far out an orientation counts beside positions, whe
 
 
 @dataclass(frozen=True, slots=True)
-class Alignment:
+class PoseAlignment:
     """target_from_source (4, 4), and its ground: the poses are the same (identity), their positions alone, or, as these
     lie on a line or at one point, their orientations too."""
 
-    target_from_source: Array
+    target_from_source: Float64Array
     ground: Ground
 
 
-def align_poses(source: Floats, target: Floats) -> Alignment:
+def align_poses(source: FloatArray, target: FloatArray) -> PoseAlignment:
     """The rigid motion that moves source poses (N, 4, 4) nearest to target poses (N, 4, 4), N >= 1.
 
     Where they are the same but for rounding it is the identity, exactly. It minimises the squared distances of
     positions (Umeyama 1991); where these leave the rotation open, orientations close it."""
     if np.abs(source - target).max() <= _SAME:
-        return Alignment(np.eye(4), "identity")
+        return PoseAlignment(np.eye(4), "identity")
     if min(_spread_m(source[:, :3, 3]), _spread_m(target[:, :3, 3])) >= _SPREAD_M:
-        return Alignment(align(source[:, :3, 3], target[:, :3, 3]), "positions")
+        return PoseAlignment(umeyama(source[:, :3, 3], target[:, :3, 3]), "positions")
     turns = target[:, :3, :3] @ source[:, :3, :3].transpose(0, 2, 1)
-    return Alignment(align(source[:, :3, 3], target[:, :3, 3], _ORIENTATION_M**2 * turns.sum(axis=0)), "orientations")
+    return PoseAlignment(
+        umeyama(source[:, :3, 3], target[:, :3, 3], _ORIENTATION_M**2 * turns.sum(axis=0)), "orientations"
+    )
 
 
-def align(source: Floats, target: Floats, prior: Floats | float = 0.0) -> Array:
+def umeyama(source: FloatArray, target: FloatArray, prior: FloatArray | float = 0.0) -> Float64Array:
     """The rigid motion (4, 4), without scale, that moves source points (N, 3) nearest to target points (N, 3) in the
     least squares sense (Umeyama 1991, eq. 40-42 with c = 1); prior (3, 3) is added to their covariance, in m^2."""
     mean_source, mean_target = source.mean(axis=0), target.mean(axis=0)
@@ -52,7 +52,7 @@ def align(source: Floats, target: Floats, prior: Floats | float = 0.0) -> Array:
     return motion
 
 
-def _spread_m(positions: Floats) -> float:
+def _spread_m(positions: FloatArray) -> float:
     """How far (N, 3) positions lie from the line nearest to all of them, root mean square along the widest way."""
     if len(positions) < 3:
         return 0.0

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from razer.arrays import BoolArray, Float32Array, Uint8Array
 from razer.frame import Frame, Masks
 from razer.plugins import Trust, load
 
@@ -38,7 +36,7 @@ class Segmenter(Protocol):
 class Embedder(Protocol):
     """The paper's F, second half: a vector for each mask (eq. 11)."""
 
-    def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
+    def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Vectors of unit length, (N, D) float32, one for each of the N masks."""
 
 
@@ -46,7 +44,7 @@ class Embedder(Protocol):
 class TextSide(Protocol):
     """An embedder whose vectors can be asked for by words: the paper's phi_text (section III-H)."""
 
-    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Vectors of unit length, (N, D) float32, in the space of `embed`; each text is embedded as it stands."""
 
 
@@ -63,7 +61,7 @@ class NameTable(TextSide, Protocol):
 class ImageSide(Protocol):
     """An embedder whose vectors can be asked for by a picture (section III-H)."""
 
-    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
         """Vector of unit length, (D,) float32, in the space of `embed`, of what a mask (H, W) covers in an image
         (H, W, 3)."""
 

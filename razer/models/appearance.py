@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
-
-Values = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array, Uint8Array
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics, Masks
 
 _EVERY = 4  # a grid of every fourth pixel, at 640x480, says enough of a mask's colours
 _CHROMA_BINS, _LIGHT_BINS, _TEXTURE_BINS, _SIZE_BINS, _SHAPE_BINS = 6, 8, 6, 7, 4
@@ -29,7 +27,7 @@ class AppearanceEmbedder:
     has_text = False
     dimension = _CHROMA_BINS**2 + _LIGHT_BINS + _TEXTURE_BINS + _SIZE_BINS + 2 * _SHAPE_BINS
 
-    def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
+    def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Unit vectors (N, dimension) float32; an empty mask gets the one that is alike to none in particular."""
         if len(masks) == 0:
             return np.zeros((0, self.dimension), np.float32)
@@ -44,7 +42,7 @@ class AppearanceEmbedder:
         even = np.full(vectors.shape, vectors.shape[1] ** -0.5)
         return np.where(length > 1e-6, vectors / np.maximum(length, 1e-6), even).astype(np.float32)
 
-    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
         """The vector (dimension,) of colour and texture alone: a picture tells no size. Raises BadInput for an empty
         mask."""
         if not mask.any():
@@ -52,11 +50,11 @@ class AppearanceEmbedder:
         height, width = mask.shape
         camera = Intrinsics(width, height, float(width), float(width), width / 2, height / 2)
         frame = Frame(0, 0.0, rgb, np.zeros((height, width), np.float32), camera)
-        vector: NDArray[np.float32] = self.embed(frame, Masks(mask[None], np.ones(1, np.float32)))[0]
+        vector: Float32Array = self.embed(frame, Masks(mask[None], np.ones(1, np.float32)))[0]
         return vector
 
 
-def _samples(masks: NDArray[np.bool_], every: int) -> tuple[Indices, Indices]:
+def _samples(masks: BoolArray, every: int) -> tuple[Int64Array, Int64Array]:
     """Mask number and grid position of each sampled pixel; every mask with pixels has a sample."""
     grid = np.ascontiguousarray(masks[:, ::every, ::every])
     for missed in np.flatnonzero(~grid.any(axis=(1, 2))):
@@ -66,7 +64,7 @@ def _samples(masks: NDArray[np.bool_], every: int) -> tuple[Indices, Indices]:
     return owner, pixel
 
 
-def _colour_blocks(frame: Frame, every: int, owner: Indices, pixel: Indices, n: int) -> dict[str, Values]:
+def _colour_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
     size = tuple(-(-side // every) for side in frame.depth.shape)
     small = cv2.resize(frame.rgb, size[::-1], interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
@@ -82,12 +80,12 @@ def _colour_blocks(frame: Frame, every: int, owner: Indices, pixel: Indices, n: 
     }
 
 
-def _even_out(value: Values) -> Values:
+def _even_out(value: Float64Array) -> Float64Array:
     """[-inf, inf] to [0, 1], finest about 0, where the colours of rooms crowd."""
     return 0.5 + value / (1 + np.abs(value)) / 2
 
 
-def _shape_blocks(frame: Frame, every: int, owner: Indices, pixel: Indices, n: int) -> dict[str, Values]:
+def _shape_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
     """Longest extent on a log scale from 5 cm to 5 m, and the two proportions of the scatter's axes."""
     camera = frame.intrinsics
     depth = frame.depth[::every, ::every]
@@ -113,7 +111,7 @@ def _shape_blocks(frame: Frame, every: int, owner: Indices, pixel: Indices, n: i
     }
 
 
-def _soft_histogram(owner: Indices, value: Values, n: int, bins: int) -> Values:
+def _soft_histogram(owner: Int64Array, value: Float64Array, n: int, bins: int) -> Float64Array:
     """Share of each owner's values (in [0, 1]) near each of the bins' centres, (n, bins); rows sum to 1 or 0."""
     low, upper = _between(value, bins)
     counts = np.zeros(n * bins)
@@ -122,7 +120,7 @@ def _soft_histogram(owner: Indices, value: Values, n: int, bins: int) -> Values:
     return _shares(counts.reshape(n, bins))
 
 
-def _soft_histogram_2d(owner: Indices, first: Values, second: Values, n: int, bins: int) -> Values:
+def _soft_histogram_2d(owner: Int64Array, first: Float64Array, second: Float64Array, n: int, bins: int) -> Float64Array:
     """As _soft_histogram, over pairs of values, (n, bins * bins)."""
     (low_a, upper_a), (low_b, upper_b) = _between(first, bins), _between(second, bins)
     counts = np.zeros(n * bins * bins)
@@ -133,16 +131,16 @@ def _soft_histogram_2d(owner: Indices, first: Values, second: Values, n: int, bi
     return _shares(counts.reshape(n, bins * bins))
 
 
-def _between(value: Values, bins: int) -> tuple[Indices, Values]:
+def _between(value: Float64Array, bins: int) -> tuple[Int64Array, Float64Array]:
     """The bin centre below each value and how far the value is on its way to the next."""
     position = np.clip(value, 0, 1) * (bins - 1)
     low = np.minimum(position.astype(np.int64), bins - 2)
     return low, position - low
 
 
-def _shares(counts: Values) -> Values:
+def _shares(counts: Float64Array) -> Float64Array:
     return counts / np.maximum(counts.sum(axis=1, keepdims=True), 1e-9)
 
 
-def _centred(shares: Values) -> Values:
+def _centred(shares: Float64Array) -> Float64Array:
     return np.sqrt(shares) - np.sqrt(shares).mean(axis=1, keepdims=True)

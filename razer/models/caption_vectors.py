@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array
 from razer.models import TextSide
 from razer.models.name_table import median_cosine, plain
 
-Vectors = NDArray[np.float32]
 # What the captions themselves say is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
 _UNNAMED = "thing"
@@ -25,14 +24,14 @@ class PromptedText:
     def __init__(self, encoder: TextSide) -> None:
         self._encoder = encoder
 
-    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of names or short descriptions."""
         captions = [template.format(plain(text)) for text in texts for template in TEMPLATES]
         mean = self._encoder.embed_texts(captions).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
-        unit: Vectors = mean / np.linalg.norm(mean, axis=1, keepdims=True)
+        unit: Float32Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return unit
 
-    def embed_class(self, name: str) -> Vectors:
+    def embed_class(self, name: str) -> Float32Array:
         """The unit vector (D,) of a class; without a name it is just a thing."""
         return self.embed_texts([name or _UNNAMED])[0]
 

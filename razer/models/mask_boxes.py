@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import BoolArray, Float64Array
 
 
-def mask_boxes(masks: NDArray[np.bool_]) -> NDArray[np.float64]:
+def mask_boxes(masks: BoolArray) -> Float64Array:
     """Left, top, right and bottom edge of each of N masks (N, H, W), as (N, 4), the latter two behind the last pixel;
     zeros for an empty mask."""
     boxes = np.zeros((len(masks), 4))

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Image = NDArray[np.uint8]
+from razer.arrays import BoolArray, Uint8Array
 
 
 def mask_crops(
-    rgb: Image, masks: NDArray[np.bool_], size: int, *, scale: float, background: float, fill: NDArray[np.uint8]
-) -> Image:
+    rgb: Uint8Array, masks: BoolArray, size: int, *, scale: float, background: float, fill: Uint8Array
+) -> Uint8Array:
     """Pictures (N, size, size, 3) uint8 of the square about each mask (N, H, W) of an image (H, W, 3).
 
     The square's side is `scale` times the longer side of the mask's bounds. What is not the mask shows with a
@@ -28,13 +27,13 @@ def mask_crops(
     return crops
 
 
-def _dimming(background: float, fill: NDArray[np.uint8]) -> Image:
+def _dimming(background: float, fill: Uint8Array) -> Uint8Array:
     """What each value of each colour becomes outside the mask, (1, 256, 3)."""
     values = np.arange(256)[:, None]
     return np.rint(background * values + (1 - background) * fill).astype(np.uint8)[None]
 
 
-def _square(rgb: Image, dimmed: Image, mask: NDArray[np.bool_], scale: float, fill: NDArray[np.uint8]) -> Image:
+def _square(rgb: Uint8Array, dimmed: Uint8Array, mask: BoolArray, scale: float, fill: Uint8Array) -> Uint8Array:
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     side = max(1, round(scale * max(width, height)))
     left, top = x + (width - side) // 2, y + (height - side) // 2

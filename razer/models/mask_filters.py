@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import BoolArray, Float32Array, IndexArray
 
 
-def stability(logits: NDArray[np.float32], offset: float = 1.0) -> NDArray[np.float32]:
+def stability(logits: Float32Array, offset: float = 1.0) -> Float32Array:
     """How little a mask changes with its threshold: the area above +offset over that above -offset, (N,) in [0, 1],
     of logits (N, h, w); 0 where there is none (Kirillov et al. 2023)."""
     areas = np.zeros((len(logits), 2))
@@ -15,7 +16,7 @@ def stability(logits: NDArray[np.float32], offset: float = 1.0) -> NDArray[np.fl
     return (areas[:, 0] / np.maximum(areas[:, 1], 1)).astype(np.float32)
 
 
-def mask_iou(masks: NDArray[np.bool_]) -> NDArray[np.float32]:
+def mask_iou(masks: BoolArray) -> Float32Array:
     """Intersection over union of each two of N masks (N, h, w), as (N, N); two that are empty have 0."""
     flat = masks.reshape(len(masks), masks.shape[1] * masks.shape[2]).astype(np.float32)
     shared = flat @ flat.T
@@ -23,7 +24,7 @@ def mask_iou(masks: NDArray[np.bool_]) -> NDArray[np.float32]:
     return shared / np.maximum(area[:, None] + area[None] - shared, 1)
 
 
-def best_of_overlapping(masks: NDArray[np.bool_], scores: NDArray[np.float32], most_iou: float) -> NDArray[np.intp]:
+def best_of_overlapping(masks: BoolArray, scores: Float32Array, most_iou: float) -> IndexArray:
     """Indices of the masks, best first, that overlap no better one that is kept by more than `most_iou`."""
     order = np.argsort(-scores, kind="stable")
     iou = mask_iou(masks)

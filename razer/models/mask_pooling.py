@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Values = NDArray[np.float32]
+from razer.arrays import BoolArray, Float32Array
 
 
-def pool_masks(features: Values, masks: NDArray[np.bool_]) -> Values:
+def pool_masks(features: Float32Array, masks: BoolArray) -> Float32Array:
     """Mean (N, D) float32 of a feature map (h, w, D) over the pixels of each mask (N, H, W).
 
     The map covers the image and is no finer than it; each pixel has the features of the cell it lies in, and one
@@ -22,7 +21,7 @@ def pool_masks(features: Values, masks: NDArray[np.bool_]) -> Values:
     return shares @ features.reshape(-1, depth)
 
 
-def coverage(masks: NDArray[np.bool_], height: int, width: int) -> Values:
+def coverage(masks: BoolArray, height: int, width: int) -> Float32Array:
     """Share in [0, 1] of each cell of a grid that masks (N, H, W) cover, (N, height, width) float32."""
     shares = np.empty((len(masks), height, width), np.float32)
     for mask, share in zip(masks, shares, strict=True):

@@ -12,11 +12,10 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Float64Array
+from razer.errors import BadInput
 
-Vectors = NDArray[np.float32]
 _PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
 _ARTICLE = re.compile(r"^(a|an|the)\s+")
 _SAME = 0.999  # two names for one thing
@@ -36,14 +35,14 @@ class TextTable:
         self._rows = {plain(word): row for row, words in enumerate(synonyms) for word in words.split("|")}
         self._rows |= {plain(name): row for row, name in enumerate(self.names)}
 
-    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other word."""
         for text in texts:
             if plain(text) not in self._rows:
                 raise BadInput(f"{self.file} has no '{text}': {self._nearest(text)}")
         return self.vectors[[self._rows[plain(text)] for text in texts]]
 
-    def embed_class(self, name: str) -> Vectors:
+    def embed_class(self, name: str) -> Float32Array:
         """The unit vector (D,) of a class. One that the table lacks has a vector of its own, in directions in which
         the names of the table are shortest, and so is like none of them."""
         row = self._rows.get(plain(name))
@@ -58,10 +57,10 @@ class TextTable:
         return median_cosine(self.vectors)
 
     @cached_property
-    def _quiet(self) -> NDArray[np.float64]:
+    def _quiet(self) -> Float64Array:
         """Unit directions (D, K), those with the least of the table's vectors in them."""
         vectors = self.vectors.astype(np.float64)
-        directions: NDArray[np.float64] = np.linalg.eigh(vectors.T @ vectors)[1]
+        directions: Float64Array = np.linalg.eigh(vectors.T @ vectors)[1]
         return directions[:, : -(-len(directions) // _QUIET_SHARE)]
 
     def _nearest(self, text: str) -> str:
@@ -70,7 +69,7 @@ class TextTable:
         return f"the nearest names it knows are {names}; other words take an embedder with a text encoder"
 
 
-def median_cosine(vectors: Vectors) -> float:
+def median_cosine(vectors: Float32Array) -> float:
     """The median cosine of any two of (N, D) unit vectors that differ; 0 if there are none."""
     cosines = (vectors @ vectors.T)[np.triu_indices(len(vectors), 1)]
     cosines = cosines[cosines < _SAME]
@@ -83,7 +82,7 @@ def plain(text: str) -> str:
     return _ARTICLE.sub("", _PROMPT.sub("", words))
 
 
-def _read(file: Path) -> tuple[tuple[str, ...], Vectors, list[str]]:
+def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:
     """Names, unit vectors and synonyms ('' = none known); raises BadInput."""
     if not file.is_file():
         raise BadInput(f"no file {file}: set option table to a NumPy archive with names and text")

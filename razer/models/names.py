@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Masks
+from razer.arrays import Float32Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models import Embedder, TextSide, make_embedder
 from razer.models.caption_vectors import PromptedText
 from razer.models.name_table import TextTable
-
-Vectors = NDArray[np.float32]
 
 
 class NamesEmbedder:
@@ -38,7 +37,7 @@ class NamesEmbedder:
         if (table is None) == (embedder is None):
             raise BadInput("the names embedder takes either option table, a file of text vectors, or option embedder")
         self._source = TextTable(table) if table else _encoder(embedder or "", embedder_options or {})
-        self._seen: dict[str, Vectors] = {}
+        self._seen: dict[str, Float32Array] = {}
 
     @property
     def known_names(self) -> tuple[str, ...]:
@@ -55,11 +54,11 @@ class NamesEmbedder:
         """The cosine that the vectors of any two names have, in the middle."""
         return self._source.unrelated_cosine()
 
-    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of names, no sentences; raises BadInput for a word that the table lacks."""
         return self._source.embed_texts(texts)
 
-    def embed(self, frame: Frame, masks: Masks) -> Vectors:
+    def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Unit vectors (N, D) of the masks' class names; raises BadInput for masks of a model that names nothing."""
         if len(masks) and masks.class_names is None:
             raise BadInput(
@@ -69,7 +68,7 @@ class NamesEmbedder:
         vectors = [self._vector(name) for name in masks.class_names or ()]
         return np.stack(vectors) if vectors else np.zeros((0, len(self._vector(""))), np.float32)
 
-    def _vector(self, name: str) -> Vectors:
+    def _vector(self, name: str) -> Float32Array:
         if name not in self._seen:
             self._seen[name] = self._source.embed_class(name)
         return self._seen[name]

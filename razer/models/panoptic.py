@@ -6,11 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Masks
+from razer.arrays import Uint8Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models.panoptic_masks import panoptic_masks
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
@@ -52,7 +52,7 @@ class PanopticSegmenter:
         return {name: value for name, value in self.__dict__.items() if name not in ("_model", "_processor", "_task")}
 
     @torch.inference_mode()
-    def _outputs(self, rgb: NDArray[np.uint8]) -> Any:
+    def _outputs(self, rgb: Uint8Array) -> Any:
         device = torch_device(self.device)
         inputs = {**self._processor(rgb, return_tensors="pt"), **self._task}
         return self._model(**{name: tensor.to(device) for name, tensor in inputs.items()})

@@ -9,7 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Masks, UnusableFrame
+from razer.arrays import IntArray
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Masks
 
 
 class MasksOnDisk:
@@ -36,7 +38,7 @@ class MasksOnDisk:
         return Masks.none(*shape)
 
 
-def _read_png(file: Path) -> NDArray[np.integer]:
+def _read_png(file: Path) -> IntArray:
     ids = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
     if ids is None or ids.ndim != 2 or ids.dtype not in (np.uint8, np.uint16):
         raise UnusableFrame(f"{file} is not a grey image of 8 or 16 bits with one id a pixel")

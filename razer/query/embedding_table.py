@@ -6,22 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import Float32Array, Float64Array, IndexArray, Int64Array
 
 
 @dataclass(frozen=True)
-class Hypotheses:
+class EmbeddingTable:
     """The R hypotheses of M instances, those of one instance in a row, its strongest first: ids (M,), starts (M,) rows
     of the strongest, vectors (R, D) float32 of unit length, relative_shares (R,) in (0, 1] of the strongest's share.
     """
 
-    ids: NDArray[np.int64]
-    starts: NDArray[np.intp]
-    vectors: NDArray[np.float32]
-    relative_shares: NDArray[np.float64]
+    ids: Int64Array
+    starts: IndexArray
+    vectors: Float32Array
+    relative_shares: Float64Array
 
     @classmethod
-    def of(cls, banks: Mapping[int, tuple[NDArray[np.float32], NDArray[np.float64]]]) -> Hypotheses:
+    def of(cls, banks: Mapping[int, tuple[Float32Array, Float64Array]]) -> EmbeddingTable:
         """Those of {id: (embeddings (J, D), weights (J,)), the strongest first}, unless there are none."""
         described = {i: bank for i, bank in banks.items() if len(bank[1])}
         vectors, weights = [v for v, _ in described.values()], [w for _, w in described.values()]
@@ -36,6 +37,6 @@ class Hypotheses:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def best(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def best(self, values: Float64Array) -> Float64Array:
         """The largest of the values (R, ...) of each instance, (M, ...)."""
         return np.maximum.reduceat(values, self.starts, axis=0) if len(self) else values

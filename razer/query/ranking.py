@@ -11,13 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import expit
 
-from razer.query.embedding_table import Hypotheses
-
-Vectors = NDArray[np.float32]
-Values = NDArray[np.float64]
+from razer.arrays import Float32Array, Float64Array, IndexArray
+from razer.query.embedding_table import EmbeddingTable
 
 # CLIP is trained with products of 100; names are told apart best a little above.
 SHARPNESS = 150.0
@@ -37,28 +34,28 @@ _ROWS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
-class Contrast:
+class NegativePrompts:
     """Names that a query competes with: names (N,), vectors (N, D) of unit length."""
 
     names: Sequence[str]
-    vectors: Vectors
+    vectors: Float32Array
 
 
 class TextRanking:
     """The instances of a map, ready for queries by text."""
 
-    def __init__(self, hypotheses: Hypotheses, contrast: Contrast) -> None:
+    def __init__(self, hypotheses: EmbeddingTable, contrast: NegativePrompts) -> None:
         self._hypotheses, self._contrast = hypotheses, contrast
         self._common = COMMON_SHARE * common_part(hypotheses)
         self._prior = SHARE_POWER * np.log(hypotheses.relative_shares)
         self._any_name = self._likeness_of_any_name()
 
-    def scores(self, queries: Vectors) -> Values:
+    def scores(self, queries: Float32Array) -> Float64Array:
         """The probability (M, N) that each instance is what a query (N, D) means, `PRESENT` or more for present."""
-        probability: Values = expit(SLOPE * (self.evidence(queries) - EVEN_EVIDENCE))
+        probability: Float64Array = expit(SLOPE * (self.evidence(queries) - EVEN_EVIDENCE))
         return probability
 
-    def evidence(self, queries: Vectors) -> Values:
+    def evidence(self, queries: Float32Array) -> Float64Array:
         """By which factor (M, N), as a logarithm, each query names an instance better than names of the contrast do
         on average; of an instance's hypotheses the best counts."""
         same = self._contrast.vectors @ queries.T > SAME_NAME
@@ -69,23 +66,23 @@ class TextRanking:
         others = self._any_name[:, None] + np.log1p(-own_share) - np.log(n_others)
         return self._hypotheses.best(self._likeness(queries) - others + self._prior[:, None])
 
-    def likeness(self, texts: Vectors) -> Values:
+    def likeness(self, texts: Float32Array) -> Float64Array:
         """Which of N texts (N, D) suits an instance best is where a row of (M, N) is largest."""
         relative = self._likeness(texts) - self._any_name[:, None] + self._prior[:, None]
         return self._hypotheses.best(relative)
 
-    def nearest_names(self, rows: NDArray[np.intp]) -> list[str]:
+    def nearest_names(self, rows: IndexArray) -> list[str]:
         """The name of the contrast nearest to the strongest hypothesis of each of some instances (rows of M)."""
         strongest = self._hypotheses.vectors[self._hypotheses.starts[rows]]
         likeness = strongest @ self._contrast.vectors.T - self._contrast.vectors @ self._common
         return [self._contrast.names[i] for i in likeness.argmax(axis=1)]
 
-    def _likeness(self, texts: Vectors) -> Values:
+    def _likeness(self, texts: Float32Array) -> Float64Array:
         """What each of N texts (N, D) has in common with each hypothesis (R, N), as a logarithm."""
         product = self._hypotheses.vectors @ texts.T - texts @ self._common
         return SHARPNESS * product.astype(np.float64)
 
-    def _likeness_of_any_name(self) -> Values:
+    def _likeness_of_any_name(self) -> Float64Array:
         """log sum exp of the likeness to all names of the contrast, (R,)."""
         vectors, names = self._hypotheses.vectors, self._contrast.vectors
         result = np.zeros(len(vectors))
@@ -96,7 +93,7 @@ class TextRanking:
         return result
 
 
-def image_scores(hypotheses: Hypotheses, query: Vectors) -> Values:
+def image_scores(hypotheses: EmbeddingTable, query: Float32Array) -> Float64Array:
     """How alike each instance (M,) is to an image vector (D,), in [0, 1]: the cosine of what sets both apart from
     what all instances have in common. `PRESENT` or more counts as present."""
     common = common_part(hypotheses)
@@ -106,7 +103,7 @@ def image_scores(hypotheses: Hypotheses, query: Vectors) -> Values:
     return np.clip(hypotheses.best(cosines.astype(np.float64)), 0.0, 1.0)
 
 
-def common_part(hypotheses: Hypotheses) -> Vectors:
+def common_part(hypotheses: EmbeddingTable) -> Float32Array:
     """What instances have in common (D,): the mean of their strongest hypotheses, less of it where they are few."""
     n = len(hypotheses)
     if n == 0:

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array
+from razer.errors import BadInput
 from razer.models import NameTable, TextSide
-from razer.query.ranking import Contrast
+from razer.query.ranking import NegativePrompts
 from razer.vocabulary import vocabulary
-
-Vectors = NDArray[np.float32]
 
 # A text encoder knows captions better than words; what the frames of the captions say is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
@@ -25,10 +23,10 @@ NEUTRAL = ("object", "thing", "things", "stuff", "texture", "surface", "backgrou
 _ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
 
 
-class Words:
+class TextQueryEncoder:
     """The text side of an embedder. It may have none: what asks for words then raises BadInput."""
 
-    def __init__(self, embedder: object, contrast: Contrast | None = None) -> None:
+    def __init__(self, embedder: object, contrast: NegativePrompts | None = None) -> None:
         """`contrast`, where it is known already, saves embedding its names."""
         self._embedder = embedder
         self._known_contrast = contrast
@@ -48,7 +46,7 @@ class Words:
         """Whether only the names of a table are known, whose vectors are at hand."""
         return isinstance(self.text_side, NameTable) and not getattr(self.text_side, "takes_any_name", False)
 
-    def vectors(self, texts: Sequence[str]) -> Vectors:
+    def vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts; raises BadInput for a text that a table of names does not have."""
         side = self.text_side
         if not texts or not all(text.strip() for text in texts):
@@ -79,7 +77,7 @@ class Words:
         return (*vocabulary("lvis").names[::EVERY_NAME], *NEUTRAL)
 
     @cached_property
-    def contrast(self) -> Contrast:
+    def contrast(self) -> NegativePrompts:
         """What queries are set against; embedded once."""
         if self._known_contrast is not None:
             return self._known_contrast
@@ -88,4 +86,4 @@ class Words:
             raise BadInput(
                 "a table of a single name cannot tell what is there from what is not: give one of many names"
             )
-        return Contrast(names, self.vectors(names))
+        return NegativePrompts(names, self.vectors(names))

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array, Uint16Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import VoxelSettings
 from razer.detection.best_views import Region
@@ -26,8 +27,6 @@ from razer.frame import Frame, Intrinsics
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
 JPEG_QUALITY = 90
-
-Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class _Packed:
     places: bytes
     told: list[tuple[int, int, float, float, str | None, Region | None]]
     embeddings: NDArray[np.int8]
-    rest_masks: Ints
-    rest_places: Ints
+    rest_masks: Int32Array
+    rest_places: Int32Array
 
 
 def pack(seen: Observation) -> bytes:
@@ -75,7 +74,7 @@ def pack(seen: Observation) -> bytes:
     return pickle.dumps(packed)
 
 
-def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Ints, Ints]:
+def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Array]:
     """Masks (M,) and cells that no detection holds, a reading (M,) standing for each cell."""
     n_cells = len(surface.cells)
     member = lifted.member_mask.astype(np.int64) * n_cells + lifted.member_cell
@@ -86,7 +85,7 @@ def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Ints, Ints]:
     return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
 
 
-def unpack(packed_at: tuple[bytes, NDArray[np.float64]], settings: VoxelSettings) -> Observation:
+def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Observation:
     """What `pack` packed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within half a degree. The
     frame is the strided one."""
     packed, world_from_camera = packed_at
@@ -135,7 +134,7 @@ def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
     )
 
 
-def _coarse(embeddings: list[NDArray[np.float32]]) -> NDArray[np.int8]:
+def _coarse(embeddings: list[Float32Array]) -> NDArray[np.int8]:
     """Unit vectors (N, D), the largest part of each being 127."""
     if not embeddings:
         return np.zeros((0, 1), np.int8)
@@ -143,38 +142,38 @@ def _coarse(embeddings: list[NDArray[np.float32]]) -> NDArray[np.int8]:
     return np.rint(vectors * (127 / np.abs(vectors).max(axis=1, keepdims=True))).astype(np.int8)
 
 
-def _unit(coarse: NDArray[np.int8]) -> NDArray[np.float32]:
+def _unit(coarse: NDArray[np.int8]) -> Float32Array:
     vectors = coarse.astype(np.float32)
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def _inverse_depth(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+def _inverse_depth(depth: Float32Array) -> Uint16Array:
     with np.errstate(divide="ignore"):
         steps = np.rint(np.float32(1 / INVERSE_DEPTH_STEP) / depth)
     return np.where(depth > 0, np.clip(steps, 1, 65535), 0).astype(np.uint16)
 
 
-def _depth_m(steps: NDArray[np.uint16]) -> NDArray[np.float32]:
+def _depth_m(steps: Uint16Array) -> Float32Array:
     return np.where(steps > 0, np.float32(1 / INVERSE_DEPTH_STEP) / np.maximum(steps, 1), 0).astype(np.float32)
 
 
-def _squeezed(image: NDArray[np.uint16]) -> bytes:
+def _squeezed(image: Uint16Array) -> bytes:
     """Differences of neighbours, small ones of either sign as small numbers."""
     difference = np.diff(image.ravel(), prepend=np.uint16(0)).view(np.int16)
     return _deflated(((difference << 1) ^ (difference >> 15)).view(np.uint8).reshape(-1, 2))
 
 
-def _unsqueezed(packed: bytes, shape: tuple[int, int]) -> NDArray[np.uint16]:
+def _unsqueezed(packed: bytes, shape: tuple[int, int]) -> Uint16Array:
     folded = np.ascontiguousarray(_inflated(packed, 2)).view(np.uint16)
     difference = (folded >> 1) ^ -(folded & 1)
     return np.cumsum(difference, dtype=np.uint16).reshape(shape)
 
 
-def _deflated(rows: NDArray[np.uint8]) -> bytes:
+def _deflated(rows: Uint8Array) -> bytes:
     """The bytes of (N, B), first all the lowest ones, then the next: runs, which are quick to find."""
     squeezer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, zlib.DEF_MEM_LEVEL, zlib.Z_RLE)
     return squeezer.compress(rows.T.tobytes()) + squeezer.flush()
 
 
-def _inflated(packed: bytes, n_bytes: int) -> NDArray[np.uint8]:
+def _inflated(packed: bytes, n_bytes: int) -> Uint8Array:
     return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(n_bytes, -1).T

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Ints = NDArray[np.int32]
+from razer.arrays import Int32Array
 
 
-def heirs(before: Ints, after: Ints) -> dict[int, int]:
+def match_ids(before: Int32Array, after: Int32Array) -> dict[int, int]:
     """{id after: id before} of those that share most detections, each id once; before (N,) and after (N,) are the
     instances each detection was given to, 0 = nobody."""
     result: dict[int, int] = {}
@@ -20,7 +19,7 @@ def heirs(before: Ints, after: Ints) -> dict[int, int]:
     return result
 
 
-def successors(before: Ints, after: Ints) -> dict[int, int]:
+def majority_ids(before: Int32Array, after: Int32Array) -> dict[int, int]:
     """{id before: id after} of the instance that got most detections of each."""
     result: dict[int, int] = {}
     for old, new in _pairs(before, after):
@@ -28,7 +27,7 @@ def successors(before: Ints, after: Ints) -> dict[int, int]:
     return result
 
 
-def _pairs(before: Ints, after: Ints) -> list[tuple[int, int]]:
+def _pairs(before: Int32Array, after: Int32Array) -> list[tuple[int, int]]:
     """Pairs (before, after), those that share most first."""
     somebody = (before > 0) & (after > 0)
     pairs, shared = np.unique(np.stack([before, after])[:, somebody], axis=1, return_counts=True)

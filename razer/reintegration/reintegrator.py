@@ -13,8 +13,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array, Int32Array, Pose
 from razer.config import MapperConfig
 from razer.detection.perception import Observation
 from razer.reintegration.frame_codec import pack, unpack
@@ -23,7 +23,6 @@ from razer.volume.label_voting import vote
 from razer.volume.space_carving import carve
 from razer.volume.voxel_map import VoxelMap
 
-Pose = NDArray[np.float64]
 # Does pure work on each of some items, in order; `map`, or something that works ahead.
 Apply = Callable[[Callable[[tuple[bytes, Pose]], Observation], Iterable[tuple[bytes, Pose]]], Iterable[Observation]]
 
@@ -36,7 +35,7 @@ RESTING_VOXELS = 0.5
 RESTING = 4
 
 
-def shifts_m(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+def shifts_m(before: Float64Array, after: Float64Array) -> Float64Array:
     """How far what N cameras see at 2 m depth moves, metres (N,), if their poses (N, 4, 4) change."""
     return np.linalg.norm(((after - before) @ PROBES)[:, :3], axis=1).mean(axis=1)
 
@@ -45,24 +44,24 @@ class _Draft:
     """A volume being filled with every `stride`-th kept frame, and the poses they were fused at."""
 
     def __init__(self, voxels: VoxelMap, stride: int) -> None:
-        self.voxels = voxels.successor()
+        self.voxels = voxels.empty_copy()
         self.stride = stride
         self.next = 0
         self.replays = 0
         self.poses: list[Pose] = []
 
 
-class Follower:
+class Reintegrator:
     """The kept frames of a map, their newest poses, and the volume that is being rebuilt from them."""
 
     def __init__(self, config: MapperConfig) -> None:
-        self.settings, self.voxel_settings = config.follow, config.voxels
+        self.settings, self.voxel_settings = config.reintegration, config.voxels
         self._withdraw_votes = config.maintenance.withdraw_votes
-        self._store = FrameStore(config.follow.memory_mb * 10**6)
+        self._store = FrameStore(config.reintegration.memory_mb * 10**6)
         self._packer = ThreadPoolExecutor(1)  # compressing holds no lock, and the next frame need not wait for it
         self._being_packed: Future[bytes] | None = None
         self._stored: list[int] = []  # where in the store each kept frame is
-        self.owners: list[NDArray[np.int32]] = []  # tracks of the detections of each kept frame
+        self.owners: list[Int32Array] = []  # tracks of the detections of each kept frame
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
         self._poses: list[Pose] = []  # newest
         self._fused_at: list[Pose] = []  # in the map that is shown
@@ -103,15 +102,15 @@ class Follower:
         """Whether the map lies where the poses no longer are, so that what is missed in it need not be gone."""
         return self._draft is not None or self._moved
 
-    def keep(self, seen: Observation, owners: NDArray[np.int32]) -> None:
+    def keep(self, seen: Observation, owners: Int32Array) -> None:
         """Note a fused frame with the tracks (N,) of its detections, and keep it if enough has changed since the
         last."""
         frame = seen.frame
-        self._earned += self.settings.live_replays
+        self._earned += self.settings.replays_per_frame
         self._since_kept += 1
         if self._poses and self._since_kept < self._patience(frame.pose):
             return
-        self._stood_for += min(self._since_kept, self.settings.every)
+        self._stood_for += min(self._since_kept, self.settings.frames_per_keyframe)
         self._since_kept = 0
         self._position[frame.index] = len(self._poses)
         self.owners.append(owners)
@@ -132,7 +131,7 @@ class Follower:
         shift_voxels = self._shift_voxels(self._poses[-1:], [pose])[0]
         if shift_voxels > FAST_VOXELS:
             return 1
-        return self.settings.every * (RESTING if shift_voxels < RESTING_VOXELS else 1)
+        return self.settings.frames_per_keyframe * (RESTING if shift_voxels < RESTING_VOXELS else 1)
 
     def move(self, corrections: Mapping[int, Pose | None]) -> None:
         """Note new world_from_camera (4, 4) of frames by index; those that were not kept are of no concern. Frames
@@ -156,7 +155,7 @@ class Follower:
         self._fused_at = [self._fused_at[position] for position in positions]
         self._draft, self._is_rough = None, True
 
-    def _shift_voxels(self, poses: list[Pose], others: list[Pose]) -> NDArray[np.float64]:
+    def _shift_voxels(self, poses: list[Pose], others: list[Pose]) -> Float64Array:
         return shifts_m(np.stack(poses), np.stack(others)) / self.voxel_settings.voxel_size_m
 
     def advance(self, voxels: VoxelMap) -> VoxelMap | None:
@@ -164,10 +163,10 @@ class Follower:
         if self._corrected:
             self._compare()
         if self._moved and self._draft is None and self._earned >= self._draft_replays:
-            self._draft = _Draft(voxels, self.settings.draft)
+            self._draft = _Draft(voxels, self.settings.keyframe_stride)
         if self._draft is None:
             return None
-        for _ in range(self.settings.pace):
+        for _ in range(self.settings.max_replays_per_frame):
             if self._draft.next < self.n_kept:
                 self._earned -= 1
                 self._fill(self._draft)
@@ -184,10 +183,10 @@ class Follower:
 
     @property
     def _draft_replays(self) -> int:
-        return len(range(0, self.n_kept, self.settings.draft))
+        return len(range(0, self.n_kept, self.settings.keyframe_stride))
 
     def _has_moved(self, poses: list[Pose], fused_at: list[Pose]) -> bool:
-        return bool(self._shift_voxels(poses, fused_at).mean() > self.settings.live_shift_voxels)
+        return bool(self._shift_voxels(poses, fused_at).mean() > self.settings.min_shift_voxels)
 
     @property
     def is_final(self) -> bool:
@@ -195,7 +194,7 @@ class Follower:
         if not self._poses:
             return not self._is_rough
         shift_voxels = self._shift_voxels(self._poses, self._fused_at).max()
-        return not self._is_rough and bool(shift_voxels <= self.settings.final_shift_voxels)
+        return not self._is_rough and bool(shift_voxels <= self.settings.min_final_shift_voxels)
 
     def replays(self, positions: range, apply: Apply = map) -> Iterator[Observation]:
         """What kept frames showed, at their newest poses."""
@@ -205,7 +204,7 @@ class Follower:
             self.n_replays += 1
             yield seen
 
-    def mapped_again(self, voxels: VoxelMap, owners: Sequence[NDArray[np.int32]]) -> None:
+    def mapped_again(self, voxels: VoxelMap, owners: Sequence[Int32Array]) -> None:
         """Note that `voxels` were filled with all replays, whose detections went to `owners`."""
         voxels.amplify(self._frames_each)
         self.owners = list(owners)

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array
 from razer.volume.mesh_extraction import LabelledMesh
 
-Array = NDArray[np.float64]
 _CONES_DEG = (45.0, 25.0, 12.0, 6.0)
 
 
-def upward(mesh: LabelledMesh, guess: Array) -> Array:
+def up_direction(mesh: LabelledMesh, guess: Float64Array) -> Float64Array:
     """The unit direction (3,) that most horizontal surface faces, up or down, starting within 45 degrees of `guess`
     (3,); the guess itself where no surface lies so, or where it has no length."""
     if not np.linalg.norm(guess) > 0:
         return guess
-    up: Array = guess / np.linalg.norm(guess)
+    up: Float64Array = guess / np.linalg.norm(guess)
     a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)

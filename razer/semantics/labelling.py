@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Int32Array
+from razer.errors import BadInput
 from razer.panoptic_map import PanopticMap
 from razer.vocabulary import Category, Vocabulary
 from razer.volume.mesh_extraction import LabelledMesh
@@ -73,7 +73,7 @@ def segments(labels: list[Label]) -> list[Segment]:
     return sorted([*things, *merged], key=lambda segment: segment.id)
 
 
-def segment_ids(mesh: LabelledMesh, found: list[Segment]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def segment_ids(mesh: LabelledMesh, found: list[Segment]) -> tuple[Int32Array, Int32Array]:
     """Segment (V,) and class number (V,) of each vertex; 0 = none. Instances without a class keep their id."""
     size = int(max([mesh.instances.max(initial=0), *(i for s in found for i in s.instances)])) + 1
     segment, category = np.arange(size, dtype=np.int32), np.zeros(size, np.int32)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array
 from razer.volume.mesh_extraction import LabelledMesh
 
 
-def vertex_normals(mesh: LabelledMesh) -> NDArray[np.float64]:
+def vertex_normals(mesh: LabelledMesh) -> Float64Array:
     """Unit normals (V, 3): adjacent triangles' normals weighted by area; (0, 1, 0) where there are none."""
     a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
     face_normals = np.cross(b - a, c - a)

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float64Array
 from razer.boxes.iou import box_containment
 from razer.boxes.rtree_index import BoxIndex
-from razer.semantics.upright_instance import Placed
+from razer.semantics.upright_instance import UprightInstance
 
-Relation = Literal["on", "in", "under", "against", "next to"]
+RelationKind = Literal["on", "in", "under", "against", "next to"]
 
 NEAR_M = 0.3  # things farther apart than this do not stand next to each other
 TOUCH_M = 0.08  # masks are shrunk and surfaces are rounded by the voxels: what touches is this far apart at most
@@ -31,16 +31,16 @@ _SHARED_HEIGHT = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class Relation:
     """`source` is e.g. on `target`, ids both; distance_m between their surfaces."""
 
     source: int
     target: int
-    relation: Relation
+    relation: RelationKind
     distance_m: float
 
 
-def relations(placed: Sequence[Placed]) -> list[Edge]:
+def relations(placed: Sequence[UprightInstance]) -> list[Relation]:
     """All relations, by source and target; of a pair that is merely next to each other the lower id is the source."""
     by_id = {thing.id: thing for thing in placed}
     index = BoxIndex()
@@ -54,18 +54,18 @@ def relations(placed: Sequence[Placed]) -> list[Edge]:
     return sorted(edges, key=lambda e: (e.source, e.target))
 
 
-def _between(one: Placed, other: Placed) -> list[Edge]:
+def _between(one: UprightInstance, other: UprightInstance) -> list[Relation]:
     distance_m = _distance_m(one, other)
     if distance_m > max(NEAR_M, HEADROOM_M):
         return []
     for thing, place in ((one, other), (other, one)):
         if relation := _relation(thing, place, distance_m):
-            return [Edge(thing.id, place.id, relation, distance_m)]
+            return [Relation(thing.id, place.id, relation, distance_m)]
     beside = not (one.stuff or other.stuff) and distance_m <= NEAR_M and _same_level(one, other)
-    return [Edge(one.id, other.id, "next to", distance_m)] if beside else []
+    return [Relation(one.id, other.id, "next to", distance_m)] if beside else []
 
 
-def _relation(thing: Placed, place: Placed, distance_m: float) -> Relation | None:
+def _relation(thing: UprightInstance, place: UprightInstance, distance_m: float) -> RelationKind | None:
     """What `thing` is to `place`, if it is more than next to it."""
     if thing.stuff:
         return None
@@ -78,7 +78,7 @@ def _relation(thing: Placed, place: Placed, distance_m: float) -> Relation | Non
     return "against" if distance_m <= TOUCH_M and is_against(thing, place) else None
 
 
-def is_on(thing: Placed, place: Placed) -> bool:
+def is_on(thing: UprightInstance, place: UprightInstance) -> bool:
     """Whether `place` has level surface at the lowest height of `thing`, beneath or beside it, and spans its middle."""
     if place.stuff and place.is_wall:
         return False
@@ -90,7 +90,7 @@ def is_on(thing: Placed, place: Placed) -> bool:
     return int(np.isfinite(near).sum()) >= _CONTACTS
 
 
-def is_in(thing: Placed, place: Placed) -> bool:
+def is_in(thing: UprightInstance, place: UprightInstance) -> bool:
     """Whether most of the box of `thing` lies in that of `place`, which surrounds it on all sides or covers it."""
     if thing.box.volume <= 0 or place.box.volume < 2 * thing.box.volume:
         return False
@@ -100,12 +100,12 @@ def is_in(thing: Placed, place: Placed) -> bool:
     return around >= _ALL_ROUND or (around >= _HALF_ROUND and _covered(thing, place) >= _COVERED)
 
 
-def is_under(thing: Placed, place: Placed) -> bool:
+def is_under(thing: UprightInstance, place: UprightInstance) -> bool:
     """Whether `place`, which is the larger, covers most of `thing`, seen from above, and not far above it."""
     return thing.box.volume < place.box.volume and _covered(thing, place) >= _COVERED
 
 
-def is_against(thing: Placed, place: Placed) -> bool:
+def is_against(thing: UprightInstance, place: UprightInstance) -> bool:
     """Whether `thing` touches the upright surface of a wall, or of what stands like one, and does not itself."""
     if not place.is_wall or (thing.is_wall and thing.box.volume > place.box.volume):
         return False
@@ -116,19 +116,19 @@ def is_against(thing: Placed, place: Placed) -> bool:
     return int(np.isfinite(near).sum()) >= _CONTACTS
 
 
-def _distance_m(one: Placed, other: Placed) -> float:
+def _distance_m(one: UprightInstance, other: UprightInstance) -> float:
     few, many = sorted((one, other), key=lambda thing: len(thing.points))
     return float(many.tree.query(few.sample)[0].min())
 
 
-def _same_level(one: Placed, other: Placed) -> bool:
+def _same_level(one: UprightInstance, other: UprightInstance) -> bool:
     """Whether their heights overlap."""
     (low, _, high), (other_low, _, other_high) = one.heights_m, other.heights_m
     shared = min(high, other_high) - max(low, other_low)
     return shared >= _SHARED_HEIGHT * min(high - low, other_high - other_low)
 
 
-def _covered(thing: Placed, place: Placed) -> float:
+def _covered(thing: UprightInstance, place: UprightInstance) -> float:
     """The share of `thing`, seen from above, that has surface of `place` over it."""
     _, middle, top = thing.heights_m
     over = place.points[_close_by(place.points, thing, above_m=HEADROOM_M)]
@@ -142,7 +142,7 @@ def _covered(thing: Placed, place: Placed) -> float:
     return len(hit) / len(cells)
 
 
-def _surrounded(thing: Placed, place: Placed) -> float:
+def _surrounded(thing: UprightInstance, place: UprightInstance) -> float:
     """In which share of the directions round `thing` there is surface of `place` at its height."""
     low, _, high = thing.heights_m
     around = place.points[(place.points[:, 2] >= low) & (place.points[:, 2] <= high)]
@@ -151,7 +151,7 @@ def _surrounded(thing: Placed, place: Placed) -> float:
     return len(np.unique(np.floor((angle / (2 * np.pi) + 0.5) * _SECTORS) % _SECTORS)) / _SECTORS
 
 
-def _close_by(points: NDArray[np.float64], thing: Placed, above_m: float = 0.0) -> NDArray[np.bool_]:
+def _close_by(points: Float64Array, thing: UprightInstance, above_m: float = 0.0) -> BoolArray:
     """Which points (N, 3) lie in the bounds of `thing`, a little larger."""
     low, high = thing.bounds - TOUCH_M, thing.bounds + TOUCH_M
     return np.asarray(((points >= low[0]) & (points <= high[1] + [0, 0, above_m])).all(axis=1))

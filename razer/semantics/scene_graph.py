@@ -6,21 +6,19 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Segment
 from razer.semantics.normals import vertex_normals
 from razer.semantics.relations import relations
-from razer.semantics.upright_instance import Placed
+from razer.semantics.upright_instance import UprightInstance
 from razer.storage import box_entry
 
-Array = NDArray[np.float64]
 
-
-def scene_graph(panoptic: PanopticMap, found: list[Segment], up: Array) -> dict[str, Any]:
+def scene_graph(panoptic: PanopticMap, found: list[Segment], up: Float64Array) -> dict[str, Any]:
     """{nodes, edges}: a node for each segment with the boxes of its instances in the world, in metres; edges {from, to,
     relation, distance_m} as `relations` tells them, `up` (3,) pointing upwards."""
     segment_of = {instance: segment for segment in found for instance in segment.instances}
@@ -49,7 +47,7 @@ def _node(panoptic: PanopticMap, segment: Segment) -> dict[str, Any]:
     }
 
 
-def _placed(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Array) -> Iterator[Placed]:
+def _placed(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Float64Array) -> Iterator[UprightInstance]:
     """The instances that have a class and a surface, turned so that z points up."""
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0].as_matrix()
     mesh = panoptic.mesh
@@ -60,4 +58,4 @@ def _placed(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Array) ->
         rows = order[start:end]
         if item.id in segment_of and len(rows):
             box = OrientedBox(turn @ item.box.center, turn @ item.box.rotation, item.box.extent)
-            yield Placed(item.id, points[rows], normals[rows], box, segment_of[item.id].category.stuff)
+            yield UprightInstance(item.id, points[rows], normals[rows], box, segment_of[item.id].category.stuff)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
 
-Array = NDArray[np.float64]
 _SAMPLES = 1500
 _TRIM = 0.02  # share of the surface above and below which counts as noise
 # A surface facing this much upwards carries things; one facing this little upwards can be leant against.
@@ -21,18 +20,18 @@ _WALL_HEIGHT_M, _WALL_WIDTH_M, _WALL_SHARE = 1.5, 1.5, 0.7
 
 
 @dataclass(frozen=True)
-class Placed:
+class UprightInstance:
     """points (N, 3) of the surface and normals (N, 3), N >= 1, in metres with z upwards; box in the same axes; stuff,
     whether it is of a class that has no instances."""
 
     id: int
-    points: Array
-    normals: Array
+    points: Float64Array
+    normals: Float64Array
     box: OrientedBox
     stuff: bool = False
 
     @cached_property
-    def sample(self) -> Array:
+    def sample(self) -> Float64Array:
         """Some of the points, evenly chosen."""
         return self.points[:: max(1, len(self.points) // _SAMPLES)]
 
@@ -53,17 +52,17 @@ class Placed:
         return float(low), float(middle), float(high)
 
     @cached_property
-    def bounds(self) -> Array:
+    def bounds(self) -> Float64Array:
         """Lowest and highest x, y, z (2, 3)."""
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
 
     @cached_property
-    def level(self) -> Array:
+    def level(self) -> Float64Array:
         """The points (M, 3) of surfaces that face upwards."""
         return self.points[self.normals[:, 2] > _LEVEL]
 
     @cached_property
-    def steep(self) -> Array:
+    def steep(self) -> Float64Array:
         """The points (M, 3) of surfaces that stand upright."""
         return self.points[np.abs(self.normals[:, 2]) < _STEEP]
 
@@ -75,14 +74,14 @@ class Placed:
         return bool(large and len(self.steep) >= _WALL_SHARE * len(self.points))
 
     @cached_property
-    def _outline(self) -> Array | None:
+    def _outline(self) -> Float64Array | None:
         """Half planes (K, 3) of the convex outline seen from above, as (normal, offset); None of a thin one."""
         try:
             return np.asarray(ConvexHull(self.sample[:, :2]).equations)
         except (QhullError, ValueError):
             return None
 
-    def spans(self, place: Array, margin_m: float) -> bool:
+    def spans(self, place: Float64Array, margin_m: float) -> bool:
         """Whether its outline, seen from above, holds a place (x, y)."""
         if self._outline is None:
             return bool(self.plan.query(place)[0] <= margin_m)

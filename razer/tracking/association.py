@@ -7,23 +7,22 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from razer.arrays import Float64Array, IndexArray
 from razer.boxes.iou import box_containment, box_iou
 from razer.boxes.oriented_box import OrientedBox
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings
 from razer.detection.lifting import Detection
 from razer.tracking.embedding_bank import bank_similarity
-from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
 
-Array = NDArray[np.float64]
-Cosines = TypeVar("Cosines", float, NDArray[np.float64])
+Cosines = TypeVar("Cosines", float, Float64Array)
 
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
 FORBIDDEN = 1e3
@@ -33,7 +32,7 @@ def find_candidates(
     detections: Sequence[Detection],
     tracks: Mapping[int, Track],
     index: BoxIndex,
-    evidence: LabelEvidence,
+    evidence: LabelOverlap,
     settings: AssociationSettings,
     unrelated_cosine: float = 0.0,
 ) -> list[tuple[Candidate, ...]]:
@@ -64,12 +63,12 @@ def _candidate_pairs(
     detections: Sequence[Detection],
     tracks: Mapping[int, Track],
     index: BoxIndex,
-    evidence: LabelEvidence,
+    evidence: LabelOverlap,
     settings: AssociationSettings,
 ) -> list[tuple[int, int]]:
     """(detection, track) for all that lie close; where labels decide, for those that share cells or a box."""
     pairs = [(i, t) for i, d in enumerate(detections) for t in index.near(d.box, settings.search_margin_m)]
-    if settings.association != "visible" or not pairs:
+    if settings.geometry_distance != "visible" or not pairs:
         return pairs
     ids = sorted({t for _, t in pairs})
     boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
@@ -84,29 +83,29 @@ def _overlaps(
     detections: Sequence[Detection],
     tracks: Mapping[int, Track],
     pairs: Sequence[tuple[int, int]],
-    evidence: LabelEvidence,
-    needed: NDArray[np.float64],
+    evidence: LabelOverlap,
+    needed: Float64Array,
     settings: AssociationSettings,
-) -> NDArray[np.float64]:
+) -> Float64Array:
     """1 - V_ij (P,) of each pair, by the chosen measure; `needed` (P,) is what it takes to pass the gate."""
     ids = sorted({t for _, t in pairs})
-    if settings.association == "paper":
+    if settings.geometry_distance == "paper":
         margin_m, measure = 0.0, box_iou
     else:
         margin_m = settings.box_margin_m
-        measure = box_iou if settings.association == "visible" else box_containment
+        measure = box_iou if settings.geometry_distance == "visible" else box_containment
     boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
     first = np.array([i for i, _ in pairs])
     second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
     seen = np.zeros(len(pairs))
-    if settings.association == "visible":
+    if settings.geometry_distance == "visible":
         seen[:] = [evidence.visible_iou(i, t) for i, t in pairs]
     # Boxes are compared only where that can change who passes the gate: it is the dearest step.
     bound = np.ones(len(pairs))
-    if settings.association == "visible":
+    if settings.geometry_distance == "visible":
         bound = _most_shared(boxes, margin_m, first, second)
     worth = np.flatnonzero(bound > np.maximum(seen, needed))
-    if settings.association == "visible" and len(worth):
+    if settings.geometry_distance == "visible" and len(worth):
         closer = _most_shared_turned(boxes, margin_m, first[worth], second[worth])
         worth = worth[closer > np.maximum(seen, needed)[worth]]
     shared = measure(*([boxes[i].grown(margin_m) for i in of[worth]] for of in (first, second)))
@@ -114,9 +113,7 @@ def _overlaps(
     return seen
 
 
-def _most_shared(
-    boxes: Sequence[OrientedBox], margin_m: float, first: NDArray[np.intp], second: NDArray[np.intp]
-) -> NDArray[np.float64]:
+def _most_shared(boxes: Sequence[OrientedBox], margin_m: float, first: IndexArray, second: IndexArray) -> Float64Array:
     """An upper bound (P,) of the IoU of pairs of boxes, grown by a margin: they share at most what their bounds along
     the world's axes share."""
     center, rotation, half = _stacked(boxes, margin_m)
@@ -127,8 +124,8 @@ def _most_shared(
 
 
 def _most_shared_turned(
-    boxes: Sequence[OrientedBox], margin_m: float, first: NDArray[np.intp], second: NDArray[np.intp]
-) -> NDArray[np.float64]:
+    boxes: Sequence[OrientedBox], margin_m: float, first: IndexArray, second: IndexArray
+) -> Float64Array:
     """The same from bounds along the axes of either box, which is closer and takes longer."""
     center, rotation, half = _stacked(boxes, margin_m)
     bounds = []
@@ -141,7 +138,7 @@ def _most_shared_turned(
     return np.minimum(*bounds)
 
 
-def _stacked(boxes: Sequence[OrientedBox], margin_m: float) -> tuple[Array, Array, Array]:
+def _stacked(boxes: Sequence[OrientedBox], margin_m: float) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Centres (N, 3), rotations (N, 3, 3) and half edges (N, 3) of boxes grown by a margin."""
     center, rotation, extent = (
         np.concatenate([getattr(box, part) for box in boxes]).reshape(len(boxes), -1, 3)
@@ -150,17 +147,17 @@ def _stacked(boxes: Sequence[OrientedBox], margin_m: float) -> tuple[Array, Arra
     return center[:, 0], rotation, extent[:, 0] / 2 + margin_m
 
 
-def _reach(rotation: Array, half: Array) -> Array:
+def _reach(rotation: Float64Array, half: Float64Array) -> Float64Array:
     """How far boxes (P, 3) that are turned by (P, 3, 3) reach along the axes."""
-    reach: Array = (np.abs(rotation) @ half[..., None])[..., 0]
+    reach: Float64Array = (np.abs(rotation) @ half[..., None])[..., 0]
     return reach
 
 
-def _iou_at_most(overlap: Array, half: Array, other_half: Array) -> Array:
+def _iou_at_most(overlap: Float64Array, half: Float64Array, other_half: Float64Array) -> Float64Array:
     """The IoU (P,) of boxes that share no more than an overlap (P, 3), nor than the smaller one's volume."""
     volume, other = (8 * h.prod(axis=1) for h in (half, other_half))
     most = np.minimum(overlap.clip(min=0).prod(axis=1), np.minimum(volume, other))
-    iou: Array = most / np.maximum(volume + other - most, 1e-12)
+    iou: Float64Array = most / np.maximum(volume + other - most, 1e-12)
     return iou
 
 

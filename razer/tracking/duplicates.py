@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from razer.arrays import Int32Array
 from razer.volume import label_histogram as votes
 from razer.volume.voxel_map import VoxelMap
 
@@ -18,7 +18,7 @@ Pair = tuple[int, int]
 MAX_TOGETHER = 0.2
 
 
-def mapped_twice(voxels: VoxelMap, owners: Sequence[NDArray[np.int32]], min_shared: float) -> list[Pair]:
+def find_duplicates(voxels: VoxelMap, owners: Sequence[Int32Array], min_shared: float) -> list[Pair]:
     """Pairs (older id, newer id) that share at least `min_shared` of their votes and are hardly ever seen together,
     the surest first; `owners` are the tracks (N,) of each frame's detections."""
     shared = {pair: share for pair, share in shared_votes(voxels).items() if share >= min_shared}
@@ -27,10 +27,10 @@ def mapped_twice(voxels: VoxelMap, owners: Sequence[NDArray[np.int32]], min_shar
     return [pair for pair, share in zip(pairs, together, strict=True) if share <= MAX_TOGETHER]
 
 
-def seen_together(pairs: list[Pair], owners: Sequence[NDArray[np.int32]], voxels: VoxelMap) -> list[float]:
+def seen_together(pairs: list[Pair], owners: Sequence[Int32Array], voxels: VoxelMap) -> list[float]:
     """For each pair of live instances the share of frames with both, among those of the one seen in fewer."""
     frame = np.repeat(np.arange(len(owners)), [len(ids) for ids in owners])
-    now = np.array(voxels.alive(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
+    now = np.array(voxels.resolve(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
     frames_of = {i: set(frame[now == i].tolist()) for pair in pairs for i in pair}
     return [len(frames_of[a] & frames_of[b]) / max(1, min(len(frames_of[a]), len(frames_of[b]))) for a, b in pairs]
 
@@ -44,7 +44,7 @@ def shared_votes(voxels: VoxelMap) -> dict[Pair, float]:
     """
     surface = voxels.surface_addresses()
     ids, counts = (voxels.attribute(name)[surface].T.contiguous() for name in ("ids", "counts"))
-    ids, counts = votes.merge_equal(voxels.alive(ids), counts)
+    ids, counts = votes.merge_equal(voxels.resolve(ids), counts)
     n_ids = voxels.newest_id + 1
     total = torch.bincount(ids.flatten().long(), weights=counts.flatten().double(), minlength=n_ids).tolist()
     shared: dict[Pair, float] = {}

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array
 from razer.config import BankSettings
-from razer.tracking.embedding_clusters import Slots
+from razer.tracking.embedding_clusters import EmbeddingClusters
 
-Vectors = NDArray[np.float32]
 # Mass at which a track counts as well seen, so that strangers are outliers instead of new hypotheses.
 WELL_SEEN_MASS = 2.0
 
@@ -23,22 +22,22 @@ class EmbeddingBank:
 
     def __init__(self, settings: BankSettings, dimension: int) -> None:
         self.settings = settings
-        self._slots = Slots.none(dimension)
+        self._slots = EmbeddingClusters.none(dimension)
         self._hypotheses = self._slots
         self.outliers = 0
 
     @property
-    def embeddings(self) -> Vectors:
+    def embeddings(self) -> Float32Array:
         """Hypotheses (J, D) float32 of unit length, the strongest first."""
         return self._hypotheses.directions.astype(np.float32)
 
     @property
-    def confidences(self) -> NDArray[np.float64]:
+    def confidences(self) -> Float64Array:
         """c_j (J,), adding up to 1, in the order of `embeddings`."""
         masses = self._hypotheses.masses
         return masses / masses.sum() if len(masses) else masses
 
-    def settled(self) -> tuple[Vectors, NDArray[np.float64]]:
+    def settled(self) -> tuple[Float32Array, Float64Array]:
         """What queries are answered by: embeddings (J, D) and confidences (J,) without those of a single observation,
         the strongest first. Association still wants these, as what was seen once may be seen again."""
         slots = self._slots.settled()
@@ -49,14 +48,14 @@ class EmbeddingBank:
         """Confidence mass of all observations fused so far."""
         return float(self._slots.masses.sum())
 
-    def similarity(self, embedding: Vectors) -> float:
+    def similarity(self, embedding: Float32Array) -> float:
         """Highest cosine of a unit vector (D,) to any hypothesis (section III-H); 0 while empty."""
         return float((self._hypotheses.directions @ embedding).max()) if len(self._hypotheses) else 0.0
 
-    def add(self, embedding: Vectors, confidence: float) -> None:
+    def add(self, embedding: Float32Array, confidence: float) -> None:
         """Take in one observation (eqs. 12 and 13)."""
         confidence = max(confidence, 1e-6)
-        self._take(Slots.of(embedding, confidence))
+        self._take(EmbeddingClusters.of(embedding, confidence))
         self._hypotheses = self._slots.distinct()
 
     def absorb(self, other: EmbeddingBank) -> None:
@@ -66,7 +65,7 @@ class EmbeddingBank:
         self._hypotheses = self._slots.distinct()
         self.outliers += other.outliers
 
-    def _take(self, new: Slots) -> None:
+    def _take(self, new: EmbeddingClusters) -> None:
         slots = self._slots
         if len(slots) == 0:
             self._slots = new
@@ -86,7 +85,7 @@ class EmbeddingBank:
             self._slots = slots.merged(int(slots.mean_cosines(new).argmax()), new)
 
 
-def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Vectors) -> NDArray[np.float64]:
+def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:
     """Highest cosine of each of (N, D) unit vectors to each of M banks, (M, N)."""
     if not banks or len(embeddings) == 0:
         return np.zeros((len(banks), len(embeddings)))

@@ -15,7 +15,7 @@ from razer.volume.voxel_map import VoxelMap
 
 
 @dataclass(frozen=True)
-class LabelEvidence:
+class LabelOverlap:
     """Counts of observed cells: `shared` {(detection, track): cells}, `labelled` {detection: cells with any
     label}, `visible` {track: cells in the frame}, `in_mask` {(mask, track): cells}."""
 
@@ -25,7 +25,7 @@ class LabelEvidence:
     in_mask: Mapping[tuple[int, int], int]
 
     @classmethod
-    def gather(cls, voxels: VoxelMap, cells: Cells, lifted: Lifted) -> LabelEvidence:
+    def gather(cls, voxels: VoxelMap, cells: Cells, lifted: Lifted) -> LabelOverlap:
         """Look up the labels of all cells of a frame once and count them."""
         detections = lifted.detections
         labels = voxels.labels_at(cells)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Int32Array
 from razer.detection.lifting import Detection
 
 Outcome = Literal["matched", "joined", "born"]
@@ -35,22 +35,22 @@ class Decision:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepResult:
     """One mapped frame: id_image (H, W) int32 track per pixel, 0 = nobody; fused as (gone, survivor);
     changed_blocks (M, 3) int32 keys of the blocks that were fused into; rebuilt, whether the whole map was replaced
     by one that follows corrected poses."""
 
     frame_index: int
-    id_image: NDArray[np.int32]
+    id_image: Int32Array
     detections: tuple[Detection, ...]
     decisions: tuple[Decision, ...]
     fused: tuple[tuple[int, int], ...]
     pruned: tuple[int, ...]
-    changed_blocks: NDArray[np.int32]
+    changed_blocks: Int32Array
     rebuilt: bool = False
 
     @property
-    def owners(self) -> NDArray[np.int32]:
+    def owners(self) -> Int32Array:
         """The track (N,) of each detection."""
         return np.array([d.track_id for d in self.decisions], np.int32)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import BankSettings
-from razer.detection.best_views import View, best_views
+from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
 from razer.tracking.embedding_bank import EmbeddingBank
 
@@ -35,7 +35,7 @@ class Track:
         self.confirmed = False
         self.support = 1.0
         self.n_voxels = 0
-        self.views: tuple[View, ...] = ()
+        self.views: tuple[BestView, ...] = ()
         self._rivalry = 0.0
         self._class_votes: Counter[str] = Counter()
         self.observe(detection, frame_index)
@@ -80,7 +80,7 @@ class Track:
             self.box = _grown_to(self.box, self.moments, detection.box)
         self.bank.add(detection.embedding, detection.quality)
         if detection.region is not None:
-            self.views = best_views([*self.views, View(frame_index, detection.region)])
+            self.views = best_views([*self.views, BestView(frame_index, detection.region)])
         if detection.class_name is not None:
             self._class_votes[detection.class_name] += 1
 

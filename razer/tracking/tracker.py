@@ -8,7 +8,7 @@ from razer.boxes.rtree_index import BoxIndex
 from razer.config import MaintenanceSettings, MapperConfig
 from razer.detection.lifting import Detection
 from razer.tracking.association import assign, find_candidates, likeness
-from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, Consensus
@@ -26,7 +26,7 @@ class Tracker:
         self._index = BoxIndex()
         self._consensus = Consensus()
 
-    def update(self, detections: Sequence[Detection], evidence: LabelEvidence, frame_index: int) -> list[Decision]:
+    def update(self, detections: Sequence[Detection], evidence: LabelOverlap, frame_index: int) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one."""
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, evidence, settings, self.unrelated_cosine)
@@ -50,7 +50,7 @@ class Tracker:
         detection: Detection,
         assigned: int | None,
         candidates: Iterable[Candidate],
-        evidence: LabelEvidence,
+        evidence: LabelOverlap,
         mask_of: Mapping[int, int],
     ) -> tuple[Outcome, int]:
         if assigned is not None:
@@ -72,11 +72,11 @@ class Tracker:
             self.tracks[track_id].note_rival(track_id in rivalled)
 
     def _owner(
-        self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelEvidence
+        self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelOverlap
     ) -> int | None:
         """The track a detection left over by the assignment is a further part of, if any."""
         settings = self.config.association
-        if settings.association != "visible":
+        if settings.geometry_distance != "visible":
             return None
         for candidate in sorted(candidates, key=lambda c: (c.semantic, c.track_id)):
             share = evidence.owned_share(i, candidate.track_id, detection.n_cells)
@@ -98,7 +98,7 @@ class Tracker:
         track.confirmed = track.confirmed or track.hits >= self.config.maintenance.confirm_hits
         self._index.put(track.id, track.box)
 
-    def _count_misses(self, evidence: LabelEvidence, frame_index: int) -> None:
+    def _count_misses(self, evidence: LabelOverlap, frame_index: int) -> None:
         """A track had its chance where enough of its own voxels were seen, neither hidden nor out of view."""
         for track in self.tracks.values():
             seen = track.last_frame == frame_index
@@ -178,7 +178,7 @@ class Tracker:
         settings = self.config.maintenance
         if not track.confirmed:
             return frame_index - track.last_frame > settings.max_misses or track.misses >= settings.confirm_hits
-        if self._is_bare(track) and frame_index - track.last_frame > settings.every:
+        if self._is_bare(track) and frame_index - track.last_frame > settings.interval_frames:
             return True
         sure = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
         return not sure and (track.misses >= settings.max_misses or track.support < settings.min_support)

@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from itertools import combinations
 
-from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.label_overlap import LabelOverlap
 
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
@@ -24,7 +24,7 @@ class Consensus:
         self._together: dict[tuple[int, int], int] = defaultdict(int)
         self._apart: dict[tuple[int, int], int] = defaultdict(int)
 
-    def add(self, evidence: LabelEvidence, born: Mapping[int, int]) -> None:
+    def add(self, evidence: LabelOverlap, born: Mapping[int, int]) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it."""
         mask_of = {
             track: mask

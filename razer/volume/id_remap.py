@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 
-class Survivors:
+class InstanceIdMap:
     """For each id ever given the id that stands for it now, 0 = nobody; several volumes may read one table."""
 
     def __init__(self, device: torch.device) -> None:
@@ -26,6 +26,6 @@ class Survivors:
         """All that was `gone` is `survivor` from now on; survivor 0 forgets it."""
         self._of[self._of == gone] = survivor
 
-    def alive(self, ids: Tensor) -> Tensor:
+    def resolve(self, ids: Tensor) -> Tensor:
         """Ids (any shape) after all fusions and prunings so far, int32."""
         return self._of[ids.long()]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Int32Array
 from razer.detection.lifting import Detection
 from razer.detection.observed_surface import ObservedSurface
 from razer.volume.voxel_map import VoxelMap
@@ -21,14 +21,14 @@ def vote(
     voxels: VoxelMap,
     surface: ObservedSurface,
     detections: Sequence[Detection],
-    owners: NDArray[np.int32],
+    owners: Int32Array,
     withdraw: bool = True,
-) -> NDArray[np.int32]:
+) -> Int32Array:
     """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to; `owners` (N,) are
     the tracks of the detections. If `withdraw`, it loses one of each instance that the frame shows, but elsewhere:
     what a mask spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns
     the strided id image (h, w), 0 = nobody."""
-    owners = np.array(voxels.alive(torch.from_numpy(owners)).tolist(), np.int32)
+    owners = np.array(voxels.resolve(torch.from_numpy(owners)).tolist(), np.int32)
     ids = _painted(surface, detections, owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
     row, column, z, on_image = surface.cell_pixels
@@ -38,15 +38,15 @@ def vote(
     return ids
 
 
-def _far_from_borders(ids: NDArray[np.int32]) -> NDArray[np.bool_]:
+def _far_from_borders(ids: Int32Array) -> BoolArray:
     """Which pixels (h, w) have only their own id around them."""
     size = 2 * round(BORDER_PIXELS * len(ids) / 480) + 1
     kernel, exact = np.ones((size, size), np.uint8), ids.astype(np.float32)
-    same: NDArray[np.bool_] = cv2.dilate(exact, kernel) == cv2.erode(exact, kernel)
+    same: BoolArray = cv2.dilate(exact, kernel) == cv2.erode(exact, kernel)
     return same
 
 
-def _painted(surface: ObservedSurface, detections: Sequence[Detection], owners: NDArray[np.int32]) -> NDArray[np.int32]:
+def _painted(surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
     ids = np.zeros(surface.depth.shape, np.int32)
     # Small things stand on or before large ones: they are painted last.
     for i in sorted(range(len(detections)), key=lambda i: -len(detections[i].pixels)):

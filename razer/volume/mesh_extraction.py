@@ -10,10 +10,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from razer.arrays import Float32Array, Int32Array, Uint8Array
 from razer.detection.observed_surface import Cells, cells_of
 from razer.volume.voxel_map import VoxelMap
 
-Ints = NDArray[np.int32]
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
 
@@ -25,9 +25,9 @@ SEAM_RINGS = 3
 class SurfacePoints:
     """Voxels that hold surface: positions (N, 3) float32 metres, colors (N, 3) uint8, instances (N,) int32."""
 
-    positions: NDArray[np.float32]
-    colors: NDArray[np.uint8]
-    instances: Ints
+    positions: Float32Array
+    colors: Uint8Array
+    instances: Int32Array
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class LabelledMesh:
     """vertices (V, 3) float32 metres, colors (V, 3) uint8, instances (V,) int32 with 0 = nobody,
     triangles (T, 3) int32."""
 
-    vertices: NDArray[np.float32]
-    colors: NDArray[np.uint8]
-    instances: Ints
-    triangles: Ints
+    vertices: Float32Array
+    colors: Uint8Array
+    instances: Int32Array
+    triangles: Int32Array
 
 
-def extract_points(voxels: VoxelMap, block_keys: Ints | None = None) -> SurfacePoints:
+def extract_points(voxels: VoxelMap, block_keys: Int32Array | None = None) -> SurfacePoints:
     """The voxels that hold the zero crossing, of the given blocks or of all, in a fixed order."""
     return points_at(voxels, voxels.surface_addresses(block_keys))
 
@@ -51,7 +51,7 @@ def points_at(voxels: VoxelMap, addresses: Tensor) -> SurfacePoints:
     columns = (
         voxels.positions(addresses),
         voxels.attribute("color")[addresses],
-        voxels.alive(voxels.attribute("label")[addresses, 0]),
+        voxels.resolve(voxels.attribute("label")[addresses, 0]),
     )
     positions, colors, instances = (column.cpu().numpy() for column in columns)
     return SurfacePoints(positions, _bytes(colors / 255), instances)  # Open3D keeps colours as 0..255
@@ -82,7 +82,7 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
     return LabelledMesh(vertices, colors[order], labels, triangles)
 
 
-def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
+def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
     """The instance (V,) int32 with the most votes around each point: the voxels of the surrounding lattice cube
     add their votes, weighted as in trilinear interpolation; 0 where nobody voted."""
     size = voxels.settings.voxel_size_m
@@ -97,7 +97,7 @@ def vertex_labels(voxels: VoxelMap, points: NDArray[np.float32]) -> Ints:
     return np.concatenate(result)
 
 
-def fill_seams(labels: Ints, triangles: Ints, rings: int = SEAM_RINGS) -> Ints:
+def fill_seams(labels: Int32Array, triangles: Int32Array, rings: int = SEAM_RINGS) -> Int32Array:
     """Labels (V,) in which nobody's vertices next to labelled ones are given to most of those neighbours.
 
     Masks are shrunk before they vote, which leaves seams of a voxel or two between instances and around them.
@@ -114,7 +114,7 @@ def fill_seams(labels: Ints, triangles: Ints, rings: int = SEAM_RINGS) -> Ints:
     return labels
 
 
-def _most_voted(voxels: VoxelMap, cells: Cells, corner: Ints, weights: NDArray) -> Ints:
+def _most_voted(voxels: VoxelMap, cells: Cells, corner: Int32Array, weights: NDArray) -> Int32Array:
     ids, counts = voxels.histograms_at(cells)
     row = torch.from_numpy(corner).to(ids.device).long()
     slots = ids.shape[1]
@@ -130,11 +130,11 @@ def _most_voted(voxels: VoxelMap, cells: Cells, corner: Ints, weights: NDArray) 
     return torch.where(best.any(dim=1), lowest, 0).cpu().numpy().astype(np.int32)
 
 
-def _bytes(colors: NDArray) -> NDArray[np.uint8]:
+def _bytes(colors: NDArray) -> Uint8Array:
     return np.clip(np.rint(colors * 255), 0, 255).astype(np.uint8)
 
 
-def _canonical(triangles: Ints) -> Ints:
+def _canonical(triangles: Int32Array) -> Int32Array:
     """Triangles with their lowest vertex first, winding kept, sorted."""
     first = triangles.argmin(axis=1)
     rolled = triangles[np.arange(len(triangles))[:, None], (first[:, None] + np.arange(3)) % 3]

@@ -6,9 +6,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from razer.arrays import BoolArray, Float32Array, Int32Array
 from razer.detection.observed_surface import BLOCK, ObservedSurface
 from razer.geometry import inverse, transform_points
 from razer.volume.voxel_map import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
@@ -36,13 +36,13 @@ def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
         _forget(voxels, free, surface_tsdf)
 
 
-def nearest_readings(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+def nearest_readings(depth: Float32Array) -> Float32Array:
     """The smallest depth around each pixel (h, w), 0 where any of its neighbours has none."""
     size = 2 * EDGE_PIXELS + 1
     return cv2.erode(depth, np.ones((size, size), np.uint8))
 
 
-def _in_view(keys: NDArray[np.int32], voxels: VoxelMap, surface: ObservedSurface) -> NDArray[np.bool_]:
+def _in_view(keys: Int32Array, voxels: VoxelMap, surface: ObservedSurface) -> BoolArray:
     """Which blocks may reach into the viewing frustum."""
     size_m = BLOCK * voxels.settings.voxel_size_m
     camera = transform_points(inverse(surface.world_from_camera), (keys + 0.5) * size_m)
@@ -54,7 +54,7 @@ def _in_view(keys: NDArray[np.int32], voxels: VoxelMap, surface: ObservedSurface
     return inside & (camera[:, 2] > -size_m) & (camera[:, 2] < surface.depth.max() + size_m)
 
 
-def _is_free(points: Tensor, surface: ObservedSurface, nearest: NDArray[np.float32], margin_m: float) -> Tensor:
+def _is_free(points: Tensor, surface: ObservedSurface, nearest: Float32Array, margin_m: float) -> Tensor:
     camera = torch.from_numpy(inverse(surface.world_from_camera)).to(points)
     local = points @ camera[:3, :3].T + camera[:3, 3]
     z = local[:, 2].clamp(min=1e-3)

@@ -15,10 +15,10 @@ from razer.volume.voxel_map import VoxelMap
 
 def support_ratios(voxels: VoxelMap, surface: SurfaceVoxels) -> dict[int, float]:
     """r_i in [0, 1] for each instance with any votes on the surface of a volume."""
-    ids = voxels.alive(surface.ids)
+    ids = voxels.resolve(surface.ids)
     votes = surface.counts
     given = votes > 0
-    won = (ids == voxels.alive(surface.labels)[:, None])[given]
+    won = (ids == voxels.resolve(surface.labels)[:, None])[given]
     voter, weight = ids[given].long(), votes[given].double()
     n_ids = voxels.newest_id + 1
     total = torch.bincount(voter, weights=weight, minlength=n_ids)

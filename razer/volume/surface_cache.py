@@ -10,9 +10,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from razer.arrays import Float64Array, Int32Array, Int64Array
 from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.volume.voxel_map import VoxelMap
 
@@ -45,10 +45,10 @@ class SurfaceVoxels:
     def instances(self, volume: VoxelMap) -> set[int]:
         """All who own one of them, or have votes there."""
         votes = self.ids[self.counts > 0]
-        return set(volume.alive(torch.unique(torch.cat([self.labels, votes]))).tolist())
+        return set(volume.resolve(torch.unique(torch.cat([self.labels, votes]))).tolist())
 
 
-class KnownSurface:
+class SurfaceCache:
     """All surface voxels of a volume, as far as is known."""
 
     def __init__(self) -> None:
@@ -70,13 +70,13 @@ class KnownSurface:
         return self._voxels, changed
 
 
-def points_of(volume: VoxelMap, surface: SurfaceVoxels, instances: Iterable[int]) -> dict[int, NDArray[np.float64]]:
+def points_by_instance(volume: VoxelMap, surface: SurfaceVoxels, instances: Iterable[int]) -> dict[int, Float64Array]:
     """Positions (n, 3) of the surface voxels of each of some instances, in the order of the lattice: where a block lies
     in memory differs from run to run."""
     wanted = torch.zeros(volume.newest_id + 1, dtype=torch.bool, device=surface.labels.device)
     known = sorted(instances)
     wanted[known] = True
-    owner = volume.alive(surface.labels)
+    owner = volume.resolve(surface.labels)
     own = wanted[owner.long()]
     owners, positions = owner[own].cpu().numpy(), surface.positions[own].cpu().numpy().astype(np.float64)
     order = np.argsort(_rank(owners, positions, volume.settings.voxel_size_m))
@@ -84,10 +84,10 @@ def points_of(volume: VoxelMap, surface: SurfaceVoxels, instances: Iterable[int]
     return {i: positions[order[start:end]] for i, (start, end) in zip(known, bounds, strict=True)}
 
 
-def _rank(owners: NDArray[np.int32], positions: NDArray[np.float64], size_m: float) -> NDArray[np.int64]:
+def _rank(owners: Int32Array, positions: Float64Array, size_m: float) -> Int64Array:
     """Numbers (N,), no two alike, in the order of the owners and then of the places on the lattice."""
     place = np.rint(positions / size_m).astype(np.int64)
     x, y, z = (place - place.min(axis=0, initial=0)).T
     _, n_y, n_z = shape = (place.max(axis=0, initial=0) - place.min(axis=0, initial=0) + 1).tolist()
-    rank: NDArray[np.int64] = owners * np.int64(np.prod(shape)) + (x * n_y + y) * n_z + z
+    rank: Int64Array = owners * np.int64(np.prod(shape)) + (x * n_y + y) * n_z + z
     return rank

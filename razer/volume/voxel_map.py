@@ -17,14 +17,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from razer.arrays import BoolArray, Int32Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
 from razer.frame import Frame
 from razer.geometry import inverse
 from razer.volume import label_histogram as votes
-from razer.volume.id_remap import Survivors
+from razer.volume.id_remap import InstanceIdMap
 
-Ints = NDArray[np.int32]
 START_BLOCKS = 1024
 GROWTH = 1.6
 SPARE = 1.1  # room of a successor, since corrected poses fill somewhat other blocks
@@ -37,7 +37,7 @@ class VoxelMap:
     """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
 
     def __init__(
-        self, settings: VoxelSettings, device: str = "CPU:0", survivors: Survivors | None = None, n_blocks: int = 0
+        self, settings: VoxelSettings, device: str = "CPU:0", survivors: InstanceIdMap | None = None, n_blocks: int = 0
     ) -> None:
         """An empty volume with room for at least `n_blocks`."""
         self.settings = settings
@@ -54,10 +54,10 @@ class VoxelMap:
             self.device,
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
-        self._survivors = survivors or Survivors(self.torch_device)
+        self._survivors = survivors or InstanceIdMap(self.torch_device)
         self._touched: Tensor | None = None  # which buffer rows, None = any
 
-    def successor(self) -> VoxelMap:
+    def empty_copy(self) -> VoxelMap:
         """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
         room for as many blocks, since growing takes seconds."""
         return VoxelMap(self.settings, str(self.device), self._survivors, int(SPARE * self.n_blocks / FULL))
@@ -92,7 +92,7 @@ class VoxelMap:
         lattice = keys[addresses // BLOCK_VOXELS] * BLOCK + inside
         return lattice.float() * self.settings.voxel_size_m
 
-    def integrate(self, frame: Frame, surface: ObservedSurface | None = None) -> Ints:
+    def integrate(self, frame: Frame, surface: ObservedSurface | None = None) -> Int32Array:
         """Fuse a posed frame, of which the observed `surface` may be known already; returns the sorted keys
         (M, 3) of the blocks within the truncation distance of it. Raises UnusableFrame without depth in range.
 
@@ -122,20 +122,20 @@ class VoxelMap:
         if self._touched is not None:
             self._touched[rows] = True
 
-    def allocate(self, block_keys: Ints) -> None:
+    def allocate(self, block_keys: Int32Array) -> None:
         """Add blocks (B, 3) of empty voxels."""
         if len(block_keys) == 0:
             return
         self._make_room(block_keys)
         self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
 
-    def _make_room(self, block_keys: Ints) -> None:
+    def _make_room(self, block_keys: Int32Array) -> None:
         hashmap = self.grid.hashmap()
         room = int(FULL * hashmap.capacity()) - hashmap.size()
         if len(block_keys) > room and (n_more := int((self._rows(block_keys) < 0).sum())) > room:
             hashmap.reserve(int(GROWTH * (hashmap.size() + n_more)) + START_BLOCKS // 2)
 
-    def _rows(self, block_keys: Ints) -> Tensor:
+    def _rows(self, block_keys: Int32Array) -> Tensor:
         """Buffer row of each block (B,) int64, -1 where the map has none."""
         if len(block_keys) == 0:
             return torch.zeros(0, dtype=torch.int64, device=self.torch_device)
@@ -153,7 +153,7 @@ class VoxelMap:
     def _tensor(self, values: NDArray) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(values)).to(self.torch_device, torch.int64)
 
-    def rows_of(self, block_keys: Ints) -> Tensor:
+    def rows_of(self, block_keys: Int32Array) -> Tensor:
         """Buffer rows of those of the given blocks (B, 3) that the map has."""
         rows = self._rows(block_keys)
         return rows[rows >= 0]
@@ -163,22 +163,22 @@ class VoxelMap:
         addresses, known = self._addresses(cells)
         shape = (len(cells), self.settings.histogram_slots)
         ids, counts = (torch.zeros(shape, dtype=torch.int64, device=self.torch_device) for _ in range(2))
-        ids[known] = self.alive(self.attribute("ids")[addresses]).long()
+        ids[known] = self.resolve(self.attribute("ids")[addresses]).long()
         counts[known] = self.attribute("counts")[addresses].long()
         return ids, counts
 
-    def alive(self, ids: Tensor) -> Tensor:
+    def resolve(self, ids: Tensor) -> Tensor:
         """Ids after all fusions and prunings so far."""
-        return self._survivors.alive(ids)
+        return self._survivors.resolve(ids)
 
     def labels_at(self, cells: Cells) -> Tensor:
         """The label (C,) int32 of each cell, 0 = nobody; stays on the device."""
         addresses, known = self._addresses(cells)
         result = torch.zeros(len(cells), dtype=torch.int32, device=self.torch_device)
-        result[known] = self.alive(self.attribute("label")[addresses, 0])
+        result[known] = self.resolve(self.attribute("label")[addresses, 0])
         return result
 
-    def count_labels(self, labels: Tensor, group: Ints, cell: Ints) -> dict[tuple[int, int], int]:
+    def count_labels(self, labels: Tensor, group: Int32Array, cell: Int32Array) -> dict[tuple[int, int], int]:
         """How many cells of each group bear each label: {(group, id): cells}, nobody left out.
 
         group (M,) and cell (M,) list the members of all groups; `labels` is from `labels_at`.
@@ -197,11 +197,13 @@ class VoxelMap:
         """All that was `gone` is `survivor` from now on; survivor 0 forgets it. Voxels follow lazily."""
         self._survivors.replace(gone, survivor)
 
-    def vote(self, cells: Cells, ids: Ints, shown: Ints | None = None, sure: NDArray[np.bool_] | None = None) -> None:
+    def vote(
+        self, cells: Cells, ids: Int32Array, shown: Int32Array | None = None, sure: BoolArray | None = None
+    ) -> None:
         """One vote (C,) for each cell that the map has; 0 = none. Votes for who is gone go to the survivor. Cells that
         are `sure` (C,) of their vote lose one of each other live instance `shown` (T,) in the frame."""
         addresses, known = self._addresses(cells)
-        cast = self.alive(self._tensor(ids)[known])
+        cast = self.resolve(self._tensor(ids)[known])
         if shown is None or sure is None:
             self._rewrite(addresses, lambda ids, counts: votes.cast(ids, counts, cast))
             return
@@ -222,7 +224,7 @@ class VoxelMap:
         """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
         slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
         noted, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
-        ids = self.alive(noted)
+        ids = self.resolve(noted)
         stale = torch.nonzero((ids != noted).any(dim=0)).squeeze(1)
         ids[:, stale], counts[:, stale] = votes.merge_equal(ids[:, stale], counts[:, stale])
         ids, counts = change(ids, counts)
@@ -238,7 +240,7 @@ class VoxelMap:
         for part in counts.split(BLOCKS_AT_ONCE * BLOCK_VOXELS):
             part.copy_((part * times).round_().clamp_(max=votes.MAX_COUNT))
 
-    def active_rows(self) -> tuple[Ints, Tensor]:
+    def active_rows(self) -> tuple[Int32Array, Tensor]:
         """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""
         hashmap = self.grid.hashmap()
         rows = hashmap.active_buf_indices().to(o3c.int64)
@@ -253,7 +255,7 @@ class VoxelMap:
         row, place = torch.nonzero(keep(*whole), as_tuple=True)
         return rows[row] * BLOCK_VOXELS + place
 
-    def surface_addresses(self, block_keys: Ints | None = None) -> Tensor:
+    def surface_addresses(self, block_keys: Int32Array | None = None) -> Tensor:
         """Addresses, in order, of the voxels that hold the zero crossing, of the given blocks or of all."""
         return self.surface_in(self.active_rows()[1] if block_keys is None else self.rows_of(block_keys))
 

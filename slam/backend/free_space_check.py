@@ -9,23 +9,23 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array
 from razer.frame import Intrinsics
-from razer.geometry import Array, inverse
+from razer.geometry import inverse
 from slam.frontend.keyframes import View
 
 MARGIN_M, MARGIN_SHARE = 0.05, 0.03  # how far in front of a reading something must stand to contradict it
 MIN_SHARED = 50  # readings; with fewer in common there is nothing to ask
 
 
-def contradiction(target: View, source: View, target_from_source: Array) -> float:
+def contradiction(target: View, source: View, target_from_source: Float64Array) -> float:
     """Share of the readings of one view, of those that fall on readings of the other, that stand where the other saw
     through; the greater of both ways."""
     return max(_standing(source, target, target_from_source), _standing(target, source, inverse(target_from_source)))
 
 
-def _standing(view: View, other: View, other_from_view: Array) -> float:
+def _standing(view: View, other: View, other_from_view: Float64Array) -> float:
     points = _points(view.sparse_depth, view.sparse_intrinsics) @ other_from_view[:3, :3].T + other_from_view[:3, 3]
     k = other.sparse_intrinsics
     points = points[points[:, 2] > 0.1]
@@ -40,7 +40,7 @@ def _standing(view: View, other: View, other_from_view: Array) -> float:
     return float(standing[read].mean())
 
 
-def _points(depth: NDArray[np.float32], k: Intrinsics) -> Array:
+def _points(depth: Float32Array, k: Intrinsics) -> Float64Array:
     row, column = np.nonzero(depth)
     z = depth[row, column].astype(np.float64)
     return np.column_stack([(column - k.cx) / k.fx * z, (row - k.cy) / k.fy * z, z])

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, IndexArray, Uint8Array
 from slam.frontend.features import Features
 
 MAX_WORDS = 2048
@@ -22,7 +22,7 @@ REWEIGH = 1.05  # words are weighed anew once there are so many times more keyfr
 LEAST = 1e-12  # of a squared norm, so that a view without words is like none
 
 
-class Places:
+class PlaceRecognition:
     """Keyframes by appearance, in the order in which they were added."""
 
     def __init__(self) -> None:
@@ -48,11 +48,11 @@ class Places:
         if self._size > REWEIGH * self._weighed_size:
             self._weigh()
 
-    def similar(self, features: Features) -> NDArray[np.float32]:
+    def similar(self, features: Features) -> Float32Array:
         """How alike (K,) each keyframe is, in [0, 1]: cosine of the bags, rare words weighing more (tf-idf)."""
         bag = self._bag(features)
         products = self._counts[: self._size] @ (bag * self._weights)
-        likeness: NDArray[np.float32] = products / (self._norms[: self._size] * self._norm(bag))
+        likeness: Float32Array = products / (self._norms[: self._size] * self._norm(bag))
         return likeness
 
     def _weigh(self) -> None:
@@ -62,7 +62,7 @@ class Places:
         self._norms[: self._size] = np.sqrt(np.maximum(np.square(counts) @ self._weights, LEAST))
         self._weighed_size = self._size
 
-    def _norm(self, bag: NDArray[np.float32]) -> float:
+    def _norm(self, bag: Float32Array) -> float:
         return float(np.sqrt(max(float(np.square(bag) @ self._weights), LEAST)))
 
     def _learn(self, features: Features) -> None:
@@ -72,14 +72,14 @@ class Places:
         fresh = np.flatnonzero(self._nearest(features.descriptors)[1] > NEW_WORD_BITS)[:room]
         self._words = np.concatenate([self._words, features.descriptors[fresh]])
 
-    def _nearest(self, descriptors: NDArray[np.uint8]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    def _nearest(self, descriptors: Uint8Array) -> tuple[IndexArray, Float64Array]:
         """The nearest word of each descriptor (N, 32) and its distance in bits."""
         if len(self._words) == 0:
             return np.zeros(len(descriptors), np.intp), np.full(len(descriptors), np.inf)
         found = self._matcher.match(descriptors, self._words)
         return np.array([m.trainIdx for m in found], np.intp), np.array([m.distance for m in found])
 
-    def _bag(self, features: Features) -> NDArray[np.float32]:
+    def _bag(self, features: Features) -> Float32Array:
         if len(features) == 0 or len(self._words) == 0:
             return np.zeros(MAX_WORDS, np.float32)
         word, bits = self._nearest(features.descriptors[:: -(-len(features) // ASKED)])

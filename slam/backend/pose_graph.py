@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from razer.geometry import Array
+from razer.arrays import Float64Array
 from slam.se3 import adjoint
 
 # Registrations report the information of their residuals as if these were independent and all were right.
@@ -21,19 +21,19 @@ HUBER = 0.5
 # Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
 INFORMATION = (1.0, 1e7)
 ANCHOR_SIGMA = 1e-4
-ADRIFT_SIGMA = 1e1  # of the first keyframe of a piece that nothing ties to the rest
+ADRIFT_SIGMA = 1e1  # of the first keyframe of a submap that nothing ties to the rest
 RELINEARISE = 0.005  # radians and metres
 
 
 @dataclass(frozen=True)
-class Edge:
+class PoseEdge:
     """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
     (rotation, shift); `sure` where tracking led from one to the other, which needs no second opinion."""
 
     a: int
     b: int
-    a_from_b: Array
-    information: Array
+    a_from_b: Float64Array
+    information: Float64Array
     sure: bool = False
 
 
@@ -41,9 +41,9 @@ class PoseGraph:
     """Keyframes, numbered as they come: `poses` holds world_from_camera (4, 4) of each as known now."""
 
     def __init__(self) -> None:
-        self.edges: list[Edge] = []
-        self._starts: dict[int, Array] = {}
-        self._guesses: dict[int, Array] = {}
+        self.edges: list[PoseEdge] = []
+        self._starts: dict[int, Float64Array] = {}
+        self._guesses: dict[int, Float64Array] = {}
         self._anchors: set[int] = set()
         self._fixed = 0  # the keyframe that is the world
         self._restart()
@@ -52,23 +52,23 @@ class PoseGraph:
         self._isam = _isam2()
         self._new_factors = gtsam.NonlinearFactorGraph()
         self._new_values = gtsam.Values()
-        self.poses: dict[int, Array] = {}
+        self.poses: dict[int, Float64Array] = {}
 
-    def add_keyframe(self, number: int, world_from_camera: Array, adrift: bool = False) -> None:
-        """A further keyframe at its first guess; the first one is fixed there, one adrift hardly at all."""
+    def add_keyframe(self, number: int, world_from_camera: Float64Array, unanchored: bool = False) -> None:
+        """A further keyframe at its first guess; the first one is fixed there, one unanchored hardly at all."""
         self._guesses[number] = world_from_camera
         self._new_values.insert(number, gtsam.Pose3(world_from_camera))
-        if (not self.poses and number == 0) or adrift:
+        if (not self.poses and number == 0) or unanchored:
             self._anchors.add(number)
-            self._new_factors.add(_anchor(number, world_from_camera, adrift))
+            self._new_factors.add(_anchor(number, world_from_camera, unanchored))
         self.poses[number] = world_from_camera
 
-    def add_edge(self, edge: Edge) -> None:
+    def add_edge(self, edge: PoseEdge) -> None:
         """A further measured motion between two keyframes."""
         self.edges.append(edge)
         self._new_factors.add(_factor(edge))
 
-    def optimise(self) -> Mapping[int, Array]:
+    def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
         try:
             self._isam.update(self._new_factors, self._new_values)
@@ -83,12 +83,12 @@ class PoseGraph:
         self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
         return self.poses
 
-    def covariance(self, number: int) -> Array | None:
+    def covariance(self, number: int) -> Float64Array | None:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
         where iSAM2 cannot tell."""
         return _marginal(self._isam, number)
 
-    def covariances(self) -> dict[int, Array]:
+    def covariances(self) -> dict[int, Float64Array]:
         """The marginal covariances of all keyframes at the present poses, without those that cannot be told."""
         isam = _isam2()
         try:
@@ -98,7 +98,7 @@ class PoseGraph:
         marginals = {number: _marginal(isam, number) for number in self.poses}
         return {number: marginal for number, marginal in marginals.items() if marginal is not None}
 
-    def smooth(self) -> Mapping[int, Array]:
+    def smooth(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
         estimate = gtsam.LevenbergMarquardtOptimizer(*self._problem()).optimize()
         self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
@@ -114,19 +114,19 @@ class PoseGraph:
             graph.add(_factor(edge))
         return graph, values
 
-    def shift(self, poses: Mapping[int, Array]) -> None:
-        """Start iSAM2 anew from other poses, as when a piece adrift is tied to the rest."""
+    def shift(self, poses: Mapping[int, Float64Array]) -> None:
+        """Start iSAM2 anew from other poses, as when a submap unanchored is tied to the rest."""
         self.poses = dict(poses)
         for number in self._anchors:
             self._guesses[number] = self.poses[number]
         self.replace(self.edges)
 
     def fix(self, number: int) -> None:
-        """Let another keyframe, the first one of a piece adrift, be the one whose pose is certain."""
+        """Let another keyframe, the first one of a submap unanchored, be the one whose pose is certain."""
         self._fixed = number
         self.shift(self.poses)
 
-    def replace(self, edges: Iterable[Edge]) -> None:
+    def replace(self, edges: Iterable[PoseEdge]) -> None:
         """Start iSAM2 anew from the present poses with other edges."""
         poses, edges = self.poses, list(edges)
         self.edges = []
@@ -140,7 +140,7 @@ class PoseGraph:
             self.add_edge(edge)
 
 
-def surprise(edge: Edge, poses: Mapping[int, Array]) -> float:
+def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
     """How many sigmas an edge is off at the given poses."""
     measured = gtsam.Pose3(edge.a_from_b)
     predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
@@ -156,7 +156,7 @@ def _isam2() -> gtsam.ISAM2:
     return gtsam.ISAM2(parameters)
 
 
-def _marginal(isam: gtsam.ISAM2, number: int) -> Array | None:
+def _marginal(isam: gtsam.ISAM2, number: int) -> Float64Array | None:
     """Symmetric, whatever rounding did, and positive definite, or None: what GTSAM inverts may be all but singular."""
     try:
         marginal = np.asarray(isam.marginalCovariance(number))
@@ -166,15 +166,15 @@ def _marginal(isam: gtsam.ISAM2, number: int) -> Array | None:
     return marginal if np.isfinite(marginal).all() and np.linalg.eigvalsh(marginal)[0] > 0 else None
 
 
-def _information(edge: Edge) -> Array:
+def _information(edge: PoseEdge) -> Float64Array:
     moved = adjoint(edge.a_from_b)
     information = EDGE_BELIEF * moved.T @ edge.information @ moved
     values, axes = np.linalg.eigh((information + information.T) / 2)
-    bounded: Array = axes * values.clip(*INFORMATION) @ axes.T
+    bounded: Float64Array = axes * values.clip(*INFORMATION) @ axes.T
     return bounded
 
 
-def _factor(edge: Edge) -> gtsam.BetweenFactorPose3:
+def _factor(edge: PoseEdge) -> gtsam.BetweenFactorPose3:
     noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(_information(edge))
     kernels = gtsam.noiseModel.mEstimator
     kernel = kernels.Huber.Create(HUBER) if edge.sure else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
@@ -182,6 +182,6 @@ def _factor(edge: Edge) -> gtsam.BetweenFactorPose3:
     return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), robust)
 
 
-def _anchor(number: int, pose: Array, adrift: bool) -> gtsam.PriorFactorPose3:
-    noise = gtsam.noiseModel.Isotropic.Sigma(6, ADRIFT_SIGMA if adrift else ANCHOR_SIGMA)
+def _anchor(number: int, pose: Float64Array, unanchored: bool) -> gtsam.PriorFactorPose3:
+    noise = gtsam.noiseModel.Isotropic.Sigma(6, ADRIFT_SIGMA if unanchored else ANCHOR_SIGMA)
     return gtsam.PriorFactorPose3(number, gtsam.Pose3(pose), noise)

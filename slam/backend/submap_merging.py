@@ -1,6 +1,6 @@
-"""Pieces of the map that tracking does not connect, and when enough ties them together.
+"""Submaps of the map that tracking does not connect, and when enough ties them together.
 
-One view that fits somewhere is no proof: rooms repeat. A piece is tied where several views say the same, and few say
+One view that fits somewhere is no proof: rooms repeat. A submap is tied where several views say the same, and few say
 anything else.
 """
 
@@ -9,54 +9,55 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from razer.geometry import Array, inverse
-from slam.backend.pose_graph import Edge
+from razer.arrays import Float64Array
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge
 from slam.se3 import angle_deg, length_m
 
-MIN_WITNESSES = 3
-MAJORITY = 2.0  # times as many witnesses as for any other place
-SAME_M, SAME_DEG = 0.25, 5.0  # witnesses that differ by less say the same
+MIN_HYPOTHESES = 3
+MAJORITY = 2.0  # times as many hypotheses as for any other place
+SAME_M, SAME_DEG = 0.25, 5.0  # hypotheses that differ by less say the same
 
 
 @dataclass(frozen=True)
-class Witness:
-    """A view of one piece found in front of a keyframe of another: the edge between keyframes that follows, and
-    where it puts the piece, home_from_piece (4, 4); `strength` orders witnesses that say the same."""
+class MergeHypothesis:
+    """A view of one submap found in front of a keyframe of another: the edge between keyframes that follows, and
+    where it puts the submap, home_from_submap (4, 4); `strength` orders hypotheses that say the same."""
 
     frame: int
-    edge: Edge
-    home_from_piece: Array
+    edge: PoseEdge
+    home_from_submap: Float64Array
     strength: float
 
 
 @dataclass
-class Ties:
-    """What was witnessed about each pair of pieces (home < piece)."""
+class SubmapMerging:
+    """What was witnessed about each pair of submaps (home < submap)."""
 
-    _heard: dict[tuple[int, int], list[Witness]] = field(default_factory=dict)
+    _heard: dict[tuple[int, int], list[MergeHypothesis]] = field(default_factory=dict)
 
-    def hear(self, home: int, piece: int, witness: Witness) -> Sequence[Witness]:
-        """Take in a witness; the agreeing witnesses, the strongest first, once they are enough to tie the two pieces
+    def add(self, home: int, submap: int, hypothesis: MergeHypothesis) -> Sequence[MergeHypothesis]:
+        """Take in a hypothesis; the agreeing ones, the strongest first, once they are enough to tie the two submaps
         together, else none."""
-        heard = self._heard.setdefault((home, piece), [])
-        heard.append(witness)
-        agreeing = [other for other in heard if _agree(witness, other)]
-        against = [other for other in heard if not _agree(witness, other)]
+        heard = self._heard.setdefault((home, submap), [])
+        heard.append(hypothesis)
+        agreeing = [other for other in heard if _agree(hypothesis, other)]
+        against = [other for other in heard if not _agree(hypothesis, other)]
         rival = max((_voices([o for o in against if _agree(w, o)]) for w in against), default=0)
-        if _voices(agreeing) < max(MIN_WITNESSES, MAJORITY * rival):
+        if _voices(agreeing) < max(MIN_HYPOTHESES, MAJORITY * rival):
             return ()
         return sorted(agreeing, key=lambda other: -other.strength)
 
-    def forget(self, piece: int) -> None:
-        """The piece is no more: it became part of another."""
-        self._heard = {pair: heard for pair, heard in self._heard.items() if piece not in pair}
+    def forget(self, submap: int) -> None:
+        """The submap is no more: it became part of another."""
+        self._heard = {pair: heard for pair, heard in self._heard.items() if submap not in pair}
 
 
-def _agree(a: Witness, b: Witness) -> bool:
-    off = inverse(a.home_from_piece) @ b.home_from_piece
+def _agree(a: MergeHypothesis, b: MergeHypothesis) -> bool:
+    off = inverse(a.home_from_submap) @ b.home_from_submap
     return length_m(off) <= SAME_M and angle_deg(off) <= SAME_DEG
 
 
-def _voices(witnesses: Sequence[Witness]) -> int:
+def _voices(hypotheses: Sequence[MergeHypothesis]) -> int:
     """How many views they are: what one view sees in several keyframes, it sees once."""
-    return len({witness.frame for witness in witnesses})
+    return len({hypothesis.frame for hypothesis in hypotheses})

@@ -15,9 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array
+from razer.arrays import Float64Array, FloatArray
 
 N_PARAMETERS = 7
 NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -34,25 +33,25 @@ class ColorCamera:
     normalised image coordinates), baseline in metres along x and seconds from the reading of the first row to that of
     the last, with their information (7, 7)."""
 
-    parameters: Array
-    information: Array
+    parameters: Float64Array
+    information: Float64Array
 
     @classmethod
     def nominal(cls) -> ColorCamera:
         """As the recording promises: one grid for both, within the usual errors."""
         return cls(NOMINAL.copy(), np.diag(PRIOR_SIGMA**-2.0))
 
-    def bearings(self, rays: NDArray[np.floating]) -> Array:
+    def bearings(self, rays: FloatArray) -> Float64Array:
         """Bearings (N, 2), x / z and y / z as the colour camera at rest saw them, of nominal rays (N, 2)."""
         return bearing_derivatives(rays, np.zeros_like(rays)) @ self.parameters
 
-    def depth_rays(self, rays: NDArray[np.floating], depth_m: NDArray[np.floating]) -> Array:
+    def depth_rays(self, rays: FloatArray, depth_m: FloatArray) -> Float64Array:
         """Rays (N, 2) from the depth camera to what the colour camera saw along nominal rays at depths (N,)."""
         result = self.bearings(rays)
         result[:, 0] -= self.parameters[5] / np.maximum(depth_m, 0.1)
         return result
 
-    def learnt(self, correction: Array, likelihood: Array) -> ColorCamera:
+    def learnt(self, correction: Float64Array, likelihood: Float64Array) -> ColorCamera:
         """The camera after a frame whose joint solution asked for `correction` (7,), with the information (7, 7) its
         features alone hold of it; that information is believed by the share BELIEF only."""
         information = self.information + BELIEF * likelihood
@@ -60,7 +59,7 @@ class ColorCamera:
         return ColorCamera(self.parameters + step, information)
 
 
-def drift(rays: NDArray[np.floating], lateness: NDArray[np.floating], turning_rad_s: Array) -> Array:
+def drift(rays: FloatArray, lateness: FloatArray, turning_rad_s: Float64Array) -> Float64Array:
     """By how much the bearings (N, 2) of rays (N, 2) are off for a camera that turns at (3,) rad/s, per second of
     readout; lateness (N,) is when each was read, -0.5 = with the first row, 0.5 = with the last."""
     x, y = rays.T
@@ -69,7 +68,7 @@ def drift(rays: NDArray[np.floating], lateness: NDArray[np.floating], turning_ra
     return lateness[:, None] * np.column_stack([wy - wz * y - x * along, wz * x - wx - y * along])
 
 
-def bearing_derivatives(rays: NDArray[np.floating], drifts: NDArray[np.floating]) -> Array:
+def bearing_derivatives(rays: FloatArray, drifts: FloatArray) -> Float64Array:
     """Derivatives (N, 2, 7) of the bearings of nominal rays (N, 2) that drift so by the parameters; the baseline has
     none here."""
     squared = (rays**2).sum(axis=1, keepdims=True)

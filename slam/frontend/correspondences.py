@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from razer.geometry import Array, inverse
+from razer.arrays import BoolArray, Float64Array, IndexArray
+from razer.geometry import inverse
 from slam.frontend.color_calibration import N_PARAMETERS, ColorCamera, bearing_derivatives, drift
 from slam.frontend.features import Features
 
@@ -22,27 +23,32 @@ MIN_INLIERS = 12
 class ColorTerm:
     """Normal equations of features in pose and colour camera: information (13, 13), gradient (13,), inliers."""
 
-    information: Array
-    gradient: Array
+    information: Float64Array
+    gradient: Float64Array
     n_inliers: int
 
 
 @dataclass(frozen=True)
-class Sightings:
+class Correspondences:
     """M points: target_rays (M, 2) nominal and target_depth_m (M,) where the target saw them, source_rays (M, 2) where
     the source did, sigma (M,) of a ray, and how the rays drift (M, 2) per second of readout as the cameras turn."""
 
-    target_rays: Array
-    target_depth_m: Array
-    source_rays: Array
-    sigma: Array
-    target_drifts: Array
-    source_drifts: Array
+    target_rays: Float64Array
+    target_depth_m: Float64Array
+    source_rays: Float64Array
+    sigma: Float64Array
+    target_drifts: Float64Array
+    source_drifts: Float64Array
 
     @classmethod
     def of(
-        cls, target: Features, source: Features, pairs: NDArray[np.intp], target_turning: Array, source_turning: Array
-    ) -> Sightings:
+        cls,
+        target: Features,
+        source: Features,
+        pairs: IndexArray,
+        target_turning: Float64Array,
+        source_turning: Float64Array,
+    ) -> Correspondences:
         """The sightings that matched pairs (M, 2) of features are, of cameras that turn at (3,) rad/s."""
         t, s = pairs.T
         return cls(
@@ -55,44 +61,46 @@ class Sightings:
         )
 
     @classmethod
-    def at_rest(cls, target_rays: Array, target_depth_m: Array, source_rays: Array, sigma: Array) -> Sightings:
+    def at_rest(
+        cls, target_rays: Float64Array, target_depth_m: Float64Array, source_rays: Float64Array, sigma: Float64Array
+    ) -> Correspondences:
         """Sightings of cameras that do not turn."""
         still = np.zeros((len(sigma), 2))
         return cls(target_rays, target_depth_m, source_rays, sigma, still, still)
 
     @classmethod
-    def none(cls) -> Sightings:
+    def none(cls) -> Correspondences:
         """No sightings at all."""
         return cls.at_rest(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.sigma)
 
-    def select(self, keep: NDArray) -> Sightings:
+    def select(self, keep: NDArray) -> Correspondences:
         """Those at the given indices, or where a boolean is true."""
-        return Sightings(*(getattr(self, part.name)[keep] for part in fields(self)))
+        return Correspondences(*(getattr(self, part.name)[keep] for part in fields(self)))
 
     @cached_property
-    def _of_target(self) -> Array:
+    def _of_target(self) -> Float64Array:
         return bearing_derivatives(self.target_rays, self.target_drifts)
 
     @cached_property
-    def _of_source(self) -> Array:
+    def _of_source(self) -> Float64Array:
         return bearing_derivatives(self.source_rays, self.source_drifts)
 
-    def points(self, parameters: Array) -> Array:
+    def points(self, parameters: Float64Array) -> Float64Array:
         """The points (M, 3) in the target's depth camera."""
         bearings = self._of_target @ parameters
         points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
         points[:, 0] -= parameters[5]
         return points
 
-    def source_bearings(self, parameters: Array) -> Array:
+    def source_bearings(self, parameters: Float64Array) -> Float64Array:
         """Where the source's colour camera saw them (M, 2)."""
-        bearings: Array = self._of_source @ parameters
+        bearings: Float64Array = self._of_source @ parameters
         return bearings
 
-    def residuals(self, target_from_source: Array, parameters: Array) -> Array:
+    def residuals(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
         """Predicted minus observed rays (M, 2) of the source's colour camera, in sigmas; inf behind it.
 
         Bearings are divided by the camera's scale, as rays are what was measured: else a camera that shrinks the
@@ -104,11 +112,13 @@ class Sightings:
         error = seen[:, :2] / depth - self.source_bearings(parameters)
         return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
 
-    def inliers(self, target_from_source: Array, parameters: Array, sigmas: float = INLIER_SIGMAS) -> NDArray[np.bool_]:
+    def inliers(
+        self, target_from_source: Float64Array, parameters: Float64Array, sigmas: float = INLIER_SIGMAS
+    ) -> BoolArray:
         """Which sightings (M,) bool the motion explains."""
         return (self.residuals(target_from_source, parameters) ** 2).sum(axis=1) < sigmas**2
 
-    def term(self, target_from_source: Array, parameters: Array) -> ColorTerm:
+    def term(self, target_from_source: Float64Array, parameters: Float64Array) -> ColorTerm:
         """Normal equations about the given motion and colour camera, with Cauchy weights."""
         if len(self) == 0:
             return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
@@ -126,7 +136,7 @@ class Sightings:
         gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
         return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
 
-    def _jacobian(self, target_from_source: Array, parameters: Array) -> Array:
+    def _jacobian(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
         """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
         points = self.points(parameters)
         seen = _in_source(points, target_from_source)
@@ -141,18 +151,18 @@ class Sightings:
         return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
 
 
-def _in_source(points: Array, target_from_source: Array) -> Array:
+def _in_source(points: Float64Array, target_from_source: Float64Array) -> Float64Array:
     source_from_target = inverse(target_from_source)
     return points @ source_from_target[:3, :3].T + source_from_target[:3, 3]
 
 
-def _by_rotation(by_point: Array, points: Array) -> Array:
+def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:
     """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: by_point x point, written out."""
     (x, y, z), (a, b, c) = points.T[:, :, None], np.moveaxis(by_point, 2, 0)
     return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
 
 
-def located(sightings: Sightings, camera: ColorCamera, tries: int) -> Array | None:
+def solve_pnp(sightings: Correspondences, camera: ColorCamera, tries: int) -> Float64Array | None:
     """target_from_source by RANSAC over at most so many minimal sets of sightings (PnP); None where too few agree."""
     if len(sightings) < MIN_INLIERS:
         return None

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array
 from razer.frame import Intrinsics
-
-Floats = NDArray[np.float32]
 
 FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better on finer ones, only slower
 N_LEVELS = 2
@@ -29,14 +27,14 @@ class SurfaceGrid:
     """
 
     intrinsics: Intrinsics
-    points: Floats
-    normals: Floats
-    valid: NDArray[np.bool_]
-    sample_points: Floats
-    sample_normals: Floats
+    points: Float32Array
+    normals: Float32Array
+    valid: BoolArray
+    sample_points: Float32Array
+    sample_normals: Float32Array
 
 
-def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+def fine_depth(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
     """The depth image (H, W) reduced to about FINE_WIDTH pixels across, without outliers and far readings."""
     near = np.where(depth <= MAX_DEPTH_M, depth, np.float32(0))
     near = cv2.medianBlur(np.ascontiguousarray(near), 3)
@@ -45,7 +43,7 @@ def fine_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsic
     return near, intrinsics
 
 
-def sparse_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+def sparse_depth(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
     """One reading, as it is, of every few pixels of a depth image (H, W), about SPARSE_WIDTH across."""
     step = max(1, round(intrinsics.width / SPARSE_WIDTH))
     sparse = np.ascontiguousarray(depth[step // 2 :: step, step // 2 :: step])
@@ -54,7 +52,7 @@ def sparse_depth(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrins
     return sparse, Intrinsics(sparse.shape[1], sparse.shape[0], k.fx / step, k.fy / step, *middle)
 
 
-def depth_pyramid(fine: Floats, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ...]:
+def depth_pyramid(fine: Float32Array, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ...]:
     """Grids of oriented points of a reduced depth image, the coarsest first."""
     grids = [surface_grid(fine, intrinsics)]
     for _ in range(N_LEVELS - 1):
@@ -63,7 +61,7 @@ def depth_pyramid(fine: Floats, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ..
     return tuple(reversed(grids))
 
 
-def halved(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
+def halved(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
     """Half the pixels each way: the mean of those of four readings that lie on the nearest of their surfaces."""
     rows, columns = depth.shape[0] // 2, depth.shape[1] // 2
     corners = [depth[i : 2 * rows : 2, j : 2 * columns : 2] for i in (0, 1) for j in (0, 1)]
@@ -87,7 +85,7 @@ def halved(depth: Floats, intrinsics: Intrinsics) -> tuple[Floats, Intrinsics]:
     return (total / np.maximum(count, 1)).astype(np.float32), half
 
 
-def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:
+def surface_grid(depth: Float32Array, intrinsics: Intrinsics) -> SurfaceGrid:
     """Points of a depth image (H, W) and their normals by central differences; a point at a jump has none."""
     columns = (np.arange(intrinsics.width, dtype=np.float32) - np.float32(intrinsics.cx)) / np.float32(intrinsics.fx)
     rows = (np.arange(intrinsics.height, dtype=np.float32) - np.float32(intrinsics.cy)) / np.float32(intrinsics.fy)
@@ -112,7 +110,7 @@ def surface_grid(depth: Floats, intrinsics: Intrinsics) -> SurfaceGrid:
     )
 
 
-def _smooth(depth: Floats) -> NDArray[np.bool_]:
+def _smooth(depth: Float32Array) -> BoolArray:
     """Which pixels have readings on both sides, each way, on the same surface."""
     smooth = np.zeros(depth.shape, bool)
     here = depth[1:-1, 1:-1]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array, IndexArray, Uint8Array
 from razer.frame import Frame
 from slam.frontend.color_calibration import ColorCamera
 
@@ -27,17 +27,17 @@ class Features:
     (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays; lateness (N,),
     when each was read, -0.5 = with the image's first row, 0.5 = with its last."""
 
-    rays: NDArray[np.float64]
-    descriptors: NDArray[np.uint8]
-    depth_m: NDArray[np.float64]
-    sigma: NDArray[np.float64]
-    lateness: NDArray[np.float64]
+    rays: Float64Array
+    descriptors: Uint8Array
+    depth_m: Float64Array
+    sigma: Float64Array
+    lateness: Float64Array
 
     def __len__(self) -> int:
         return len(self.rays)
 
 
-class FeatureFinder:
+class FeatureExtractor:
     """Finds features; holds OpenCV's detector, which is costly to make."""
 
     def __init__(self, pixel_sigma: float = 1.5) -> None:
@@ -61,7 +61,7 @@ class FeatureFinder:
         lateness = (pixels[:, 1] + 0.5) / k.height - 0.5
         return Features(rays, descriptors, depth_at(frame, camera, rays), sigma, lateness)
 
-    def _described(self, gray: NDArray[np.uint8]) -> tuple[Sequence[cv2.KeyPoint], NDArray[np.uint8]]:
+    def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
         """Corners spread over the image, and their descriptors (N, 32)."""
         found = spread(self._detector.detect(gray), gray.shape)
         corners, descriptors = self._detector.compute(gray, found)
@@ -70,7 +70,7 @@ class FeatureFinder:
         return corners, descriptors.astype(np.uint8, copy=False)
 
 
-def faint_texture(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def faint_texture(gray: Uint8Array) -> Uint8Array:
     """An image (H, W) without grain and shading, and what is left made strong: painted walls have corners, too."""
     smooth = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), FAINT_BLUR)
     small = cv2.resize(smooth, None, fx=1 / FAINT_SHADE, fy=1 / FAINT_SHADE, interpolation=cv2.INTER_AREA)
@@ -78,12 +78,12 @@ def faint_texture(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip(128 + FAINT_GAIN * (smooth - shade), 0, 255).astype(np.uint8)
 
 
-def in_image(points: NDArray[np.float64], octaves: NDArray[np.intp], shape: tuple[int, ...]) -> NDArray[np.float64]:
+def in_image(points: Float64Array, octaves: IndexArray, shape: tuple[int, ...]) -> Float64Array:
     """Where in the image (H, W) corners (N, 2) lie that OpenCV reports as a pixel of its pyramid times
     the nominal reduction: off by half a pixel of the reduced image, and by what its size was rounded."""
     nominal = OCTAVE ** octaves[:, None]
     size = np.array(shape[::-1], np.float64)
-    result: NDArray[np.float64] = (points / nominal + 0.5) * (size / np.rint(size / nominal)) - 0.5
+    result: Float64Array = (points / nominal + 0.5) * (size / np.rint(size / nominal)) - 0.5
     return result
 
 
@@ -100,7 +100,7 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.
     return [corners[i] for i in order[rank < N_FEATURES // (CELLS[0] * CELLS[1])]]
 
 
-def depth_at(frame: Frame, camera: ColorCamera, rays: NDArray[np.float64]) -> NDArray[np.float64]:
+def depth_at(frame: Frame, camera: ColorCamera, rays: Float64Array) -> Float64Array:
     """Depth (N,) in metres along the frame's axis of what the colour camera saw along nominal rays; 0 = none."""
     k = frame.intrinsics
     depth = np.full(len(rays), 2.0)
@@ -116,7 +116,7 @@ def depth_at(frame: Frame, camera: ColorCamera, rays: NDArray[np.float64]) -> ND
 _MATCHER = cv2.BFMatcher(cv2.NORM_HAMMING)
 
 
-def matches(target: Features, source: Features) -> NDArray[np.intp]:
+def matches(target: Features, source: Features) -> IndexArray:
     """Pairs (M, 2) of (target, source) features that look alike, of which the target has a depth."""
     known = np.flatnonzero(target.depth_m > 0)
     if len(known) < 2 or len(source) < 2:

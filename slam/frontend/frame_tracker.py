@@ -7,11 +7,12 @@ from typing import TypeGuard
 
 import numpy as np
 
-from razer.geometry import Array, inverse
+from razer.arrays import Float64Array
+from razer.geometry import inverse
 from slam.frontend.color_calibration import ColorCamera
-from slam.frontend.icp import Registration
+from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
-from slam.frontend.view_registration import Grids, align, is_trusted, refine
+from slam.frontend.view_registration import Grids, is_trusted, refine_registration, register_views
 from slam.se3 import angle_deg, length_m, turn_rad
 
 # A new keyframe is taken once the camera has moved so far from the last, or sees so little of it.
@@ -23,25 +24,25 @@ MIN_GAP_S, USUAL_GAP_S, MAX_GAP_S = 0.005, 1 / 30, 0.5  # between frames; stamps
 
 
 @dataclass
-class Tracking:
+class FrameTracker:
     """Where the camera is: in front of which keyframe, how it moved last."""
 
     reference: Keyframe
-    reference_from_camera: Array
-    step: Array
+    reference_from_camera: Float64Array
+    step: Float64Array
     stamp: float
 
-    def predicted(self) -> Array:
+    def predicted(self) -> Float64Array:
         """reference_from_camera if the camera goes on as before."""
         return self.reference_from_camera @ self.step
 
     def follow(
         self, view: View, grids: Grids, keyframes: Keyframes, camera: ColorCamera
-    ) -> tuple[View, Registration] | None:
+    ) -> tuple[View, IcpResult] | None:
         """Find a further view in front of the reference; None if it is not where it may be. The view comes back turning
         as it was found to."""
         reference, of_reference = self.reference, keyframes.grids(self.reference.number)
-        found = align(reference.view, of_reference, view, grids, [self.predicted()], camera)
+        found = register_views(reference.view, of_reference, view, grids, [self.predicted()], camera)
         if not self._may_be(found):
             return None
         turning = self._turning(found.target_from_source, view.stamp)
@@ -50,39 +51,39 @@ class Tracking:
             reference.view = reference.view.turning(turning)
         if first or np.linalg.norm(turning - view.turning_rad_s) > UNFORESEEN_RAD_S:
             view = view.turning(turning)
-            again = refine(reference.view, of_reference, view, grids, found.target_from_source, camera)
+            again = refine_registration(reference.view, of_reference, view, grids, found.target_from_source, camera)
             found = again if self._may_be(again) else found
         return view, found
 
-    def _may_be(self, found: Registration | None) -> TypeGuard[Registration]:
+    def _may_be(self, found: IcpResult | None) -> TypeGuard[IcpResult]:
         return found is not None and is_trusted(found) and self.may_move(found.target_from_source)
 
-    def may_move(self, reference_from_camera: Array) -> bool:
+    def may_move(self, reference_from_camera: Float64Array) -> bool:
         """Whether anybody moves a camera so far so soon."""
         step = inverse(self.reference_from_camera) @ reference_from_camera
         return length_m(step) <= MAX_STEP_M and angle_deg(step) <= MAX_STEP_DEG
 
-    def turning_rad_s(self, stamp: float) -> Array:
+    def turning_rad_s(self, stamp: float) -> Float64Array:
         """How the camera turns (3,), about its own axes, if it goes on as before until the given time."""
         return self._turning(self.predicted(), stamp)
 
-    def _turning(self, reference_from_camera: Array, stamp: float) -> Array:
+    def _turning(self, reference_from_camera: Float64Array, stamp: float) -> Float64Array:
         gap_s = stamp - self.stamp
         step = inverse(self.reference_from_camera) @ reference_from_camera
         return turn_rad(step) / (gap_s if MIN_GAP_S <= gap_s <= MAX_GAP_S else USUAL_GAP_S)
 
-    def advance(self, reference_from_camera: Array, stamp: float) -> None:
+    def advance(self, reference_from_camera: Float64Array, stamp: float) -> None:
         """The camera was found, at the time of `stamp`."""
         self.stamp = stamp
         self.step = inverse(self.reference_from_camera) @ reference_from_camera
         self.reference_from_camera = reference_from_camera
 
-    def turn_to(self, reference: Keyframe, reference_from_camera: Array) -> None:
+    def turn_to(self, reference: Keyframe, reference_from_camera: Float64Array) -> None:
         """From now on measure against another keyframe."""
         self.reference, self.reference_from_camera = reference, reference_from_camera
 
 
-def needs_keyframe(found: Registration) -> bool:
+def needs_keyframe(found: IcpResult) -> bool:
     """Whether the camera has moved so far that the reference will soon be of no use."""
     motion = found.target_from_source
     return (

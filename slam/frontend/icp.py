@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.geometry import Array, inverse
+from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray
+from razer.geometry import inverse
 from slam.frontend.color_calibration import N_PARAMETERS, ColorCamera
-from slam.frontend.correspondences import Sightings
+from slam.frontend.correspondences import Correspondences
 from slam.frontend.depth_pyramid import SurfaceGrid
-from slam.se3 import motion
+from slam.se3 import exp_se3
 
 # Readings of neighbouring pixels err together, and those of one pixel alike from frame to frame, which pulls towards no
 # motion at all: thousands of them are worth a share of as many.
@@ -47,7 +47,7 @@ FINE = Level(8, 0.05, strict=True)
 
 
 @dataclass(frozen=True)
-class Registration:
+class IcpResult:
     """Where the source view lies in the target's frame.
 
     information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
@@ -56,8 +56,8 @@ class Registration:
     sigmas; n_features, inliers among the sightings; camera, with what was learnt.
     """
 
-    target_from_source: Array
-    information: Array
+    target_from_source: Float64Array
+    information: Float64Array
     overlap: float
     agreement: float
     fit: float
@@ -80,23 +80,23 @@ class Registration:
 
 @dataclass(frozen=True)
 class _DepthTerm:
-    information: Array
-    gradient: Array
+    information: Float64Array
+    gradient: Float64Array
     overlap: float
     agreement: float
     fit: float
     rms: float
 
 
-def register(
+def icp(
     source: Sequence[SurfaceGrid],
     target: Sequence[SurfaceGrid],
-    guess: Array,
-    sightings: Sightings,
+    guess: Float64Array,
+    sightings: Correspondences,
     camera: ColorCamera,
     levels: Sequence[Level] = (COARSE, FINE),
     smear: float = 0.0,
-) -> Registration:
+) -> IcpResult:
     """Refine the guess of target_from_source by Gauss-Newton, over levels of depth, the coarsest first.
 
     `smear` is how far off depth may be since the camera turned while it was taken, metres at one metre; it counts where
@@ -108,8 +108,8 @@ def register(
             depth = _depth_term(source[number], target[number], pose, level, smear)
             color = sightings.term(pose, camera.parameters + bend)
             information, gradient = _joint(depth, color.information, color.gradient, camera, bend)
-            step: Array = np.linalg.solve(information, gradient).astype(np.float64)
-            pose = motion(step[:6]) @ pose
+            step: Float64Array = np.linalg.solve(information, gradient).astype(np.float64)
+            pose = exp_se3(step[:6]) @ pose
             bend = bend + step[6:]
             if np.abs(step[:3]).max() < 1e-4 and np.abs(step[3:6]).max() < 2e-4:
                 break
@@ -117,8 +117,8 @@ def register(
 
 
 def _joint(
-    depth: _DepthTerm, color: Array, color_gradient: Array, camera: ColorCamera, bend: Array
-) -> tuple[Array, Array]:
+    depth: _DepthTerm, color: Float64Array, color_gradient: Float64Array, camera: ColorCamera, bend: Float64Array
+) -> tuple[Float64Array, Float64Array]:
     """Normal equations (13, 13) in pose and colour camera, whose present belief is the prior."""
     information = color.copy()
     information[:6, :6] += DEPTH_BELIEF * depth.information + 1e-6 * np.eye(6)
@@ -130,8 +130,8 @@ def _joint(
 
 
 def _result(
-    pose: Array, bend: Array, depth: _DepthTerm, color: Array, n_features: int, camera: ColorCamera
-) -> Registration:
+    pose: Float64Array, bend: Float64Array, depth: _DepthTerm, color: Float64Array, n_features: int, camera: ColorCamera
+) -> IcpResult:
     of_pose = color[:6, :6] + DEPTH_BELIEF * depth.information
     cross, of_camera = color[:6, 6:], color[6:, 6:]
     information = of_pose - cross @ np.linalg.solve(of_camera + camera.information, cross.T)
@@ -139,10 +139,10 @@ def _result(
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
     learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if depth.agreement >= SOUND else camera
     information = (information + information.T) / 2
-    return Registration(pose, information, depth.overlap, depth.agreement, depth.fit, depth.rms, n_features, learnt)
+    return IcpResult(pose, information, depth.overlap, depth.agreement, depth.fit, depth.rms, n_features, learnt)
 
 
-def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Level, smear: float) -> _DepthTerm:
+def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Float64Array, level: Level, smear: float) -> _DepthTerm:
     """Normal equations of the point-to-plane distances of points that project onto each other (Blais and Levine 1995;
     Chen and Medioni 1992), each weighted by the sensor's noise at its depth (Nguyen et al. 2012)."""
     points = _moved(source.sample_points, pose)
@@ -171,31 +171,33 @@ def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Array, level: Le
     return _DepthTerm(information, gradient, overlap, agreement, fit, rms)
 
 
-def _sigma(z: NDArray[np.float32], distance: NDArray[np.float32], smear: float) -> NDArray[np.float32]:
+def _sigma(z: Float32Array, distance: Float32Array, smear: float) -> Float32Array:
     """Deviations of depth at z metres: the sensor's own and, as far as the distances cannot be that, its smear. Where
     a shutter is global nothing is smeared, however fast the camera turns."""
-    sigma: NDArray[np.float32] = depth_sigma(z).astype(np.float32, copy=False)
+    sigma: Float32Array = depth_sigma(z).astype(np.float32, copy=False)
     if smear == 0:
         return sigma
     scale = float(np.median(np.abs(distance[::4] / sigma[::4]))) / MEDIAN_SIGMA
     doubt = min(max((scale**2 - UNSMEARED) / (SMEARED - UNSMEARED), 0.0), 1.0)
-    smeared: NDArray[np.float32] = np.hypot(sigma, np.float32(doubt * smear) * z)
+    smeared: Float32Array = np.hypot(sigma, np.float32(doubt * smear) * z)
     return smeared
 
 
-def _weight(residual: NDArray[np.float32], strict: bool) -> NDArray[np.float32]:
+def _weight(residual: Float32Array, strict: bool) -> Float32Array:
     """Huber's weights, whose single minimum draws from afar, or Tukey's, which leave outliers out."""
     if strict:
         return np.square(1 - np.minimum((residual / TUKEY) ** 2, 1))
     return np.minimum(1, HUBER / np.maximum(np.abs(residual), np.float32(1e-6)))
 
 
-def depth_sigma(z: NDArray[np.floating]) -> NDArray[np.floating]:
+def depth_sigma(z: FloatArray) -> FloatArray:
     """Axial noise in metres of structured-light depth at z metres (Nguyen, Izadi and Lovell, 3DIMPVT 2012)."""
     return 0.0012 + 0.0019 * (z - 0.4) ** 2
 
 
-def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Array, reach_m: float = 0.3) -> float:
+def overlap_of(
+    source: SurfaceGrid, target: SurfaceGrid, target_from_source: Float64Array, reach_m: float = 0.3
+) -> float:
     """Share of the source's points that project onto readings of the target within reach."""
     points = _moved(source.sample_points, target_from_source)
     inside, pixel = _projected(points, target)
@@ -204,17 +206,17 @@ def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Arr
     return float((near & target.valid[pixel]).sum()) / max(points.shape[1], 1)
 
 
-def mutual_overlap(a: SurfaceGrid, b: SurfaceGrid, a_from_b: Array) -> float:
+def mutual_overlap(a: SurfaceGrid, b: SurfaceGrid, a_from_b: Float64Array) -> float:
     """The smaller of the two shares of one view that the other sees."""
     return min(overlap_of(b, a, a_from_b), overlap_of(a, b, inverse(a_from_b)))
 
 
-def _moved(points: NDArray[np.float32], pose: Array) -> NDArray[np.float32]:
+def _moved(points: Float32Array, pose: Float64Array) -> Float32Array:
     narrow = pose.astype(np.float32)
     return narrow[:3, :3] @ points + narrow[:3, 3:]
 
 
-def _projected(points: NDArray[np.float32], grid: SurfaceGrid) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _projected(points: Float32Array, grid: SurfaceGrid) -> tuple[IndexArray, IndexArray]:
     """Which of the points (3, N) fall on the grid's image, and on which of its pixels."""
     k = grid.intrinsics
     depth = np.where(points[2] > 0.1, points[2], np.float32(np.inf))
@@ -224,16 +226,16 @@ def _projected(points: NDArray[np.float32], grid: SurfaceGrid) -> tuple[NDArray[
     return inside, (v[inside] * k.width + u[inside]).astype(np.intp)
 
 
-def _columns(a: NDArray[np.float32], which: NDArray[np.intp]) -> NDArray[np.float32]:
+def _columns(a: Float32Array, which: IndexArray) -> Float32Array:
     """a[:, which], several times faster."""
     return np.take(a, which, axis=1)
 
 
-def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+def _dot(a: Float32Array, b: Float32Array) -> Float32Array:
     """The product (N,) of each column of a (3, N) with that of b."""
-    product: NDArray[np.float32] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    product: Float32Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 
 
-def _cross(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+def _cross(a: Float32Array, b: Float32Array) -> Float32Array:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -6,13 +6,12 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array
 from razer.frame import Frame, Intrinsics
-from razer.geometry import Array
 from slam.frontend.color_calibration import ColorCamera
 from slam.frontend.depth_pyramid import SurfaceGrid, depth_pyramid, fine_depth, sparse_depth
-from slam.frontend.features import FeatureFinder, Features
+from slam.frontend.features import FeatureExtractor, Features
 
 CACHED_GRIDS = 64
 STILL = np.zeros(3)
@@ -25,21 +24,23 @@ class View:
 
     index: int
     stamp: float
-    turning_rad_s: Array
-    depth: NDArray[np.float32]
+    turning_rad_s: Float64Array
+    depth: Float32Array
     intrinsics: Intrinsics
-    sparse_depth: NDArray[np.float32]
+    sparse_depth: Float32Array
     sparse_intrinsics: Intrinsics
     features: Features
 
     @classmethod
-    def of(cls, frame: Frame, finder: FeatureFinder, camera: ColorCamera, turning_rad_s: Array = STILL) -> View:
+    def of(
+        cls, frame: Frame, finder: FeatureExtractor, camera: ColorCamera, turning_rad_s: Float64Array = STILL
+    ) -> View:
         """Reduce a frame."""
         depth, intrinsics = fine_depth(frame.depth, frame.intrinsics)
         sparse = sparse_depth(frame.depth, frame.intrinsics)
         return cls(frame.index, frame.stamp, turning_rad_s, depth, intrinsics, *sparse, finder.find(frame, camera))
 
-    def turning(self, turning_rad_s: Array) -> View:
+    def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise."""
         return replace(self, turning_rad_s=turning_rad_s)
 
@@ -50,13 +51,13 @@ class View:
 
 @dataclass
 class Keyframe:
-    """A view that others are measured against: its number in the order of taking, the piece of the map it belongs to,
+    """A view that others are measured against: its number in the order of taking, the submap of the map it belongs to,
     its pose as known now, and how far the camera had travelled when it was taken, metres."""
 
     number: int
-    piece: int
+    submap: int
     view: View
-    world_from_camera: Array
+    world_from_camera: Float64Array
     travelled_m: float
 
 
@@ -74,10 +75,15 @@ class Keyframes:
         return self.all[number]
 
     def add(
-        self, view: View, grids: tuple[SurfaceGrid, ...], world_from_camera: Array, piece: int, travelled_m: float
+        self,
+        view: View,
+        grids: tuple[SurfaceGrid, ...],
+        world_from_camera: Float64Array,
+        submap: int,
+        travelled_m: float,
     ) -> Keyframe:
         """Keep a view."""
-        keyframe = Keyframe(len(self.all), piece, view, world_from_camera, travelled_m)
+        keyframe = Keyframe(len(self.all), submap, view, world_from_camera, travelled_m)
         self.all.append(keyframe)
         self._remember(keyframe.number, grids)
         return keyframe
@@ -96,6 +102,6 @@ class Keyframes:
         if len(self._grids) > CACHED_GRIDS:
             self._grids.popitem(last=False)
 
-    def poses(self) -> Array:
+    def poses(self) -> Float64Array:
         """world_from_camera (K, 4, 4) of all of them."""
         return np.stack([keyframe.world_from_camera for keyframe in self.all])

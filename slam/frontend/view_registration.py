@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from razer.geometry import Array, inverse
+from razer.arrays import Float64Array
+from razer.geometry import inverse
 from slam.frontend.color_calibration import ColorCamera
-from slam.frontend.correspondences import Sightings, located
+from slam.frontend.correspondences import Correspondences, solve_pnp
 from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.frontend.features import matches
-from slam.frontend.icp import COARSE, FINE, Registration, register
+from slam.frontend.icp import COARSE, FINE, IcpResult, icp
 from slam.frontend.keyframes import View
 from slam.se3 import angle_deg, length_m
 
@@ -29,36 +30,36 @@ SAME_FIT = 0.003  # what noise may account for
 TRIES, MANY_TRIES = 100, 1000  # to find sightings that agree; many where views are far apart and most matches wrong
 
 
-def align(
+def register_views(
     target: View,
     target_grids: Grids,
     source: View,
     source_grids: Grids,
-    guesses: Sequence[Array],
+    guesses: Sequence[Float64Array],
     camera: ColorCamera,
     tries: int = TRIES,
-) -> Registration | None:
+) -> IcpResult | None:
     """The motion target_from_source from the best of the guesses and of what the features alone say, found in so many
     tries; None where there is nothing to start from."""
     sightings, smear = _sightings(target, source), _smear(target, source)
-    start = located(sightings, camera, tries)
+    start = solve_pnp(sightings, camera, tries)
     guesses = [*guesses, *([] if start is None else [start])]
     starts = _distinct([_coarse(target_grids, source_grids, guess, sightings, camera, smear) for guess in guesses])
     found = [_fine(target_grids, source_grids, start, sightings, camera, smear) for start in starts]
     return _most_plausible(found) if found else None
 
 
-def refine(
-    target: View, target_grids: Grids, source: View, source_grids: Grids, guess: Array, camera: ColorCamera
-) -> Registration:
+def refine_registration(
+    target: View, target_grids: Grids, source: View, source_grids: Grids, guess: Float64Array, camera: ColorCamera
+) -> IcpResult:
     """The motion target_from_source from a guess that is all but right."""
     smear = _smear(target, source)
     return _fine(target_grids, source_grids, guess, _sightings(target, source), camera, smear)
 
 
-def _sightings(target: View, source: View) -> Sightings:
+def _sightings(target: View, source: View) -> Correspondences:
     pairs = matches(target.features, source.features)
-    return Sightings.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
+    return Correspondences.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
 
 
 def _smear(target: View, source: View) -> float:
@@ -66,22 +67,22 @@ def _smear(target: View, source: View) -> float:
 
 
 def _coarse(
-    target: Grids, source: Grids, guess: Array, sightings: Sightings, camera: ColorCamera, smear: float
-) -> Array:
+    target: Grids, source: Grids, guess: Float64Array, sightings: Correspondences, camera: ColorCamera, smear: float
+) -> Float64Array:
     near = sightings.select(sightings.inliers(guess, camera.parameters, NEAR_SIGMAS))
-    return register(source[:1], target[:1], guess, near, camera, (COARSE,), smear).target_from_source
+    return icp(source[:1], target[:1], guess, near, camera, (COARSE,), smear).target_from_source
 
 
 def _fine(
-    target: Grids, source: Grids, start: Array, sightings: Sightings, camera: ColorCamera, smear: float
-) -> Registration:
+    target: Grids, source: Grids, start: Float64Array, sightings: Correspondences, camera: ColorCamera, smear: float
+) -> IcpResult:
     near = sightings.select(sightings.inliers(start, camera.parameters, NEAR_SIGMAS))
-    return register(source[1:], target[1:], start, near, camera, (FINE,), smear)
+    return icp(source[1:], target[1:], start, near, camera, (FINE,), smear)
 
 
-def _distinct(motions: Sequence[Array]) -> list[Array]:
+def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:
     """Those that differ from all before them by more than the fine level bridges surely."""
-    kept: list[Array] = []
+    kept: list[Float64Array] = []
     for motion in motions:
         off = [inverse(other) @ motion for other in kept]
         if all(length_m(o) > SAME_M or angle_deg(o) > SAME_DEG for o in off):
@@ -89,7 +90,7 @@ def _distinct(motions: Sequence[Array]) -> list[Array]:
     return kept
 
 
-def _most_plausible(starts: Sequence[Registration]) -> Registration:
+def _most_plausible(starts: Sequence[IcpResult]) -> IcpResult:
     """The one whose depth fits best, and the first unless another is better. Features do not decide: where colour is
     not registered they are wrong in consistent sets, and the colour camera bends to explain them at a wrong motion; a
     wrong depth seldom fits."""
@@ -97,7 +98,7 @@ def _most_plausible(starts: Sequence[Registration]) -> Registration:
     return best if best.fit > starts[0].fit + SAME_FIT else starts[0]
 
 
-def is_trusted(found: Registration, min_score: float = 0.25, min_features: int = 30) -> bool:
+def is_trusted(found: IcpResult, min_score: float = 0.25, min_features: int = 30) -> bool:
     """Whether depth or features agree well enough, and leave no direction open."""
     turn, shift = found.sigma
     depth_agrees = found.score >= min_score and found.agreement >= 0.5 and found.rms <= 2.0

@@ -13,7 +13,7 @@ from app.settings.config_file import read_config
 from data_tools.open_sequence import open_sequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.table import write_recording
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models import make_embedder, make_segmenter
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust, load
 

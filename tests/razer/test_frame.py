@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics, Masks
 from tests.support.scenes import frame_of, pose
 
 CAMERA = Intrinsics(8, 6, 50.0, 40.0, 3.5, 2.5)

@@ -7,7 +7,7 @@ import pytest
 
 from data_tools.open_sequence import open_sequence
 from razer.config import MapperConfig
-from razer.frame import UnusableFrame
+from razer.errors import UnusableFrame
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 

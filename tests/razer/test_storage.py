@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import razer.volume.voxel_map
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.panoptic_map import MapObject, PanopticMap
 from razer.storage import (
     load_voxels,

@@ -7,7 +7,7 @@ import pytest
 
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.config import MapperConfig, VoxelSettings
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 from razer.mapper import Mapper
 from razer.models import make_segmenter
 from razer.models.appearance import AppearanceEmbedder

@@ -14,16 +14,16 @@ from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from slam.backend.loop_closure import plausible
-from slam.backend.place_recognition import Places
-from slam.backend.pose_graph import EDGE_BELIEF, Edge, PoseGraph, surprise
+from slam.backend.place_recognition import PlaceRecognition
+from slam.backend.pose_graph import EDGE_BELIEF, PoseEdge, PoseGraph, mahalanobis
 from slam.frontend.color_calibration import NOMINAL, ColorCamera, drift
-from slam.frontend.correspondences import Sightings, located
+from slam.frontend.correspondences import Correspondences, solve_pnp
 from slam.frontend.depth_pyramid import depth_pyramid, fine_depth, halved
-from slam.frontend.features import FeatureFinder, Features, matches
-from slam.frontend.icp import register
+from slam.frontend.features import FeatureExtractor, Features, matches
+from slam.frontend.icp import icp
 from slam.frontend.keyframes import Keyframe, View
-from slam.frontend.view_registration import align, is_trusted
-from slam.se3 import adjoint, angle_deg, length_m, motion
+from slam.frontend.view_registration import is_trusted, register_views
+from slam.se3 import adjoint, angle_deg, exp_se3, length_m
 
 
 @pytest.fixture
@@ -36,17 +36,17 @@ twists = st.lists(st.floats(-1, 1), min_size=6, max_size=6).map(np.array)
 
 @given(twists, twists)
 def test_the_adjoint_carries_small_motions_from_one_frame_to_the_other(pose, twist):
-    transform, small = motion(pose), 1e-6 * twist
+    transform, small = exp_se3(pose), 1e-6 * twist
     assert is_rigid(transform)
-    carried = motion(adjoint(transform) @ small) @ transform
-    np.testing.assert_allclose(carried, transform @ motion(small), atol=1e-11)
+    carried = exp_se3(adjoint(transform) @ small) @ transform
+    np.testing.assert_allclose(carried, transform @ exp_se3(small), atol=1e-11)
 
 
 def test_angle_and_length_of_a_motion():
-    turned = motion(np.array([0.0, np.radians(30), 0.0, 0.0, 3.0, 4.0]))
+    turned = exp_se3(np.array([0.0, np.radians(30), 0.0, 0.0, 3.0, 4.0]))
     assert angle_deg(turned) == pytest.approx(30)
     assert length_m(turned) == pytest.approx(5)
-    assert angle_deg(motion(np.full(6, 1e-7))) == pytest.approx(np.degrees(np.sqrt(3) * 1e-7), rel=1e-6)
+    assert angle_deg(exp_se3(np.full(6, 1e-7))) == pytest.approx(np.degrees(np.sqrt(3) * 1e-7), rel=1e-6)
 
 
 def test_halving_takes_the_nearer_surface_and_keeps_the_camera():
@@ -77,7 +77,7 @@ def room():
 
 @pytest.fixture(scope="module")
 def views(room):
-    finder = FeatureFinder()
+    finder = FeatureExtractor()
     return {i: View.of(room[i], finder, ColorCamera.nominal()) for i in (10, 12)}
 
 
@@ -85,8 +85,8 @@ def test_two_views_of_a_room_are_brought_together_from_any_guess_nearby(room, vi
     truth = inverse(room[10].pose) @ room[12].pose
     grids = {i: view.grids() for i, view in views.items()}
     for twist in ([0, 0, 0, 0, 0, 0], [0.02, -0.02, 0.01, 0.03, -0.03, 0.02], [-0.03, 0.01, 0.02, -0.04, 0.01, 0.03]):
-        guess = motion(np.array(twist)) @ truth
-        found = align(views[10], grids[10], views[12], grids[12], [guess], ColorCamera.nominal())
+        guess = exp_se3(np.array(twist)) @ truth
+        found = register_views(views[10], grids[10], views[12], grids[12], [guess], ColorCamera.nominal())
         assert found is not None
         assert is_trusted(found)
         off = inverse(truth) @ found.target_from_source
@@ -97,8 +97,8 @@ def test_two_views_of_a_room_are_brought_together_from_any_guess_nearby(room, vi
 def test_features_alone_find_the_motion_without_a_guess(room, views):
     truth = inverse(room[10].pose) @ room[12].pose
     pairs = matches(views[10].features, views[12].features)
-    sightings = Sightings.of(views[10].features, views[12].features, pairs, np.zeros(3), np.zeros(3))
-    start = located(sightings, ColorCamera.nominal(), 100)
+    sightings = Correspondences.of(views[10].features, views[12].features, pairs, np.zeros(3), np.zeros(3))
+    start = solve_pnp(sightings, ColorCamera.nominal(), 100)
     assert start is not None
     assert length_m(inverse(truth) @ start) < 0.1
     assert angle_deg(inverse(truth) @ start) < 2
@@ -108,21 +108,21 @@ def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
     camera = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
     wall = np.full((480, 640), 2.0, np.float32)
     grids = depth_pyramid(*fine_depth(wall, camera))
-    truth = motion(np.array([0, 0, 0, 0.03, -0.02, 0.0]))
+    truth = exp_se3(np.array([0, 0, 0, 0.03, -0.02, 0.0]))
     rays = rng.uniform(-0.5, 0.5, (80, 2))
     points = np.column_stack([rays, np.ones(80)]) * 2.0
     seen = (points - truth[:3, 3])[:, :2] / 2.0
-    sightings = Sightings.at_rest(rays, np.full(80, 2.0), seen, np.full(80, 1.5 / 525))
-    alone = register(grids, grids, np.eye(4), Sightings.none(), ColorCamera.nominal())
+    sightings = Correspondences.at_rest(rays, np.full(80, 2.0), seen, np.full(80, 1.5 / 525))
+    alone = icp(grids, grids, np.eye(4), Correspondences.none(), ColorCamera.nominal())
     assert not is_trusted(alone)
-    found = register(grids, grids, np.eye(4), sightings, ColorCamera.nominal())
+    found = icp(grids, grids, np.eye(4), sightings, ColorCamera.nominal())
     assert length_m(inverse(truth) @ found.target_from_source) < 0.002
     assert is_trusted(found)
 
 
 def planted(parameters, n, rng, turning=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))):
     """Sightings whose rays a colour camera of the given parameters saw while it turned so, and the true motion."""
-    truth = motion(rng.normal(0, [0.1, 0.1, 0.1, 0.05, 0.05, 0.05]))
+    truth = exp_se3(rng.normal(0, [0.1, 0.1, 0.1, 0.05, 0.05, 0.05]))
     points = np.column_stack([rng.uniform(-1.2, 1.2, (n, 2)), rng.uniform(1.5, 3.5, n)])
     there = points @ inverse(truth)[:3, :3].T + inverse(truth)[:3, 3]
     turning = np.array(turning)
@@ -133,7 +133,7 @@ def planted(parameters, n, rng, turning=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))):
         ),
         strict=True,
     )
-    return Sightings(rays[0], points[:, 2], rays[1], np.full(n, 1.5 / 525), *drifts), truth
+    return Correspondences(rays[0], points[:, 2], rays[1], np.full(n, 1.5 / 525), *drifts), truth
 
 
 def observed(points, parameters, turning):
@@ -154,7 +154,7 @@ def test_drifts_are_what_a_camera_that_turns_sees_a_moment_later(rng):
     rays, turning = rng.uniform(-0.6, 0.6, (30, 2)), np.array([0.4, -1.1, 0.3])
     # A ray read `moment` after the image's middle, told in the axes the camera has in the middle.
     moment = 1e-6
-    turned = np.column_stack([rays, np.ones(30)]) @ motion(np.r_[turning * moment, 0, 0, 0])[:3, :3].T
+    turned = np.column_stack([rays, np.ones(30)]) @ exp_se3(np.r_[turning * moment, 0, 0, 0])[:3, :3].T
     expected = (turned[:, :2] / turned[:, 2:] - rays) / moment
     np.testing.assert_allclose(drift(rays, np.ones(30), turning), expected, atol=1e-5)
     np.testing.assert_allclose(drift(rays, np.full(30, -0.5), turning), -expected / 2, atol=1e-5)
@@ -174,12 +174,12 @@ def test_residuals_vanish_at_the_truth_and_their_derivatives_are_right(rng):
     parameters = np.array([1.05, 0.02, 0.01, 0.01, -0.02, 0.02, 0.025])
     sightings, truth = planted(parameters, 40, rng, rng.normal(0, 0.8, (2, 3)))
     np.testing.assert_allclose(sightings.residuals(truth, parameters), 0, atol=1e-6)
-    pose, off = motion(rng.normal(0, 0.01, 6)) @ truth, parameters + rng.normal(0, 0.01, 7)
+    pose, off = exp_se3(rng.normal(0, 0.01, 6)) @ truth, parameters + rng.normal(0, 0.01, 7)
     term = sightings.term(pose, off)
 
     # The gradient of the Cauchy cost 2 log(1 + r^2 / 4), by central differences.
     def cost(x):
-        squared = (sightings.residuals(motion(x[:6]) @ pose, off + x[6:]) ** 2).sum(axis=1)
+        squared = (sightings.residuals(exp_se3(x[:6]) @ pose, off + x[6:]) ** 2).sum(axis=1)
         return 2 * np.log1p(squared / 4).sum()
 
     steps = 1e-6 * np.eye(13)
@@ -227,7 +227,7 @@ def described(rng, n=200):
 
 
 def test_a_place_seen_again_is_the_most_alike(rng):
-    places, scenes = Places(), [described(rng) for _ in range(70)]
+    places, scenes = PlaceRecognition(), [described(rng) for _ in range(70)]
     for scene in scenes:
         places.add(scene)
     flips = np.packbits(rng.random((200, 256)) < 0.05, axis=1)
@@ -240,15 +240,17 @@ def test_a_place_seen_again_is_the_most_alike(rng):
 
 def circle(n):
     return [
-        motion(np.array([0, 2 * np.pi * i / n, 0, 0, 0, 0])) @ motion(np.array([0, 0, 0, 0, 0, 2.0])) for i in range(n)
+        exp_se3(np.array([0, 2 * np.pi * i / n, 0, 0, 0, 0])) @ exp_se3(np.array([0, 0, 0, 0, 0, 2.0]))
+        for i in range(n)
     ]
 
 
 def edges_of(poses, pairs, rng, sigma, sure=True, noise=1.0):
     information = np.eye(6) / sigma**2 / EDGE_BELIEF
-    off = [motion(noise * rng.normal(0, sigma, 6)) for _ in pairs]
+    off = [exp_se3(noise * rng.normal(0, sigma, 6)) for _ in pairs]
     return [
-        Edge(a, b, o @ inverse(poses[a]) @ poses[b], information, sure) for o, (a, b) in zip(off, pairs, strict=True)
+        PoseEdge(a, b, o @ inverse(poses[a]) @ poses[b], information, sure)
+        for o, (a, b) in zip(off, pairs, strict=True)
     ]
 
 
@@ -285,10 +287,10 @@ def test_a_loop_takes_drift_away_and_a_false_one_does_not_bend_the_path(rng):
     closed = graph_of(poses, steps + loops)
     tied = dict(closed.smooth())
     assert worst_m(tied, poses) < 0.7 * drifted
-    wrong = Edge(5, 25, motion(np.array([0, 1.0, 0, 1.0, 0, 0])), loops[0].information)
+    wrong = PoseEdge(5, 25, exp_se3(np.array([0, 1.0, 0, 1.0, 0, 0])), loops[0].information)
     misled = graph_of(poses, [*steps, *loops, wrong])
     assert max(length_m(inverse(tied[n]) @ pose) for n, pose in misled.smooth().items()) < 0.01
-    assert surprise(wrong, misled.poses) > 10 * max(surprise(e, misled.poses) for e in loops)
+    assert mahalanobis(wrong, misled.poses) > 10 * max(mahalanobis(e, misled.poses) for e in loops)
 
 
 def test_covariance_grows_along_a_path_without_loops(rng):
@@ -299,9 +301,9 @@ def test_covariance_grows_along_a_path_without_loops(rng):
 
 
 def test_covariance_is_along_the_keyframes_own_axes():
-    turned = motion(np.array([0, np.pi / 2, 0, 0, 0, 0]))  # the second keyframe's x axis is minus the first one's z
+    turned = exp_se3(np.array([0, np.pi / 2, 0, 0, 0, 0]))  # the second keyframe's x axis is minus the first one's z
     information = np.diag([1e4, 1e4, 1e4, 1e4, 1e4, 1e2]) / EDGE_BELIEF  # the shift along the first one's z is vague
-    graph = graph_of([np.eye(4), turned], [Edge(0, 1, turned, information, sure=True)])
+    graph = graph_of([np.eye(4), turned], [PoseEdge(0, 1, turned, information, sure=True)])
     expected = np.diag([1e-4, 1e-4, 1e-4, 1e-2, 1e-4, 1e-4])
     np.testing.assert_allclose(graph.covariance(1), expected, atol=1e-6)
     np.testing.assert_allclose(graph.covariances()[1], expected, atol=1e-6)
@@ -329,7 +331,7 @@ def test_covariances_are_of_the_present_poses_and_edges(rng):
 
 def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
     def keyframe(number, x_m, travelled_m):
-        return Keyframe(number, 0, views[10], motion(np.array([0, 0, 0, x_m, 0, 0])), travelled_m)
+        return Keyframe(number, 0, views[10], exp_se3(np.array([0, 0, 0, x_m, 0, 0])), travelled_m)
 
     near, far = keyframe(30, 0.3, 12.0), keyframe(31, 3.0, 12.0)
     assert plausible(keyframe(0, 0.0, 0.0), near, np.eye(4))
@@ -339,6 +341,6 @@ def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
 def test_an_image_without_corners_has_no_features():
     camera = Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5)
     black = Frame(0, 0.0, np.zeros((48, 64, 3), np.uint8), np.ones((48, 64), np.float32), camera)
-    features = FeatureFinder().find(black, ColorCamera.nominal())
+    features = FeatureExtractor().find(black, ColorCamera.nominal())
     assert len(features) == 0
     assert len(matches(features, features)) == 0

@@ -18,8 +18,8 @@ from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
-from razer.metrics.umeyama import align
-from slam.frontend.features import FeatureFinder
+from razer.metrics.umeyama import umeyama
+from slam.frontend.features import FeatureExtractor
 from slam.frontend.keyframes import View
 from slam.poses import GivenPoses
 from slam.se3 import angle_deg, length_m
@@ -33,7 +33,7 @@ def errors_m(found, truth):
     indices = sorted(found)
     estimated = np.stack([found[i] for i in indices])
     true = np.stack([truth[i] for i in indices])
-    aligned = align(estimated[:, :3, 3], true[:, :3, 3]) @ estimated
+    aligned = umeyama(estimated[:, :3, 3], true[:, :3, 3]) @ estimated
     return np.linalg.norm(aligned[:, :3, 3] - true[:, :3, 3], axis=1)
 
 
@@ -149,7 +149,7 @@ def test_a_camera_that_went_blind_for_a_moment_goes_on(frames):
     located(slam, [blank(frame) for frame in frames[20:23]], 20)
     found = located(slam, frames[23:26], 23)
     assert all(pose is not None for pose in found)
-    assert all(keyframe.piece == 0 for keyframe in slam.keyframes.all)
+    assert all(keyframe.submap == 0 for keyframe in slam.keyframes.all)
     truth = inverse(frames[0].pose) @ frames[25].pose
     assert length_m(inverse(truth) @ found[-1]) < 0.06
 
@@ -160,14 +160,14 @@ def test_a_place_never_seen_is_a_piece_of_its_own_until_views_of_both_tie_it(roo
     located(slam, shots[:10], 0)
     located(slam, [blank(shots[0])] * 12, 10)
     away = located(slam, shots[60:75], 22)
-    # A new piece is tracked, but nobody is told a pose that hangs in the air.
+    # A new submap is tracked, but nobody is told a pose that hangs in the air.
     assert away == [None] * 15
-    assert {keyframe.piece for keyframe in slam.keyframes.all} == {0, 1}
+    assert {keyframe.submap for keyframe in slam.keyframes.all} == {0, 1}
     assert sorted(slam.trajectory()) == list(range(10))
     back = located(slam, shots[73::-1], 37)
     assert back[-1] is not None
     slam.finish()
-    assert {keyframe.piece for keyframe in slam.keyframes.all} == {0}
+    assert {keyframe.submap for keyframe in slam.keyframes.all} == {0}
     truth = {n: shot.pose for n, shot in enumerate(shots[:10])}
     truth |= {22 + n: shot.pose for n, shot in enumerate([*shots[60:75], *shots[73::-1]])}
     found = slam.trajectory()
@@ -190,7 +190,7 @@ def test_the_piece_that_shows_most_frames_is_the_world_in_the_end(room):
     truth = {6 + n: room[60 + n].pose for n in range(15)}
     assert root_mean_square(errors_m(found, {n: truth[n] for n in found})) < 0.03
     graph = slam.report().graph
-    assert graph.n_adrift == 1
+    assert graph.n_unanchored == 1
     # What is the world is certain where it begins.
     first = min(graph.covariances)
     assert np.trace(graph.covariances[first]) < 1e-6
@@ -199,13 +199,13 @@ def test_the_piece_that_shows_most_frames_is_the_world_in_the_end(room):
 def test_a_tie_is_refused_if_views_around_would_stand_where_others_saw_through(frames):
     slam = SlamSystem()
     located(slam, frames[:12], 0)
-    view = View.of(replace(frames[6], index=20, world_from_camera=None), FeatureFinder(), slam.camera)
-    alone = slam.map.begin_piece(view, view.grids(), 0.0)
+    view = View.of(replace(frames[6], index=20, world_from_camera=None), FeatureExtractor(), slam.camera)
+    alone = slam.map.begin_submap(view, view.grids(), 0.0)
     true = inverse(frames[0].pose) @ frames[6].pose
     nearer = true.copy()
     nearer[:3, 3] -= 0.5 * true[:3, 2]
     for where, refused in ((true, False), (nearer, True)):
-        assert slam.map._contradicted(0, alone.piece, where @ inverse(alone.world_from_camera)) == refused
+        assert slam.map._contradicted(0, alone.submap, where @ inverse(alone.world_from_camera)) == refused
 
 
 class TwoPieces:

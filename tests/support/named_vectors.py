@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def unit_rows(vectors):

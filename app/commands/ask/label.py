@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def label(
@@ -40,13 +40,13 @@ def label(
     """
     # Late, since these bring Open3D and torch along.
     from app.query.labelled_run import LabelledRun
-    from app.query.queryable_map import open_map
+    from app.query.queryable_map import open_queryable_map
     from razer.semantics.labelling import known_categories
     from razer.semantics.labelling import label as label_map
     from razer.vocabulary import vocabulary as read_vocabulary
 
     classes = read_vocabulary(vocabulary)
-    asked = open_map(run, embedder, set, by_text=True, trust=options.trust)
+    asked = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
     known = known_categories(asked.panoptic, classes)
     if left_out := len(classes.categories) - len(known):
         progress_console().print(

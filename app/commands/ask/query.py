@@ -10,10 +10,10 @@ from cyclopts import Parameter
 
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
-    from app.query.queryable_map import AskedMap
+    from app.query.queryable_map import QueryableMap
     from razer.panoptic_map import Answer
 
 
@@ -60,16 +60,16 @@ def query(
     _refuse_nonsense(text, k, image, box, min_score, render)
 
     # Late, since these bring Open3D and torch along.
-    from app.query.answer import print_answer, told
-    from app.query.queryable_map import open_map
+    from app.query.answer import answer_json, print_answer
+    from app.query.queryable_map import open_queryable_map
     from app.query.view_crops import BestFrames
 
-    asked = open_map(run, embedder, set, by_text=text is not None, trust=options.trust)
+    asked = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _answer(asked, text, image, box, min_score).best(k)
     if render is not None:
         _draw(asked, answer, render)
     frames = BestFrames(run, asked.config.input) if answer.found else None
-    result = told(text if text is not None else str(image), answer, frames)
+    result = answer_json(text if text is not None else str(image), answer, frames)
     for note in frames.notes if frames else ():
         progress_console().print(f"note: {note}", soft_wrap=True)
     if json:
@@ -92,7 +92,9 @@ def _refuse_nonsense(
         raise BadInput(f"{render} cannot be written: give a .png in a folder that exists")
 
 
-def _answer(asked: AskedMap, text: str | None, image: Path | None, box: str | None, min_score: float | None) -> Answer:
+def _answer(
+    asked: QueryableMap, text: str | None, image: Path | None, box: str | None, min_score: float | None
+) -> Answer:
     from app.query.query_image import embed_picture
     from razer.query.ranking import PRESENT
 
@@ -104,7 +106,7 @@ def _answer(asked: AskedMap, text: str | None, image: Path | None, box: str | No
     return asked.panoptic.rank_image(vector, threshold)
 
 
-def _draw(asked: AskedMap, answer: Answer, target: Path) -> None:
+def _draw(asked: QueryableMap, answer: Answer, target: Path) -> None:
     import cv2
 
     from app.render.highlight import highlighted

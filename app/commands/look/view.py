@@ -6,7 +6,7 @@ from pathlib import Path
 
 from app.run_folder.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
 from app.settings.options import Flag
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> None:

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def ablate(

@@ -8,7 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from app.settings.options import Flag, RunOptions
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def bench(

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from app.console.streams import progress_console, result_console
 from app.run_folder.run_folder import replace_file
 from app.settings.options import Assignments, Flag, TrustOptions
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from razer.metrics.protocol.evaluation import Evaluation

@@ -10,7 +10,7 @@ from rich.padding import Padding
 
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
 
 INTERRUPTED = 130

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
 from app.settings.options import Assignments, Flag
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from data_tools.synthetic.camera.sensor_model import SensorModel

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.readers.ros.bag_file import Bag, Entry
 from data_tools.readers.ros.images import color_of, depth_of, is_depth
@@ -20,7 +19,8 @@ from data_tools.readers.ros.transforms import camera_poses, fixed_between, read_
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.source_sequence import SourceSequence, source_sequence
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.errors import BadInput
 
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
@@ -44,11 +44,11 @@ class BagImages:
         """The time of depth in seconds."""
         return self.pairs[index][1].stamp
 
-    def color(self, index: int) -> NDArray[np.uint8]:
+    def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
         return color_of(self.bag.message(self.color_topic, self.pairs[index][0]), self.color_topic)
 
-    def depth(self, index: int) -> NDArray[np.float32]:
+    def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading; raises UnusableFrame."""
         return depth_of(self.bag.message(self.depth_topic, self.pairs[index][1]), self.depth_topic)
 
@@ -126,7 +126,7 @@ def _depth_likeness(topic: str) -> tuple[bool, bool, bool, bool, str]:
     return not odd, any(w in topic for w in _ALIGNED), "depth" in topic, "compressed" not in topic, topic
 
 
-def _stamps(entries: tuple[Entry, ...]) -> NDArray[np.float64]:
+def _stamps(entries: tuple[Entry, ...]) -> Float64Array:
     return np.array([entry.stamp for entry in entries], dtype=np.float64)
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 
 NANOSECONDS_PER_S = 1e9
 

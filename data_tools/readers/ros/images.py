@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.images import decode, decode_rgb
-from razer.frame import UnusableFrame
+from razer.arrays import Float32Array, Uint8Array
+from razer.errors import UnusableFrame
 
 _MILLIMETRES = 1000.0
 _SATURATED = 65535
@@ -44,7 +45,7 @@ def is_depth(message: Any) -> bool:
     return "compresseddepth" in message.format.lower() or message.format.lower().startswith(("16uc1", "32fc1"))
 
 
-def color_of(message: Any, name: str) -> NDArray[np.uint8]:
+def color_of(message: Any, name: str) -> Uint8Array:
     """(H, W, 3) in RGB order; raises UnusableFrame naming the topic."""
     if not hasattr(message, "encoding"):
         return decode_rgb(bytes(message.data), name)
@@ -56,7 +57,7 @@ def color_of(message: Any, name: str) -> NDArray[np.uint8]:
     return np.ascontiguousarray(image) if code is None else cv2.cvtColor(np.ascontiguousarray(image), code)
 
 
-def depth_of(message: Any, name: str) -> NDArray[np.float32]:
+def depth_of(message: Any, name: str) -> Float32Array:
     """(H, W) in metres, 0 = no reading; raises UnusableFrame naming the topic."""
     if not hasattr(message, "encoding"):
         return _compressed_depth(message, name)
@@ -77,7 +78,7 @@ def _pixels(message: Any, kind: np.dtype, channels: int, name: str) -> NDArray:
     return np.ascontiguousarray(rows).view(kind).reshape(message.height, message.width, channels)
 
 
-def _compressed_depth(message: Any, name: str) -> NDArray[np.float32]:
+def _compressed_depth(message: Any, name: str) -> Float32Array:
     data = bytes(message.data)
     start = data.find(_PNG, 0, _HEADER.size + len(_PNG))
     if start < 0:
@@ -92,7 +93,7 @@ def _compressed_depth(message: Any, name: str) -> NDArray[np.float32]:
     return _metres(values)
 
 
-def _metres(values: NDArray) -> NDArray[np.float32]:
+def _metres(values: NDArray) -> Float32Array:
     if values.dtype.kind == "u":
         depth = (values / np.float32(_MILLIMETRES)).astype(np.float32)
         depth[values == _SATURATED] = 0

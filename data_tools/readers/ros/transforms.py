@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from data_tools.readers.ros.bag_file import Bag
-from data_tools.recordings.trajectories import Pose, PoseSource, Trajectory, checked_pose
-from razer.geometry import Array, inverse
+from data_tools.recordings.trajectories import PoseSource, PoseWithNotes, Trajectory, checked_pose
+from razer.arrays import Float64Array
+from razer.geometry import inverse
 
 _TF = "tf2_msgs/msg/TFMessage"
 _OLD_TF = "tf/msg/tfMessage"
@@ -28,7 +29,7 @@ class Link:
     motion: Trajectory
     constant: bool
 
-    def at(self, stamp: float) -> Array:
+    def at(self, stamp: float) -> Float64Array:
         """The (4, 4) transform at a time in seconds; raises UnusableFrame where it is not known."""
         return (self.motion.nearest(self.motion.stamps[0]) if self.constant else self.motion.interpolated(stamp))[0]
 
@@ -40,7 +41,7 @@ class ChainPoses:
     links: tuple[Link, ...]
     stamps: tuple[float, ...]
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         pose = np.eye(4)
         for link in self.links:
@@ -97,14 +98,14 @@ def chain_of(links: dict[str, Link], frame: str) -> list[Link]:
     return chain
 
 
-def fixed_between(links: dict[str, Link], target: str, source: str) -> Array | None:
+def fixed_between(links: dict[str, Link], target: str, source: str) -> Float64Array | None:
     """target_from_source where both hang together by constant transforms, else None."""
     up_from_target, up_from_source = _fixed_ancestors(links, target), _fixed_ancestors(links, source)
     common = next((frame for frame in up_from_source if frame in up_from_target), None)
     return None if common is None else inverse(up_from_target[common]) @ up_from_source[common]
 
 
-def _fixed_ancestors(links: dict[str, Link], frame: str) -> dict[str, Array]:
+def _fixed_ancestors(links: dict[str, Link], frame: str) -> dict[str, Float64Array]:
     """ancestor_from_frame for each ancestor within reach of constant links, the frame itself first."""
     found, pose = {_name(frame): np.eye(4)}, np.eye(4)
     for link in chain_of(links, frame):

@@ -17,8 +17,10 @@ from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequenc
 from data_tools.recordings.images import read_rgb, size_of
 from data_tools.recordings.rgbd_alignment import Size
 from data_tools.recordings.trajectories import PoseFiles
-from razer.frame import BadInput, Intrinsics, UnusableFrame
-from razer.geometry import Array, inverse, is_rigid
+from razer.arrays import Float64Array
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Intrinsics
+from razer.geometry import inverse, is_rigid
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0
@@ -55,14 +57,14 @@ def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     return file_sequence(folder, shots, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
 
 
-def two_cameras(depth: Camera, color: Camera, color_from_depth: Array) -> Declared:
+def two_cameras(depth: Camera, color: Camera, color_from_depth: Float64Array) -> Declared:
     """What a scene declares; where both cameras are one and the same, colour needs no warping."""
     if depth == color and np.array_equal(color_from_depth, np.eye(4)):
         return Declared(depth)
     return Declared(depth, color, color_from_depth=color_from_depth)
 
 
-def pinhole(matrix: Array, size: Size | None = None) -> Camera:
+def pinhole(matrix: Float64Array, size: Size | None = None) -> Camera:
     """The camera of a 3x3 or 4x4 intrinsic matrix; raises BadInput."""
     fx, fy, cx, cy = matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
     return Camera(fx, fy, cx, cy, size=size)
@@ -110,7 +112,7 @@ def _first_size(shots: tuple[Shot, ...]) -> Size | None:
     return None
 
 
-def _extrinsic(frames: Path, kind: str) -> Array:
+def _extrinsic(frames: Path, kind: str) -> Float64Array:
     file = _matrix_file(frames, _EXTRINSICS, kind)
     matrix = np.eye(4) if file is None else _matrix(file)
     if not is_rigid(matrix, tolerance=1e-3):
@@ -122,7 +124,7 @@ def _matrix_file(frames: Path, places: tuple[str, ...], kind: str) -> Path | Non
     return next((path for place in places if (path := frames / place.format(kind)).is_file()), None)
 
 
-def _matrix(path: Path) -> Array:
+def _matrix(path: Path) -> Float64Array:
     try:
         matrix = np.loadtxt(path, dtype=np.float64, ndmin=2)
     except ValueError:

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.readers.scannet.extracted import FRAMES_PER_SECOND, pinhole, two_cameras
 from data_tools.readers.scannet.sens_file import SensHeader, SensIndex, read_header, read_index
 from data_tools.recordings.camera import Declared
 from data_tools.recordings.images import decode_rgb, metres
 from data_tools.recordings.source_sequence import SourceSequence, source_sequence
-from data_tools.recordings.trajectories import Pose, checked_pose
-from razer.frame import BadInput, UnusableFrame
+from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.errors import BadInput, UnusableFrame
 from razer.geometry import inverse, is_rigid
 
 
@@ -26,7 +26,7 @@ class SensImages:
     path: Path
     header: SensHeader
     index: SensIndex
-    stamps: NDArray[np.float64]
+    stamps: Float64Array
 
     def __len__(self) -> int:
         return len(self.index.heads) + bool(self.index.cut)
@@ -35,7 +35,7 @@ class SensImages:
         """Seconds."""
         return float(self.stamps[index])
 
-    def color(self, index: int) -> NDArray[np.uint8]:
+    def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
         data = self._data(index, "color")
         if self.header.color_kind != "raw":
@@ -45,7 +45,7 @@ class SensImages:
             raise UnusableFrame(f"{self._name(index, 'colour')} has {len(data)} bytes, not {width}x{height}x3")
         return np.frombuffer(data, np.uint8).reshape(height, width, 3)
 
-    def depth(self, index: int) -> NDArray[np.float32]:
+    def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading; raises UnusableFrame."""
         data, name = self._data(index, "depth"), self._name(index, "depth")
         width, height = self.header.depth_size
@@ -78,7 +78,7 @@ class SensPoses:
     source: str
     index: SensIndex
 
-    def __call__(self, index: int) -> Pose:
+    def __call__(self, index: int) -> PoseWithNotes:
         """The pose of a frame; raises UnusableFrame."""
         if index >= len(self.index.heads):
             raise UnusableFrame(self.index.cut)
@@ -127,7 +127,7 @@ def _told(header: SensHeader) -> Declared:
     return two_cameras(depth, color, inverse(header.color_extrinsic) @ header.depth_extrinsic)
 
 
-def _stamps(index: SensIndex) -> NDArray[np.float64]:
+def _stamps(index: SensIndex) -> Float64Array:
     """Seconds for each frame, and for the one that stands for those that are missing."""
     seconds = index.heads["depth_us"].astype(np.float64) / 1e6
     if len(seconds) > 1 and (np.diff(seconds) <= 0).any():

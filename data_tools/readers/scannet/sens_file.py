@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.rgbd_alignment import Size
-from razer.frame import BadInput
-from razer.geometry import Array
+from razer.arrays import Float64Array, Int64Array
+from razer.errors import BadInput
 
 VERSION = 4
 COLOR_KINDS = {0: "raw", 1: "png", 2: "jpeg"}
@@ -35,10 +35,10 @@ class SensHeader:
     """What a file says of all its frames; matrices (4, 4); color_kind and depth_kind are values of COLOR_KINDS and
     DEPTH_KINDS; sizes (width, height); frames begin at byte `start`."""
 
-    color_matrix: Array
-    color_extrinsic: Array
-    depth_matrix: Array
-    depth_extrinsic: Array
+    color_matrix: Float64Array
+    color_extrinsic: Float64Array
+    depth_matrix: Float64Array
+    depth_extrinsic: Float64Array
     color_kind: str
     depth_kind: str
     color_size: Size
@@ -54,7 +54,7 @@ class SensIndex:
     cut says in words what is missing, empty = nothing."""
 
     heads: NDArray[np.void]
-    offsets: NDArray[np.int64]
+    offsets: Int64Array
     cut: str
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from data_tools.synthetic.camera.walk import Station
 from data_tools.synthetic.layout.free_space import FreeSpace
-from razer.geometry import Array
+from razer.arrays import Float64Array
 
 EYE_M = 1.5
 _AHEAD_M = 1.5
@@ -19,7 +19,7 @@ _STAY = 8
 _HEIGHTS_M = (0.55, 1.0, 0.4, 1.45, 0.75)
 
 
-class Tour:
+class CameraPath:
     """Stations collected one way after the other, from a start (x, y)."""
 
     def __init__(self, space: FreeSpace, start: Sequence[float]) -> None:
@@ -65,23 +65,23 @@ class Tour:
                 rise = np.interp(share, (0, 1), [_HEIGHTS_M[(number + k) % len(_HEIGHTS_M)] for k in (0, 1)])
                 self._look(point, center - half * (np.cos(angle), np.sin(angle)), float(rise))
 
-    def _way(self, to: Array) -> Array:
+    def _way(self, to: Float64Array) -> Float64Array:
         way = self._space.route(self._here, to)
         self._here = to
         along = _distances(way)
         count = max(2, int(np.ceil(along[-1] / _STRIDE_M)) + 1)
         return np.stack([_at(way, s) for s in np.linspace(0, along[-1], count)])
 
-    def _look(self, point: Array, at: Array, height_m: float) -> None:
+    def _look(self, point: Float64Array, at: Float64Array, height_m: float) -> None:
         eye = (float(point[0]), float(point[1]), EYE_M)
         self.stations.append(Station(eye, (float(at[0]), float(at[1]), height_m)))
 
 
-def _distances(way: Array) -> Array:
+def _distances(way: Float64Array) -> Float64Array:
     """How far along a way (K, 2) each of its points is, (K,)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
 
 
-def _at(way: Array, along: float) -> Array:
+def _at(way: Float64Array, along: float) -> Float64Array:
     distances = _distances(way)
     return np.array([np.interp(along, distances, way[:, k]) for k in range(2)])

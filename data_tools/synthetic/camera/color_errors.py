@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.synthetic.camera.noise_fields import whole_normal
+from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.frame import Intrinsics
-from razer.geometry import Array, inverse
-
-Colour = NDArray[np.uint8]
+from razer.geometry import inverse
 
 _SHORT_PX = 6.0  # longer blurs are made of shorter ones: large kernels are slow
 _LONGEST_PX = 48.0
@@ -18,7 +16,7 @@ _ROLL_FRAMES = 200
 _DRIFT_FRAMES = (90, 240)
 
 
-def blur_px(poses: Array, index: int, camera: Intrinsics, shutter: float) -> Array:
+def blur_px(poses: Float64Array, index: int, camera: Intrinsics, shutter: float) -> Float64Array:
     """The way (2,) in pixels that the middle of the image goes, by the camera's rotation since the frame before
     (N, 4, 4), while the shutter is open for that share of the time between two frames."""
     before = index - 1 if index else min(1, len(poses) - 1)
@@ -27,7 +25,7 @@ def blur_px(poses: Array, index: int, camera: Intrinsics, shutter: float) -> Arr
     return flow * min(1, _LONGEST_PX / max(float(np.hypot(*flow)), 1e-9))
 
 
-def rolling_offset_px(size_px: float, seed: int, index: int) -> Array:
+def rolling_offset_px(size_px: float, seed: int, index: int) -> Float64Array:
     """By how much (2,) colour is shifted against depth: always size_px, in a slowly turning direction."""
     start = np.random.default_rng([seed, 11]).uniform(0, 2 * np.pi)
     angle = start + 2 * np.pi * index / _ROLL_FRAMES
@@ -41,7 +39,7 @@ def exposure(drift: float, seed: int, index: int) -> float:
     return 1 + drift * float(np.sin(2 * np.pi * index / periods + phases).mean())
 
 
-def smear(rgb: Colour, flow_px: Array, offset_px: Array) -> Colour:
+def smear(rgb: Uint8Array, flow_px: Float64Array, offset_px: Float64Array) -> Uint8Array:
     """Colour shifted by an offset (2,) and blurred evenly along a way (2,), both in pixels."""
     if np.hypot(*flow_px) <= _SHORT_PX:
         return cv2.filter2D(rgb, -1, _line(flow_px, offset_px), borderType=cv2.BORDER_REPLICATE)
@@ -51,17 +49,17 @@ def smear(rgb: Colour, flow_px: Array, offset_px: Array) -> Colour:
     return cv2.addWeighted(_shifted(half, *ahead), 0.5, _shifted(half, *behind), 0.5, 0)
 
 
-def add_noise(rgb: Colour, sigma: float, rng: np.random.Generator) -> Colour:
+def add_noise(rgb: Uint8Array, sigma: float, rng: np.random.Generator) -> Uint8Array:
     """Independent noise of sigma grey levels on every channel."""
     return cv2.add(rgb, whole_normal(rgb.shape, sigma, rng), dtype=cv2.CV_8U)
 
 
-def expose(rgb: Colour, gain: float) -> Colour:
+def expose(rgb: Uint8Array, gain: float) -> Uint8Array:
     """All colours times a factor, cut off at white."""
     return cv2.convertScaleAbs(rgb, alpha=gain)
 
 
-def _line(flow_px: Array, offset_px: Array) -> NDArray[np.float32]:
+def _line(flow_px: Float64Array, offset_px: Float64Array) -> Float32Array:
     """The kernel that puts a pixel's colour evenly along a line about itself + offset_px."""
     count = 2 * int(np.ceil(np.hypot(*flow_px))) + 1
     share = (np.arange(count) + 0.5) / count - 0.5
@@ -77,7 +75,7 @@ def _line(flow_px: Array, offset_px: Array) -> NDArray[np.float32]:
     return (kernel[:-1, :-1] / count).astype(np.float32)
 
 
-def _shifted(rgb: Colour, x: int, y: int) -> Colour:
+def _shifted(rgb: Uint8Array, x: int, y: int) -> Uint8Array:
     """The image moved by whole pixels, its border drawn out."""
     height, width = rgb.shape[:2]
     margin = max(abs(x), abs(y))

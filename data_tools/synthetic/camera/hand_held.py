@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float64Array
+
 TREMBLE_M = 0.012
 TREMBLE_DEG = 0.6
 
 
-def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_out: bool = True) -> NDArray[np.float64]:
+def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_out: bool = True) -> Float64Array:
     """Poses world_from_camera (n_frames, 4, 4), z up, on ellipses about the origin with the given radii in x and
     y: one turn looking across the middle, one near the middle looking at the walls, and back to the start; or,
     not to look out, the first turn twice."""
@@ -30,7 +32,7 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     # since scraps of it seen now and then could not be known to be one thing.
     pitch_deg = (1 - inward) * (-24 + 9 * np.sin(8 * np.pi * s)) + inward * (5 + 3 * np.sin(14 * np.pi * s))
     pitch = np.radians(pitch_deg)
-    shake = tremble(np.arange(n_frames), seed)
+    shake = jitter(np.arange(n_frames), seed)
     return np.stack(
         [
             looking(p + TREMBLE_M * w[:3], h + np.pi + np.radians(TREMBLE_DEG) * w[3], a, w[4:])
@@ -39,12 +41,12 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     )
 
 
-def _smooth_step(s: NDArray[np.float64], start: float, end: float) -> NDArray[np.float64]:
+def _smooth_step(s: Float64Array, start: float, end: float) -> Float64Array:
     x = np.clip((s - start) / (end - start), 0, 1)
     return x * x * (3 - 2 * x)
 
 
-def tremble(frames: NDArray[np.number], seed: int) -> NDArray[np.float64]:
+def jitter(frames: NDArray[np.number], seed: int) -> Float64Array:
     """Six smooth random signals of unit amplitude at frame numbers (N,), (N, 6), from sines of 7 to 25 frames."""
     rng = np.random.default_rng([seed, 2])
     periods, phases = rng.uniform(7, 25, (4, 6)), rng.uniform(0, 2 * np.pi, (4, 6))
@@ -52,13 +54,11 @@ def tremble(frames: NDArray[np.number], seed: int) -> NDArray[np.float64]:
     return waves.mean(axis=1) * np.sqrt(2)
 
 
-def looking(
-    position: NDArray[np.float64], heading: float, pitch: float, tremble: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def looking(position: Float64Array, heading: float, pitch: float, jitter: Float64Array) -> Float64Array:
     """The pose at a position that looks along heading (about z) and pitch (up positive), in radians, with a
     little extra pitch and roll; camera axes x right, y down, z forward."""
-    pitch = pitch + np.radians(TREMBLE_DEG) * tremble[0]
-    roll = np.radians(TREMBLE_DEG) * tremble[1]
+    pitch = pitch + np.radians(TREMBLE_DEG) * jitter[0]
+    roll = np.radians(TREMBLE_DEG) * jitter[1]
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(heading) * np.cos(pitch), np.sin(pitch)])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     down = np.cross(forward, right)

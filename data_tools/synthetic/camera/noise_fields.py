@@ -7,24 +7,25 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-Field = NDArray[np.float32]
+from razer.arrays import Float32Array, Int16Array
+
 Size = tuple[int, ...]
 """(height, width) or (height, width, channels)."""
 
 _PLAY = 256  # windows differ by up to this many pixels in each direction
 
 
-def normal(size: Size, rng: np.random.Generator) -> Field:
+def normal(size: Size, rng: np.random.Generator) -> Float32Array:
     """Independent normal numbers of unit deviation; the caller must not write to them."""
     return _window(_normal_field(size), size, rng)
 
 
-def uniform(size: Size, rng: np.random.Generator) -> Field:
+def uniform(size: Size, rng: np.random.Generator) -> Float32Array:
     """Independent numbers evenly spread over [0, 1); the caller must not write to them."""
     return _window(_uniform_field(size), size, rng)
 
 
-def whole_normal(size: Size, sigma: float, rng: np.random.Generator) -> NDArray[np.int16]:
+def whole_normal(size: Size, sigma: float, rng: np.random.Generator) -> Int16Array:
     """Independent normal numbers of the given deviation, rounded; the caller must not write to them."""
     return _window(_whole_field(size, sigma), size, rng)
 
@@ -40,16 +41,16 @@ def _roomy(size: Size) -> Size:
 
 # One seed for all: which window is looked through is what differs between frames and recordings.
 @lru_cache(maxsize=4)
-def _normal_field(size: Size) -> Field:
+def _normal_field(size: Size) -> Float32Array:
     return np.random.default_rng(0).standard_normal(_roomy(size), np.float32)
 
 
 @lru_cache(maxsize=4)
-def _uniform_field(size: Size) -> Field:
+def _uniform_field(size: Size) -> Float32Array:
     return np.random.default_rng(1).random(_roomy(size), np.float32)
 
 
 @lru_cache(maxsize=8)
-def _whole_field(size: Size, sigma: float) -> NDArray[np.int16]:
+def _whole_field(size: Size, sigma: float) -> Int16Array:
     exact = np.random.default_rng(len(size)).standard_normal(_roomy(size), np.float32) * np.float32(sigma)
     return np.rint(exact).astype(np.int16)

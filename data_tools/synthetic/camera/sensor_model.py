@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.synthetic.camera import color_errors as colour_errors
 from data_tools.synthetic.camera import depth_errors
-from razer.frame import BadInput, Intrinsics
-from razer.geometry import Array
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.errors import BadInput
+from razer.frame import Intrinsics
 
 _KINECT_STEP_PER_M = 1 / (8 * 580 * 0.075)  # disparity in 1/8 pixel, focal length in pixels, baseline in metres
 _SHARES = ("edge_dropout", "grazing_dropout", "exposure_drift", "shutter")
@@ -81,14 +81,14 @@ class SensorModel:
 
     def observe(
         self,
-        rgb: NDArray[np.uint8],
-        depth: NDArray[np.float32],
+        rgb: Uint8Array,
+        depth: Float32Array,
         camera: Intrinsics,
-        poses: Array,
+        poses: Float64Array,
         *,
         index: int,
         seed: int,
-    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    ) -> tuple[Uint8Array, Float32Array]:
         """What the sensor makes of a true (H, W, 3) uint8 colour and (H, W) float32 depth image in metres, frame
         `index` of a recording with poses (N, 4, 4); always the same for the same arguments. Of the poses only
         this frame's and the one before matter."""
@@ -97,13 +97,13 @@ class SensorModel:
 
     def _colour(
         self,
-        rgb: NDArray[np.uint8],
+        rgb: Uint8Array,
         camera: Intrinsics,
-        poses: Array,
+        poses: Float64Array,
         index: int,
         seed: int,
         rng: np.random.Generator,
-    ) -> NDArray[np.uint8]:
+    ) -> Uint8Array:
         if self.shutter or self.misregistration_px:
             flow = colour_errors.blur_px(poses, index, camera, self.shutter)
             offset = colour_errors.rolling_offset_px(self.misregistration_px, seed, index)
@@ -112,7 +112,7 @@ class SensorModel:
             rgb = colour_errors.expose(rgb, colour_errors.exposure(self.exposure_drift, seed, index))
         return colour_errors.add_noise(rgb, self.colour_noise, rng) if self.colour_noise else rgb
 
-    def _depth(self, true: NDArray[np.float32], camera: Intrinsics, rng: np.random.Generator) -> NDArray[np.float32]:
+    def _depth(self, true: Float32Array, camera: Intrinsics, rng: np.random.Generator) -> Float32Array:
         depth = true
         if self.lateral_noise_px:
             depth = depth_errors.shake_sideways(depth, self.lateral_noise_px, rng)

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from data_tools.synthetic.camera.hand_held import TREMBLE_DEG, TREMBLE_M, looking, tremble
+from data_tools.synthetic.camera.hand_held import TREMBLE_DEG, TREMBLE_M, jitter, looking
 from data_tools.synthetic.shapes.solids import Point
+from razer.arrays import Float64Array
 
 FRAMES_PER_S = 15.0
 # Of the walk itself; the hand adds a little, and the sum stays below 0.5 m/s and 60 degrees/s.
@@ -36,7 +36,7 @@ def usual_frames(stations: Sequence[Station]) -> int:
     return int(np.ceil(_times(stations)[-1] * FRAMES_PER_S)) + 1
 
 
-def walk(stations: Sequence[Station], n_frames: int, seed: int) -> NDArray[np.float64]:
+def walk(stations: Sequence[Station], n_frames: int, seed: int) -> Float64Array:
     """Poses world_from_camera (n_frames, 4, 4) from the first station to the last, past those between with rounded
     corners; fewer frames lie further apart. Pitch stays within -40 and 10 degrees."""
     knots = _times(stations)
@@ -45,7 +45,7 @@ def walk(stations: Sequence[Station], n_frames: int, seed: int) -> NDArray[np.fl
     signals = [np.interp(dense, knots, column) for column in (*_eyes(stations).T, *_directions(stations))]
     smooth = [gaussian_filter1d(signal, _SMOOTH_S / _STEP_S, mode="nearest") for signal in signals]
     rows = np.column_stack([np.interp(when, dense, signal) for signal in smooth])
-    shake = _TREMBLE * tremble(when * FRAMES_PER_S, seed)
+    shake = _TREMBLE * jitter(when * FRAMES_PER_S, seed)
     return np.stack(
         [
             looking(row[:3] + TREMBLE_M * w[:3], row[3] + np.radians(TREMBLE_DEG) * w[3], row[4], w[4:])
@@ -54,11 +54,11 @@ def walk(stations: Sequence[Station], n_frames: int, seed: int) -> NDArray[np.fl
     )
 
 
-def _eyes(stations: Sequence[Station]) -> NDArray[np.float64]:
+def _eyes(stations: Sequence[Station]) -> Float64Array:
     return np.array([station.eye for station in stations], float)
 
 
-def _directions(stations: Sequence[Station]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _directions(stations: Sequence[Station]) -> tuple[Float64Array, Float64Array]:
     """Heading about z, without jumps, and pitch, both (S,) in radians, eased over the neighbouring stations, so that
     one turns while one walks."""
     x, y, z = (np.array([station.target for station in stations]) - _eyes(stations)).T
@@ -67,7 +67,7 @@ def _directions(stations: Sequence[Station]) -> tuple[NDArray[np.float64], NDArr
     return heading, pitch
 
 
-def _times(stations: Sequence[Station]) -> NDArray[np.float64]:
+def _times(stations: Sequence[Station]) -> Float64Array:
     """When each station is reached, (S,) seconds."""
     heading, pitch = _directions(stations)
     way_s = np.linalg.norm(np.diff(_eyes(stations), axis=0), axis=1) / SPEED_M_PER_S

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from data_tools.synthetic.layout.placement import solid_boxes
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
-from razer.geometry import Array
+from razer.arrays import Float64Array
 
 CLEAR_M = 0.36
 # What is lower is reached over by the arms that hold the camera.
@@ -47,13 +47,13 @@ class FreeSpace:
         self._cells = np.argwhere(self._free)
         self._graph = self._connected()
 
-    def nearest(self, point: ArrayLike) -> Array:
+    def nearest(self, point: ArrayLike) -> Float64Array:
         """The place (2,) nearest to a point that can be reached."""
         places = self._origin + (self._cells + 0.5) * _CELL_M
-        place: Array = places[np.linalg.norm(places - point, axis=1).argmin()]
+        place: Float64Array = places[np.linalg.norm(places - point, axis=1).argmin()]
         return place
 
-    def route(self, start: ArrayLike, end: ArrayLike) -> Array:
+    def route(self, start: ArrayLike, end: ArrayLike) -> Float64Array:
         """A way (K, 2) between two places, in steps of about a cell, rather in the open than along things."""
         first, last = self._number(start), self._number(end)
         _, before = dijkstra(self._graph, indices=first, return_predecessors=True)
@@ -61,7 +61,7 @@ class FreeSpace:
         while numbers[-1] != first:
             numbers.append(before[numbers[-1]])
         way = self._origin + (self._cells[numbers[::-1]] + 0.5) * _CELL_M
-        smooth: Array = gaussian_filter1d(way, _SMOOTH_CELLS, axis=0, mode="nearest")
+        smooth: Float64Array = gaussian_filter1d(way, _SMOOTH_CELLS, axis=0, mode="nearest")
         return np.concatenate([way[:1], smooth, way[-1:]])
 
     def _cell(self, point: Sequence[float]) -> tuple[int, int]:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import open3d as o3d
-from numpy.typing import NDArray
 
 from data_tools.synthetic.layout.building import Room, Side
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.ray_renderer import scene_of
+from razer.arrays import Float64Array
 
 YAW_DEG: dict[Side, float] = {"south": 0.0, "east": 90.0, "north": 180.0, "west": -90.0}
 _TOUCH_M = 0.004
@@ -20,8 +20,7 @@ _FOOT_M = 0.003
 _ROUNDING_M = 1e-6
 _TRIES = 40
 
-Boxes = NDArray[np.float64]
-Area = tuple[NDArray[np.float64], NDArray[np.float64]]
+Area = tuple[Float64Array, Float64Array]
 
 
 class Placer:
@@ -30,7 +29,7 @@ class Placer:
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
         self.things: list[Thing] = []
-        self._boxes: Boxes = np.zeros((0, 2, 3))
+        self._boxes: Float64Array = np.zeros((0, 2, 3))
 
     def add(self, thing: Thing) -> Thing:
         """Take a thing where it is, whatever else is there."""
@@ -50,7 +49,7 @@ class Placer:
         """Whether the box of any solid of the thing cuts into that of another thing's, by more than a touch."""
         return self._cuts(solid_boxes(thing))
 
-    def _cuts(self, own: Boxes) -> bool:
+    def _cuts(self, own: Float64Array) -> bool:
         low, high = own[:, 0].min(axis=0), own[:, 1].max(axis=0)
         near = ((self._boxes[:, 0] < high) & (self._boxes[:, 1] > low)).all(axis=1)
         boxes = self._boxes[near]
@@ -115,14 +114,14 @@ class _Tops:
         self._scene = scene_of({1: thing})
         self._above = float(thing.bounds[1][2]) + 0.1
 
-    def level_under(self, low: NDArray[np.float64], high: NDArray[np.float64], level: int) -> float | None:
+    def level_under(self, low: Float64Array, high: Float64Array, level: int) -> float | None:
         """The height of the surface number `level` from above if it is level under a rectangle; else None."""
         x, y = np.meshgrid(np.linspace(low[0], high[0], 4), np.linspace(low[1], high[1], 4))
         heights = self._heights(np.column_stack([x.ravel(), y.ravel()]), level)
         flat = np.isfinite(heights).all() and np.ptp(heights) <= _LEVEL_M
         return float(heights.max()) if flat else None
 
-    def _heights(self, points: NDArray[np.float64], level: int) -> NDArray[np.float64]:
+    def _heights(self, points: Float64Array, level: int) -> Float64Array:
         rays = np.zeros((len(points), 6), np.float32)
         rays[:, :2], rays[:, 2], rays[:, 5] = points, self._above, -1
         up_faces = -1
@@ -161,6 +160,6 @@ def _inside(room: Room, thing: Thing) -> bool:
     return bool((low[:2] >= least).all() and (high[:2] <= most).all() and high[2] <= room.height + _ROUNDING_M)
 
 
-def solid_boxes(thing: Thing) -> Boxes:
+def solid_boxes(thing: Thing) -> Float64Array:
     """The axis-aligned boxes (S, 2, 3) of the solids of a thing: lowest and highest corners."""
     return np.stack([[s.quads.min(axis=(0, 1)), s.quads.max(axis=(0, 1))] for s in thing.solids])

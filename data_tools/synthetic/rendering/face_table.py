@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.shapes.solids import Solid, quad_normals
+from razer.arrays import Float32Array, Float64Array, Int32Array
 
-Column = NDArray[np.float32]
 # Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.
 _LAMPS = (((0.35, 0.5, 0.8), 0.3), ((-0.7, -0.35, 0.35), 0.2))
 _AMBIENT = 0.68
@@ -24,15 +24,15 @@ class FaceTable:
     function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); shaded colour dark + span * grey,
     (F, 3) each with grey in 0..255; column of the texture in the atlas; texels per metre; instance id."""
 
-    corners: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    uv_gradient: NDArray[np.float64]
-    uv_origin: NDArray[np.float64]
-    dark: Column
-    span: Column
-    left: Column
-    texels_per_m: Column
-    instances: NDArray[np.int32]
+    corners: Float64Array
+    normals: Float64Array
+    uv_gradient: Float64Array
+    uv_origin: Float64Array
+    dark: Float32Array
+    span: Float32Array
+    left: Float32Array
+    texels_per_m: Float32Array
+    instances: Int32Array
 
     @classmethod
     def of(cls, things: Mapping[int, Thing], left: Mapping[str, int]) -> FaceTable:
@@ -41,7 +41,9 @@ class FaceTable:
         rows = [_columns(solid, number, left[solid.material.texture]) for number, solid in solids]
         return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
-    def planes_seen_from(self, world_from_camera: NDArray[np.float64]) -> tuple[Column, Column, Column, Column]:
+    def planes_seen_from(
+        self, world_from_camera: Float64Array
+    ) -> tuple[Float32Array, Float32Array, Float32Array, Float32Array]:
         """For each face, as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z and v/z with z the depth in
         metres and (u, v) in tiles; and the distance (F,) of the camera from the face's plane."""
         rotation, center = world_from_camera[:3, :3], world_from_camera[:3, 3]
@@ -76,7 +78,7 @@ def _columns(solid: Solid, instance: int, left: int) -> tuple[NDArray, ...]:
     )
 
 
-def _uv_gradient(solid: Solid) -> NDArray[np.float64]:
+def _uv_gradient(solid: Solid) -> Float64Array:
     """The gradients (F, 2, 3) of the texture coordinates, in tiles per metre, along each quad's plane."""
     # Diagonals are never zero, also where two corners of a quad coincide.
     edges = np.stack([solid.quads[:, 2] - solid.quads[:, 0], solid.quads[:, 3] - solid.quads[:, 1]], axis=1)
@@ -84,7 +86,7 @@ def _uv_gradient(solid: Solid) -> NDArray[np.float64]:
     return np.swapaxes(np.linalg.pinv(edges) @ uv, 1, 2) / solid.material.tile_m
 
 
-def _shade(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shade(normals: Float64Array) -> Float64Array:
     """Share of light (F,) on faces with the given outward normals: two distant lamps and an even rest."""
     light = np.full(len(normals), _AMBIENT)
     for direction, strength in _LAMPS:

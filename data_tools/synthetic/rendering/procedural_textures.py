@@ -8,11 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float32Array
+
 SIZE = 512
-Image = NDArray[np.float32]
 
 
-def _noise(rng: np.random.Generator, falloff: float, stretch: float = 1.0) -> Image:
+def _noise(rng: np.random.Generator, falloff: float, stretch: float = 1.0) -> Float32Array:
     """Tileable noise in 0..1 whose amplitude falls with frequency^falloff; stretch > 1 draws it out along u."""
     fy, fx = np.meshgrid(np.fft.fftfreq(SIZE), np.fft.rfftfreq(SIZE), indexing="ij")
     radius = np.hypot(fx * stretch, fy)
@@ -21,12 +22,12 @@ def _noise(rng: np.random.Generator, falloff: float, stretch: float = 1.0) -> Im
     return _stretched(np.fft.irfft2(spectrum, (SIZE, SIZE)))
 
 
-def _stretched(image: NDArray) -> Image:
+def _stretched(image: NDArray) -> Float32Array:
     low, high = np.percentile(image, [1, 99])
     return np.clip((image - low) / (high - low), 0, 1).astype(np.float32)
 
 
-def _blobs(rng: np.random.Generator, image: Image, count: int, least: float, most: float) -> Image:
+def _blobs(rng: np.random.Generator, image: Float32Array, count: int, least: float, most: float) -> Float32Array:
     """Draw random quadrilaterals, least..most pixels across, that wrap round the borders."""
     canvas = np.ascontiguousarray(image)
     for _ in range(count):
@@ -39,16 +40,16 @@ def _blobs(rng: np.random.Generator, image: Image, count: int, least: float, mos
     return canvas
 
 
-def _plaster(rng: np.random.Generator) -> Image:
+def _plaster(rng: np.random.Generator) -> Float32Array:
     flakes = _blobs(rng, np.full((SIZE, SIZE), 0.6, np.float32), 350, 8, 28)
     return 0.35 * _noise(rng, 1.2) + 0.65 * _blobs(rng, flakes, 2500, 4, 9)
 
 
-def _terrazzo(rng: np.random.Generator) -> Image:
+def _terrazzo(rng: np.random.Generator) -> Float32Array:
     return 0.3 * _noise(rng, 0.9) + 0.7 * _blobs(rng, np.full((SIZE, SIZE), 0.5, np.float32), 900, 5, 22)
 
 
-def _planks(rng: np.random.Generator) -> Image:
+def _planks(rng: np.random.Generator) -> Float32Array:
     """Rows of boards of random length and brightness, with grain along u."""
     image = 0.5 * _noise(rng, 1.3, stretch=8)
     for top in range(0, SIZE, 32):
@@ -61,17 +62,17 @@ def _planks(rng: np.random.Generator) -> Image:
     return image
 
 
-def _wood(rng: np.random.Generator) -> Image:
+def _wood(rng: np.random.Generator) -> Float32Array:
     return 0.7 * _noise(rng, 1.3, stretch=8) + 0.3 * _noise(rng, 0.8, stretch=3)
 
 
-def _fabric(rng: np.random.Generator) -> Image:
+def _fabric(rng: np.random.Generator) -> Float32Array:
     rows, columns = np.mgrid[:SIZE, :SIZE] // 8
     weave = ((rows + columns) % 2).astype(np.float32)
     return 0.25 * weave + 0.4 * _noise(rng, 0.6) + 0.35 * _noise(rng, 1.5)
 
 
-def _bricks(rng: np.random.Generator) -> Image:
+def _bricks(rng: np.random.Generator) -> Float32Array:
     image = 0.4 * _noise(rng, 1.0)
     for row in range(16):
         for column in range(8):
@@ -81,11 +82,11 @@ def _bricks(rng: np.random.Generator) -> Image:
     return image
 
 
-def _shapes(rng: np.random.Generator) -> Image:
+def _shapes(rng: np.random.Generator) -> Float32Array:
     return _blobs(rng, np.full((SIZE, SIZE), 0.5, np.float32), 220, 20, 120)
 
 
-def _screen(rng: np.random.Generator) -> Image:
+def _screen(rng: np.random.Generator) -> Float32Array:
     """Windows with lines of text."""
     image = 0.15 + 0.15 * _noise(rng, 2.0)
     for _ in range(14):
@@ -97,22 +98,22 @@ def _screen(rng: np.random.Generator) -> Image:
     return image
 
 
-def _smooth(rng: np.random.Generator) -> Image:
+def _smooth(rng: np.random.Generator) -> Float32Array:
     """Almost even: paint, plastic, metal."""
     return 0.8 * _noise(rng, 2.0) + 0.2 * _noise(rng, 0.3)
 
 
-def _clouds(rng: np.random.Generator) -> Image:
+def _clouds(rng: np.random.Generator) -> Float32Array:
     return _noise(rng, 2.2)
 
 
-def _marble(rng: np.random.Generator) -> Image:
+def _marble(rng: np.random.Generator) -> Float32Array:
     """Dark veins where slow noise crosses its middle."""
     veins = np.abs(_noise(rng, 1.6) - 0.5) * 2
     return 0.75 * np.sqrt(veins) + 0.25 * _noise(rng, 1.2)
 
 
-def _spines(rng: np.random.Generator) -> Image:
+def _spines(rng: np.random.Generator) -> Float32Array:
     """A row of book backs with titles, drawn along u; v runs up the spine."""
     image = 0.1 * _noise(rng, 0.8)
     left = 0
@@ -127,7 +128,7 @@ def _spines(rng: np.random.Generator) -> Image:
     return image
 
 
-def _keys(rng: np.random.Generator) -> Image:
+def _keys(rng: np.random.Generator) -> Float32Array:
     """Six rows of sixteen keys with a letter each."""
     image = 0.1 + 0.1 * _noise(rng, 1.0)
     for row in range(6):
@@ -138,7 +139,7 @@ def _keys(rng: np.random.Generator) -> Image:
     return image
 
 
-def _tiles(rng: np.random.Generator) -> Image:
+def _tiles(rng: np.random.Generator) -> Float32Array:
     """Eight by eight tiles with joints."""
     shades = np.repeat(np.repeat(rng.uniform(0.55, 0.95, (8, 8)), 64, axis=0), 64, axis=1)
     image = shades + 0.2 * (_noise(rng, 1.4) - 0.5)
@@ -148,7 +149,7 @@ def _tiles(rng: np.random.Generator) -> Image:
     return image.astype(np.float32)
 
 
-def _carpet(rng: np.random.Generator) -> Image:
+def _carpet(rng: np.random.Generator) -> Float32Array:
     """An oriental rug: a medallion inside two borders."""
     y, x = np.abs(np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2) / (SIZE / 2)
     edge = np.maximum(x, y)
@@ -159,7 +160,7 @@ def _carpet(rng: np.random.Generator) -> Image:
     return (0.8 * image + 0.2 * _noise(rng, 0.6)).astype(np.float32)
 
 
-def _landscape(rng: np.random.Generator) -> Image:
+def _landscape(rng: np.random.Generator) -> Float32Array:
     """A sky with a sun over three ranges of hills, upright with row 0 at the top."""
     image = np.linspace(0.95, 0.75, SIZE, dtype=np.float32)[:, None] + np.zeros(SIZE, np.float32)
     cv2.circle(image, (int(rng.integers(80, 430)), int(rng.integers(60, 160))), int(rng.integers(25, 45)), 1.0, -1)
@@ -171,7 +172,7 @@ def _landscape(rng: np.random.Generator) -> Image:
     return (image + 0.25 * (_noise(rng, 1.2) - 0.5)).astype(np.float32)
 
 
-def _stripes(rng: np.random.Generator) -> Image:
+def _stripes(rng: np.random.Generator) -> Float32Array:
     image = 0.25 * _noise(rng, 0.6)
     edges = np.sort(rng.choice(np.arange(1, 32), 15, replace=False)) * 16
     for row, (low, high) in enumerate(zip([0, *edges], [*edges, SIZE], strict=True)):
@@ -179,7 +180,7 @@ def _stripes(rng: np.random.Generator) -> Image:
     return image
 
 
-def _notes(rng: np.random.Generator) -> Image:
+def _notes(rng: np.random.Generator) -> Float32Array:
     """Handwriting and drawings on a white board."""
     image = 0.9 + 0.1 * _noise(rng, 1.5)
     for _ in range(9):
@@ -195,7 +196,7 @@ def _notes(rng: np.random.Generator) -> Image:
     return image
 
 
-PAINTERS: dict[str, Callable[[np.random.Generator], Image]] = {
+PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "plaster": _plaster,
     "terrazzo": _terrazzo,
     "planks": _planks,

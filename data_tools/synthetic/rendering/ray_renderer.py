@@ -13,9 +13,8 @@ from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.face_table import FaceTable
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.rendering.texture_atlas import LEVELS, paint_atlas
+from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
-
-Pixels = NDArray[np.float32]
 
 
 class RayRenderer:
@@ -31,9 +30,7 @@ class RayRenderer:
         self._y = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)
         self._ray_length = np.sqrt(self._x**2 + self._y[:, None] ** 2 + 1)
 
-    def render(
-        self, world_from_camera: NDArray[np.float64]
-    ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.int32]]:
+    def render(self, world_from_camera: Float64Array) -> tuple[Uint8Array, Float32Array, Int32Array]:
         """The (H, W, 3) uint8 colour, (H, W) float32 depth in metres (0 = nothing hit) and (H, W) int32
         instance image (0 = nobody) seen by the camera."""
         faces = self._seen_faces(world_from_camera)
@@ -41,15 +38,15 @@ class RayRenderer:
         faces[nothing] = 0
         inverse_depth, tile_u, tile_v, distance_m = self._faces.planes_seen_from(world_from_camera)
         depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, faces), np.float32(1e-6)))
-        u: Pixels = self._evaluate(tile_u, faces) * depth
-        v: Pixels = self._evaluate(tile_v, faces) * depth
+        u: Float32Array = self._evaluate(tile_u, faces) * depth
+        v: Float32Array = self._evaluate(tile_v, faces) * depth
         grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
         rgb = self._tint(faces, grey)
         ids = self._faces.instances.take(faces)
         rgb[nothing], depth[nothing], ids[nothing] = 0, 0, 0
         return rgb, depth, ids
 
-    def _seen_faces(self, world_from_camera: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _seen_faces(self, world_from_camera: Float64Array) -> Int64Array:
         """The face seen at each pixel, -1 = none. Rays go through every other pixel of every other row, and
         through those in between whose neighbours disagree: only details of one pixel can slip through."""
         height, width = len(self._y), len(self._x)
@@ -64,7 +61,7 @@ class RayRenderer:
         faces[rows, columns] = self._cast(rows, columns, world_from_camera)
         return faces
 
-    def _cast(self, rows: NDArray, columns: NDArray, world_from_camera: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _cast(self, rows: NDArray, columns: NDArray, world_from_camera: Float64Array) -> Int64Array:
         """The face hit by the ray through each pixel, -1 = none."""
         x, y = np.broadcast_arrays(self._x[columns], self._y[rows])
         rays = np.empty((*x.shape, 6), np.float32)
@@ -74,7 +71,7 @@ class RayRenderer:
         # Two triangles a face; "no triangle" is all ones, so -1, and stays -1.
         return (triangles.view(np.int32) >> 1).astype(np.int64)
 
-    def _evaluate(self, coefficients: NDArray[np.float32], faces: NDArray[np.int64]) -> Pixels:
+    def _evaluate(self, coefficients: Float32Array, faces: Int64Array) -> Float32Array:
         """A linear function of the ray (x, y, 1) per face (F, 3), evaluated at every pixel."""
         a, b, c = (np.ascontiguousarray(column).take(faces) for column in coefficients.T)
         a *= self._x
@@ -83,7 +80,7 @@ class RayRenderer:
         a += c
         return a
 
-    def _sample(self, faces: NDArray[np.int64], u: Pixels, v: Pixels, area: Pixels) -> Pixels:
+    def _sample(self, faces: Int64Array, u: Float32Array, v: Float32Array, area: Float32Array) -> Float32Array:
         """Look the texture up at (u, v) tiles, from the mipmap whose pixels are as large as the view's."""
         footprint = area * self._faces.texels_per_m.take(faces) / np.float32(self.intrinsics.fx)
         level = np.clip(np.log2(np.maximum(footprint, 1)) + 0.3, 0, LEVELS - 1).astype(np.int64)
@@ -92,7 +89,7 @@ class RayRenderer:
         y = (v - np.floor(v)) * size + (self._atlas.top.take(level) - np.float32(0.5))
         return cv2.remap(self._atlas.image, x, y, cv2.INTER_LINEAR).astype(np.float32)
 
-    def _tint(self, faces: NDArray[np.int64], grey: Pixels) -> NDArray[np.uint8]:
+    def _tint(self, faces: Int64Array, grey: Float32Array) -> Uint8Array:
         rgb = self._faces.span.take(faces, axis=0)
         rgb *= grey[..., None]
         rgb += self._faces.dark.take(faces, axis=0)

@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS, SIZE
+from razer.arrays import Float32Array, Uint8Array
 
 LEVELS = 6
 
@@ -19,9 +19,9 @@ class Atlas:
     """All textures with their mipmaps in one grey image: texture t at level l is a square of SIZE >> l pixels
     whose first pixel is (left[t], top[l]), with one wrapped pixel around it."""
 
-    image: NDArray[np.uint8]
+    image: Uint8Array
     left: dict[str, int]
-    top: NDArray[np.float32]
+    top: Float32Array
 
 
 @lru_cache(maxsize=4)

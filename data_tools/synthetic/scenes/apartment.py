@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_tools.synthetic.camera.camera_path import Tour
+from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.camera.walk import Station
 from data_tools.synthetic.layout.building import DOOR_HEIGHT_M, Doorway, Room, door_frame, shell
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
@@ -104,7 +104,7 @@ def _tour(plan: Plan, things: list[Thing]) -> list[Station]:
     hall = plan.rooms["hall"]
     y = hall.center[1]
     start = (1.2, y)
-    tour = Tour(FreeSpace(things, (hall.center[0], y)), start)
+    tour = CameraPath(FreeSpace(things, (hall.center[0], y)), start)
     tour.look((3.5, y))
     for name in ("living", "kitchen", "study", "bathroom", "bedroom"):
         door, room = plan.doors[name], plan.rooms[name]

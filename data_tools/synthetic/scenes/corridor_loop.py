@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.camera.camera_path import Tour
+from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.layout.building import SIDES, Room, Side, block_walls, flat, walls
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
 from data_tools.synthetic.layout.free_space import FreeSpace
@@ -117,11 +117,11 @@ def _furnish(legs: dict[Side, Room], placer: Placer) -> None:
                     break
 
 
-def _tour(size: tuple[float, float], things: list[Thing]) -> Tour:
+def _tour(size: tuple[float, float], things: list[Thing]) -> CameraPath:
     """Once round against the clock, from the middle of the south side and back to it."""
     x, y, half = *size, _WIDE_M / 2
     start = (x / 2, half)
-    tour = Tour(FreeSpace(things, start), start)
+    tour = CameraPath(FreeSpace(things, start), start)
     tour.look((x, half))
     for corner in ((x - half, half), (x - half, y - half), (half, y - half), (half, half), start):
         tour.go(corner, _SWAY_DEG)

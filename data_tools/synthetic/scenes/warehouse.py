@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.camera.camera_path import Tour
+from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.layout.building import SIDES, Room, shell
 from data_tools.synthetic.layout.finishes import concrete_floor, finish
 from data_tools.synthetic.layout.free_space import FreeSpace
@@ -89,11 +89,11 @@ def _floor(room: Room, placer: Placer, first_x: float) -> None:
     scatter(placer, room, *names, "bench", "coat rack", "file cabinet", "radiator", "storage bin", "crate", "fan")
 
 
-def _tour(things: list[Thing], first_x: float) -> Tour:
+def _tour(things: list[Thing], first_x: float) -> CameraPath:
     """Up and down the three lanes, looking at the racks on both sides."""
     near, far = first_x - 2.1, first_x + (_RACKS - 1) * _RACK_M[0] + 2.6
     lanes = (1.7, sum(_ROWS_M) / 2, 8.3)
-    tour = Tour(FreeSpace(things, (near, lanes[0])), (near, lanes[0]))
+    tour = CameraPath(FreeSpace(things, (near, lanes[0])), (near, lanes[0]))
     tour.look((far, lanes[0]))
     for number, y in enumerate(lanes):
         tour.go((near if number % 2 == 0 else far, y), _SWAY_DEG / 2)

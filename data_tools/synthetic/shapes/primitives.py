@@ -7,9 +7,10 @@ from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from data_tools.synthetic.shapes.solids import BOX_FACES, Material, Point, Solid, box, lathe, plane_uv, quad_normals
+from razer.arrays import Float64Array
 
 Rectangle = tuple[float, float, float, float]
 _WHOLE_TILE = np.array([(0, 1), (1, 1), (1, 0), (0, 0)], float)
@@ -87,7 +88,7 @@ def soft_box(low: Point, high: Point, bevel: Point, material: Material) -> Solid
     center, half = (np.array(low) + high) / 2, (np.array(high) - low) / 2
     inset = half - bevel
 
-    def corner(signs: Sequence[int], axis: int) -> NDArray[np.float64]:
+    def corner(signs: Sequence[int], axis: int) -> Float64Array:
         return np.array(signs) * np.where(np.arange(3) == axis, half, inset)
 
     quads = []
@@ -110,7 +111,7 @@ def tetrahedron(corners: ArrayLike, material: Material) -> Solid:
     return _star_shaped(faces, points.mean(axis=0), material)
 
 
-def _star_shaped(quads: NDArray[np.float64], center: NDArray[np.float64], material: Material) -> Solid:
+def _star_shaped(quads: Float64Array, center: Float64Array, material: Material) -> Solid:
     """Quads of which the centre sees all, turned to face away from it."""
     inwards = np.einsum("qk,qk->q", quad_normals(quads), quads[:, 0] - center) < 0
     # Reversed, with the doubled corner of a triangle still at the end.
@@ -147,7 +148,7 @@ def tube(start: Point, end: Point, radius: float, material: Material, sides: int
     return cylinder(radius, 0, length, material, sides).moved(_along(start, end))
 
 
-def _along(start: Point, end: Point) -> NDArray[np.float64]:
+def _along(start: Point, end: Point) -> Float64Array:
     """The rigid transform that takes the z axis to the line from start to end and keeps x horizontal."""
     axis = np.subtract(end, start) / np.linalg.norm(np.subtract(end, start))
     across = np.array([1.0, 0, 0]) if abs(axis[2]) > 0.999 else np.cross((0, 0, 1), axis)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import Float64Array
 
 Colour = tuple[float, float, float]
 Point = tuple[float, float, float]
@@ -27,21 +28,21 @@ class Solid:
     """Planar quadrilaterals of one material: quads (Q, 4, 3) in metres, counter-clockwise from outside,
     where two corners may coincide; uv (Q, 4, 2) texture coordinates in metres."""
 
-    quads: NDArray[np.float64]
-    uv: NDArray[np.float64]
+    quads: Float64Array
+    uv: Float64Array
     material: Material
 
     def __post_init__(self) -> None:
         if self.quads.shape[1:] != (4, 3) or self.uv.shape != (*self.quads.shape[:2], 2):
             raise ValueError(f"quads {self.quads.shape} and uv {self.uv.shape} do not belong together")
 
-    def moved(self, world_from_local: NDArray[np.float64]) -> Solid:
+    def moved(self, world_from_local: Float64Array) -> Solid:
         """The same solid after a rigid (4, 4) transform."""
         quads = self.quads @ world_from_local[:3, :3].T + world_from_local[:3, 3]
         return replace(self, quads=quads)
 
 
-def quad_normals(quads: NDArray[np.float64]) -> NDArray[np.float64]:
+def quad_normals(quads: Float64Array) -> Float64Array:
     """Outward unit normals (Q, 3) of planar quads (Q, 4, 3), from their diagonals."""
     normals = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -96,13 +97,13 @@ def lathe(
     return Solid(quads, uv_cells + shift[:, None], material)
 
 
-def _cells(grid: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cells(grid: Float64Array) -> Float64Array:
     """The cells of an (A, B, C) grid of points as (Q, 4, C), counter-clockwise."""
     corners = [grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]]
     return np.stack(corners, axis=2).reshape(-1, 4, grid.shape[2])
 
 
-def plane_uv(quads: NDArray[np.float64]) -> NDArray[np.float64]:
+def plane_uv(quads: Float64Array) -> Float64Array:
     """Texture coordinates (Q, 4, 2) in metres along the first and the last edge of planar quads (Q, 4, 3)."""
     u = quads[:, 1] - quads[:, 0]
     v = quads[:, 3] - quads[:, 0]
@@ -110,5 +111,5 @@ def plane_uv(quads: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.einsum("qkc,qac->qka", quads - quads[:, :1], axes)
 
 
-def _texture_shift(centers: NDArray[np.float64]) -> NDArray[np.float64]:
+def _texture_shift(centers: Float64Array) -> Float64Array:
     return np.stack([centers @ (7.13, 3.77, 5.19), centers @ (2.31, 9.71, 4.57)], axis=1) % 4.0

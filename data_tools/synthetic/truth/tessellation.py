@@ -10,21 +10,22 @@ from numpy.typing import NDArray
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.shapes.solids import quad_normals
+from razer.arrays import Float64Array, Int32Array, Int64Array
 
 _WELD_M = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class SampledSurface:
     """vertices (V, 3) float64 metres, outward unit normals (V, 3), instances (V,) int32, triangles (T, 3) int32."""
 
-    vertices: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    instances: NDArray[np.int32]
-    triangles: NDArray[np.int32]
+    vertices: Float64Array
+    normals: Float64Array
+    instances: Int32Array
+    triangles: Int32Array
 
 
-def tessellate(things: Mapping[int, Thing], spacing_m: float) -> Surface:
+def tessellate(things: Mapping[int, Thing], spacing_m: float) -> SampledSurface:
     """Split every quad of things (instance id -> Thing) into cells of at most spacing_m, corners shared."""
     vertices, normals, instances, triangles = [], [], [], []
     offset = 0
@@ -40,7 +41,7 @@ def tessellate(things: Mapping[int, Thing], spacing_m: float) -> Surface:
     return _welded(*(np.concatenate(part) for part in (vertices, normals, instances, triangles)))
 
 
-def _split(quad: NDArray[np.float64], spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _split(quad: Float64Array, spacing_m: float) -> tuple[Float64Array, Int64Array]:
     """A grid over one quad: points (P, 3) and triangles (T, 3)."""
     edges = np.linalg.norm(np.roll(quad, -1, axis=0) - quad, axis=1)
     columns = max(1, int(np.ceil(max(edges[0], edges[2]) / spacing_m - 1e-6)))
@@ -54,9 +55,7 @@ def _split(quad: NDArray[np.float64], spacing_m: float) -> tuple[NDArray[np.floa
     return points, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
 
-def _welded(
-    vertices: NDArray[np.float64], normals: NDArray[np.float64], instances: NDArray[np.int32], triangles: NDArray
-) -> Surface:
+def _welded(vertices: Float64Array, normals: Float64Array, instances: Int32Array, triangles: NDArray) -> SampledSurface:
     """Merge the vertices of one instance that coincide, averaging their normals, and drop empty triangles."""
     cells = np.rint((vertices - vertices.min(axis=0)) / _WELD_M).astype(np.int64)
     x, y, _ = cells.max(axis=0) + 1
@@ -67,4 +66,4 @@ def _welded(
     summed /= np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), 1e-12)
     welded = where[triangles].astype(np.int32)
     a, b, c = welded.T
-    return Surface(vertices[first], summed, instances[first], welded[(a != b) & (b != c) & (a != c)])
+    return SampledSurface(vertices[first], summed, instances[first], welded[(a != b) & (b != c) & (a != c)])

@@ -8,7 +8,7 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.truth.tessellation import tessellate
-from data_tools.synthetic.truth.visibility import Vantage, View, seen_often
+from data_tools.synthetic.truth.visibility import CameraView, Vantage, seen_often
 from data_tools.truth.ground_truth import GroundTruth
 
 MIN_VIEWS = 3
@@ -17,7 +17,7 @@ MIN_VIEWS = 3
 def ground_truth(
     things: Mapping[int, Thing],
     vantages: Sequence[Vantage],
-    view: View,
+    view: CameraView,
     spacing_m: float = 0.01,
     first_seen: Mapping[int, int] | None = None,
 ) -> GroundTruth:

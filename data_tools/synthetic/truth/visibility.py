@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import open3d as o3d
-from numpy.typing import NDArray
 
-from data_tools.synthetic.truth.tessellation import Surface
+from data_tools.synthetic.truth.tessellation import SampledSurface
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse, project, transform_points
 
@@ -22,12 +22,12 @@ _GOLDEN = 0.6180339887
 class Vantage:
     """One frame's pose world_from_camera (4, 4) and what could hide a point from it."""
 
-    world_from_camera: NDArray[np.float64]
+    world_from_camera: Float64Array
     scene: o3d.t.geometry.RaycastingScene
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class CameraView:
     """A camera and the depths along its axis, least and most in metres, at which it measures."""
 
     intrinsics: Intrinsics
@@ -35,8 +35,8 @@ class View:
 
 
 def seen_often(
-    surface: Surface, vantages: Sequence[Vantage], view: View, min_views: int, since: NDArray[np.int64]
-) -> NDArray[np.bool_]:
+    surface: SampledSurface, vantages: Sequence[Vantage], view: CameraView, min_views: int, since: Int64Array
+) -> BoolArray:
     """Whether each vertex (V,) lies in the image within range, faces the camera, and has nothing more than
     TOLERANCE_M before it, from at least min_views vantages of those numbered since[vertex] and later."""
     faced = np.flatnonzero(_ever_faced(surface, vantages))
@@ -63,13 +63,13 @@ class _Cells:
     """Vertices sorted by cubes of _CELL_M: order (V,), the cubes' centres (C, 3), and where in the order each
     cube's vertices start and how many they are, (C,)."""
 
-    order: NDArray[np.int64]
-    centers: NDArray[np.float64]
-    starts: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    order: Int64Array
+    centers: Float64Array
+    starts: Int64Array
+    counts: Int64Array
 
     @classmethod
-    def of(cls, vertices: NDArray[np.float64]) -> _Cells:
+    def of(cls, vertices: Float64Array) -> _Cells:
         keys = np.floor(vertices / _CELL_M).astype(np.int64)
         low = keys.min(axis=0)
         shape = tuple(keys.max(axis=0) - low + 1)
@@ -78,14 +78,14 @@ class _Cells:
         centers = (np.stack(np.unravel_index(cells, shape), axis=1) + low + 0.5) * _CELL_M
         return cls(np.argsort(flat, kind="stable"), centers, starts, counts)
 
-    def maybe_seen(self, world_from_camera: NDArray[np.float64], view: View) -> NDArray[np.int64]:
+    def maybe_seen(self, world_from_camera: Float64Array, view: CameraView) -> Int64Array:
         """Places in the order of all vertices in cubes that may be in view."""
         maybe = self._maybe_in_view(world_from_camera, view)
         starts, counts = self.starts[maybe], self.counts[maybe]
         before = np.cumsum(counts) - counts
         return np.arange(counts.sum()) + np.repeat(starts - before, counts)
 
-    def _maybe_in_view(self, world_from_camera: NDArray[np.float64], view: View) -> NDArray[np.bool_]:
+    def _maybe_in_view(self, world_from_camera: Float64Array, view: CameraView) -> BoolArray:
         """Whether any point of each cube (C,) may project into the image within range; never wrongly no."""
         camera = view.intrinsics
         x, y, z = transform_points(inverse(world_from_camera), self.centers).T
@@ -101,7 +101,7 @@ class _Cells:
         return maybe
 
 
-def _ever_faced(surface: Surface, vantages: Sequence[Vantage]) -> NDArray[np.bool_]:
+def _ever_faced(surface: SampledSurface, vantages: Sequence[Vantage]) -> BoolArray:
     """Whether a camera may lie on the outer side of each vertex's tangent plane; never wrongly no."""
     centers = np.array([vantage.world_from_camera[:3, 3] for vantage in vantages])
     farthest = np.where(surface.normals > 0, centers.max(axis=0), centers.min(axis=0))
@@ -109,8 +109,11 @@ def _ever_faced(surface: Surface, vantages: Sequence[Vantage]) -> NDArray[np.boo
 
 
 def _in_view(
-    vertices: NDArray[np.float32], normals: NDArray[np.float32], world_from_camera: NDArray[np.float64], view: View
-) -> NDArray[np.bool_]:
+    vertices: Float32Array,
+    normals: Float32Array,
+    world_from_camera: Float64Array,
+    view: CameraView,
+) -> BoolArray:
     """Whether vertices face the camera and project into its image, within range."""
     camera = view.intrinsics
     away = vertices - world_from_camera[:3, 3].astype(np.float32)
@@ -122,7 +125,7 @@ def _in_view(
     return inside & (np.einsum("vk,vk->v", normals, away) < 0)
 
 
-def _hidden(vertices: NDArray[np.float32], vantage: Vantage) -> NDArray[np.bool_]:
+def _hidden(vertices: Float32Array, vantage: Vantage) -> BoolArray:
     """Whether something lies between the camera and each vertex, more than the tolerance before it."""
     rays = np.empty((len(vertices), 6), np.float32)
     rays[:, :3] = vantage.world_from_camera[:3, 3]

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float64Array, Int64Array, IntArray
 from razer.metrics.instances.match_summary import Match, find_matches
-from razer.metrics.instances.matching import Ids, Judgement, Overlaps, count_mask_overlaps, count_overlaps, judge
+from razer.metrics.instances.matching import Judgement, Overlaps, count_mask_overlaps, count_overlaps, judge
 from razer.metrics.instances.precision_recall import average_precision
 
 AP_THRESHOLDS = tuple(round(0.5 + 0.05 * i, 2) for i in range(9))
@@ -36,12 +36,12 @@ class Scene:
     kinds of ids, None for class-agnostic; void (V,) vertices that belong to no evaluated truth. Vertices nobody could
     see are left out beforehand."""
 
-    truth: NDArray[np.integer]
-    predicted: NDArray[np.integer] | Mapping[int, NDArray[np.integer]]
+    truth: IntArray
+    predicted: IntArray | Mapping[int, IntArray]
     scores: Mapping[int, float] = field(default_factory=dict)
     truth_classes: Mapping[int, Any] | None = None
     predicted_classes: Mapping[int, Any] | None = None
-    void: NDArray[np.bool_] | None = None
+    void: BoolArray | None = None
 
     def overlaps(self) -> Overlaps:
         """What truths and predictions share."""
@@ -137,16 +137,16 @@ def nanmean(values: Iterable[float]) -> float:
     return float(np.mean(known)) if known else float("nan")
 
 
-def scores_of(scene: Scene, overlaps: Overlaps) -> NDArray[np.float64]:
+def scores_of(scene: Scene, overlaps: Overlaps) -> Float64Array:
     """The scores (P,) of the predictions, 1 where they have none."""
     return np.array([scene.scores.get(int(p), 1.0) for p in overlaps.predicted_ids], np.float64)
 
 
-def _class_of(ids: Ids, classes: Mapping[int, Any] | None) -> list[Any]:
+def _class_of(ids: Int64Array, classes: Mapping[int, Any] | None) -> list[Any]:
     return [ANY_CLASS if classes is None else classes.get(int(i)) for i in ids]
 
 
-def _judge_class(overlaps: Overlaps, scores: NDArray[np.float64], settings: ApSettings) -> ClassJudgement:
+def _judge_class(overlaps: Overlaps, scores: Float64Array, settings: ApSettings) -> ClassJudgement:
     at = {}
     for threshold in {*settings.thresholds, 0.5, 0.25}:
         found = judge(overlaps, scores, threshold, settings.min_region, settings.strict)
@@ -162,9 +162,7 @@ def _ap_at(parts: Sequence[ClassJudgement], threshold: float) -> float:
     return average_precision(*pooled_outcomes(parts, threshold))
 
 
-def pooled_outcomes(
-    parts: Sequence[ClassJudgement], threshold: float
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
+def pooled_outcomes(parts: Sequence[ClassJudgement], threshold: float) -> tuple[Float64Array, BoolArray, int]:
     """Scores (N,), whether right (N,) and the number of missed truths of a class over scenes."""
     judged = [part.at[threshold] for part in parts]
     scores = np.concatenate([j.scores for j in judged])

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from razer.arrays import FloatArray, IntArray
 from razer.metrics.instances.matching import Overlaps, count_overlaps
 from razer.metrics.surface.nearest_vertices import transfer_labels
 
-Floats = NDArray[np.floating]
-Ids = NDArray[np.integer]
 MAX_DISTANCE_M = 0.05
 MIN_IOU = 0.25
 
@@ -26,7 +24,7 @@ class InstancePair(NamedTuple):
 
 
 def pair_instances(
-    vertices_a: Floats, ids_a: Ids, vertices_b: Floats, ids_b: Ids, min_iou: float = MIN_IOU
+    vertices_a: FloatArray, ids_a: IntArray, vertices_b: FloatArray, ids_b: IntArray, min_iou: float = MIN_IOU
 ) -> tuple[InstancePair, ...]:
     """The one-to-one pairs whose overlaps add up to most, each at least min_iou, by increasing id in the first map.
 
@@ -42,7 +40,11 @@ def pair_instances(
 
 
 def surface_overlaps(
-    vertices_a: Floats, ids_a: Ids, vertices_b: Floats, ids_b: Ids, max_distance_m: float = MAX_DISTANCE_M
+    vertices_a: FloatArray,
+    ids_a: IntArray,
+    vertices_b: FloatArray,
+    ids_b: IntArray,
+    max_distance_m: float = MAX_DISTANCE_M,
 ) -> Overlaps:
     """What instances share, counted over the vertices of both maps, so that neither is the measure of the other: each
     vertex bears its own id and that of the nearest vertex of the other map within max_distance_m."""

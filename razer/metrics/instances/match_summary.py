@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float64Array
 from razer.metrics.instances.matching import Judgement, Overlaps, judge
 
 
@@ -26,7 +26,7 @@ class Found(NamedTuple):
     missed: tuple[int, ...]
 
 
-def find_matches(overlaps: Overlaps, scores: NDArray[np.float64], min_region: int, strict: bool = True) -> Found:
+def find_matches(overlaps: Overlaps, scores: Float64Array, min_region: int, strict: bool = True) -> Found:
     """Match G truths and P predictions with scores (P,) by ScanNet's rules at 0.5."""
     judgement = judge(overlaps, scores, 0.5, min_region, strict)
     matches = _matches(overlaps, judgement)

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Ids = NDArray[np.int64]
+from razer.arrays import BoolArray, Float64Array, IndexArray, Int64Array, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,14 +15,14 @@ class Overlaps:
     """Shared vertices of G true and P predicted instances: truth_ids (G,) and predicted_ids (P,) increasing, counts
     (G, P), truth_sizes (G,), predicted_sizes (P,) and void (P,), the predicted vertices on no evaluated truth."""
 
-    truth_ids: Ids
-    predicted_ids: Ids
-    counts: Ids
-    truth_sizes: Ids
-    predicted_sizes: Ids
-    void: Ids
+    truth_ids: Int64Array
+    predicted_ids: Int64Array
+    counts: Int64Array
+    truth_sizes: Int64Array
+    predicted_sizes: Int64Array
+    void: Int64Array
 
-    def select(self, truth: NDArray[np.bool_], predicted: NDArray[np.bool_]) -> Overlaps:
+    def select(self, truth: BoolArray, predicted: BoolArray) -> Overlaps:
         """Only the given truths (G,) and predictions (P,), with sizes and void as they were."""
         return Overlaps(
             self.truth_ids[truth],
@@ -35,13 +34,13 @@ class Overlaps:
         )
 
     @property
-    def iou(self) -> NDArray[np.float64]:
+    def iou(self) -> Float64Array:
         """Intersection over union (G, P)."""
         union = self.truth_sizes[:, None] + self.predicted_sizes - self.counts
         return self.counts / np.maximum(union, 1)
 
 
-def count_overlaps(truth: Ids, predicted: Ids, void: NDArray[np.bool_] | None = None) -> Overlaps:
+def count_overlaps(truth: Int64Array, predicted: Int64Array, void: BoolArray | None = None) -> Overlaps:
     """Count what the labels of V vertices share: truth (V,) and predicted (V,) instance ids, <= 0 for nobody;
     vertices of void (V,) count as no evaluated truth. Raises ValueError for different lengths."""
     if truth.shape != predicted.shape or (void is not None and void.shape != truth.shape):
@@ -62,7 +61,7 @@ def count_overlaps(truth: Ids, predicted: Ids, void: NDArray[np.bool_] | None = 
     )
 
 
-def count_mask_overlaps(truth: Ids, masks: Mapping[int, NDArray[np.integer]], void: NDArray[np.bool_]) -> Overlaps:
+def count_mask_overlaps(truth: Int64Array, masks: Mapping[int, IntArray], void: BoolArray) -> Overlaps:
     """As count_overlaps, for predictions that may overlap: masks, id -> numbers (M,) of their vertices, each once."""
     truth_ids, row = np.unique(np.append(np.where((truth > 0) & ~void, truth, 0), 0), return_inverse=True)
     ids = sorted(masks)
@@ -83,14 +82,14 @@ class Judgement:
     """One scene, class and threshold: (score, right?) of everything that counts, truths that were missed, and the
     (truth id, predicted id) pairs that matched."""
 
-    scores: NDArray[np.float64]
-    right: NDArray[np.bool_]
+    scores: Float64Array
+    right: BoolArray
     missed: tuple[int, ...]
     pairs: tuple[tuple[int, int], ...]
 
 
 def judge(
-    overlaps: Overlaps, scores: NDArray[np.float64], threshold: float, min_region: int, strict: bool = True
+    overlaps: Overlaps, scores: Float64Array, threshold: float, min_region: int, strict: bool = True
 ) -> Judgement:
     """ScanNet's rules for one threshold on the intersection over union, which must be exceeded (or, where not strict,
     reached).
@@ -117,7 +116,7 @@ def judge(
 
 
 def _match_truths(
-    overlaps: Overlaps, scores: NDArray[np.float64], close: NDArray[np.bool_], looked_for: NDArray[np.intp]
+    overlaps: Overlaps, scores: Float64Array, close: BoolArray, looked_for: IndexArray
 ) -> tuple[list[tuple[float, bool]], tuple[int, ...], tuple[tuple[int, int], ...]]:
     """Go through the truths: outcomes (score, right?), ids missed, pairs of ids."""
     taken = np.zeros(len(overlaps.predicted_ids), np.bool_)

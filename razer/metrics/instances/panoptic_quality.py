@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Int64Array, IntArray
 from razer.metrics.instances.matching import Overlaps, count_overlaps
 
 ANY_CLASS = "any"
@@ -52,8 +52,8 @@ class PanopticQuality:
 
 
 def count_segments(
-    truth: NDArray[np.integer],
-    predicted: NDArray[np.integer],
+    truth: IntArray,
+    predicted: IntArray,
     truth_classes: Mapping[int, Hashable] | None = None,
     predicted_classes: Mapping[int, Hashable] | None = None,
     min_region: int = 1,
@@ -92,11 +92,11 @@ def panoptic_quality(counts: Iterable[Mapping[Any, PanopticCounts]]) -> Panoptic
 
 
 def merge_stuff(
-    instances: NDArray[np.integer],
-    classes: NDArray[np.integer],
+    instances: IntArray,
+    classes: IntArray,
     instance_classes: Mapping[int, int],
     stuff: Iterable[int],
-) -> tuple[NDArray[np.int64], dict[int, int]]:
+) -> tuple[Int64Array, dict[int, int]]:
     """Segments (V,) and their classes out of instances (V,) and classes (V,), 0 for none: each instance is one, and
     each stuff class, whose vertices and instances are merged, is one with the id after the highest instance + class."""
     stuff = sorted(set(stuff))
@@ -108,7 +108,7 @@ def merge_stuff(
     return segments, things | {first + c: c for c in stuff}
 
 
-def _looked_up(ids: NDArray[np.integer], classes: Mapping[int, int]) -> NDArray[np.int64]:
+def _looked_up(ids: IntArray, classes: Mapping[int, int]) -> Int64Array:
     known, place = np.unique(ids, return_inverse=True)
     return np.array([classes.get(int(i), 0) for i in known], np.int64)[place].reshape(ids.shape)
 
@@ -117,9 +117,7 @@ def _index_of(classes: Mapping[int, Hashable] | None, number: int) -> Hashable:
     return ANY_CLASS if classes is None else classes.get(number)
 
 
-def _counts(
-    overlaps: Overlaps, truth: NDArray[np.bool_], predicted: NDArray[np.bool_], min_region: int
-) -> PanopticCounts:
+def _counts(overlaps: Overlaps, truth: BoolArray, predicted: BoolArray, min_region: int) -> PanopticCounts:
     chosen = overlaps.select(truth.astype(np.bool_), predicted.astype(np.bool_))
     big, real = chosen.truth_sizes >= min_region, chosen.predicted_sizes >= min_region
     union = chosen.truth_sizes[:, None] + chosen.predicted_sizes - chosen.counts - chosen.void

@@ -5,19 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import BoolArray, Float64Array, Int64Array
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
     """Precision and recall (N,) of the predictions that score at least `scores` (N,), which increase."""
 
-    scores: NDArray[np.float64]
-    precision: NDArray[np.float64]
-    recall: NDArray[np.float64]
+    scores: Float64Array
+    precision: Float64Array
+    recall: Float64Array
 
 
-def average_precision(scores: NDArray[np.float64], right: NDArray[np.bool_], missed: int) -> float:
+def average_precision(scores: Float64Array, right: BoolArray, missed: int) -> float:
     """Area under precision over recall as the ScanNet benchmark sums it: at each distinct score the predictions that
     score as much or more count; then a last point of precision 1 and recall 0; each precision is weighted by half the
     distance of its neighbours' recalls. scores and right (N,) hold every prediction that counts."""
@@ -31,7 +32,7 @@ def average_precision(scores: NDArray[np.float64], right: NDArray[np.bool_], mis
     return float(precision @ steps) / max(int(right.sum()) + missed, 1)
 
 
-def precision_recall(scores: NDArray[np.float64], right: NDArray[np.bool_], missed: int) -> Curve:
+def precision_recall(scores: Float64Array, right: BoolArray, missed: int) -> Curve:
     """The points that average_precision sums over, without the last one."""
     if len(scores) == 0:
         return Curve(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -39,9 +40,7 @@ def precision_recall(scores: NDArray[np.float64], right: NDArray[np.bool_], miss
     return Curve(distinct, right_above / above, right_above / max(int(right.sum()) + missed, 1))
 
 
-def _points(
-    scores: NDArray[np.float64], right: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+def _points(scores: Float64Array, right: BoolArray) -> tuple[Float64Array, Int64Array, Int64Array]:
     """Each distinct score, increasing, with how many right ones and how many in all score as much or more."""
     order = np.argsort(scores, kind="stable")
     distinct, first = np.unique(scores[order], return_index=True)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Int64Array
 from razer.metrics.class_table import ClassTable
 from razer.metrics.preset import Preset
-from razer.metrics.protocol.vertex_labels import Carrier, Labels, Masks, painted, renumbered
+from razer.metrics.protocol.vertex_labels import Carrier, Masks, painted, renumbered
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 
@@ -21,16 +21,16 @@ class SceneLabels:
     The classes of true and predicted instances are given by id, the unknown ones left out. scores by predicted id."""
 
     table: ClassTable
-    truth_instances: Labels
-    truth_classes: Labels
+    truth_instances: Int64Array
+    truth_classes: Int64Array
     truth_instance_classes: Mapping[int, int]
     predicted_instances: Masks | None
-    predicted_classes: Labels | None
+    predicted_classes: Int64Array | None
     predicted_instance_classes: Mapping[int, int]
     scores: Mapping[int, float]
 
     @property
-    def single_instances(self) -> Labels:
+    def single_instances(self) -> Int64Array:
         """One predicted instance for each vertex (V,): where masks overlap that of the higher score, then lower id."""
         found = self.predicted_instances
         if not isinstance(found, Mapping):
@@ -67,7 +67,7 @@ def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Sc
     )
 
 
-def _only(instances: Masks | None, counts: NDArray[np.bool_]) -> Masks | None:
+def _only(instances: Masks | None, counts: BoolArray) -> Masks | None:
     """The instances on the vertices that count, numbered among these."""
     if instances is None or counts.all():
         return instances
@@ -77,7 +77,7 @@ def _only(instances: Masks | None, counts: NDArray[np.bool_]) -> Masks | None:
     return {number: place[mask[counts[mask]]] for number, mask in instances.items()}
 
 
-def _class_by_vertices(instances: Masks, classes: Labels) -> dict[int, int]:
+def _class_by_vertices(instances: Masks, classes: Int64Array) -> dict[int, int]:
     """The most frequent class of each instance's vertices, the lowest of equally frequent ones; none if unlabelled."""
     if isinstance(instances, Mapping):
         modes = {number: _mode(classes[mask]) for number, mask in instances.items()}
@@ -89,7 +89,7 @@ def _class_by_vertices(instances: Masks, classes: Labels) -> dict[int, int]:
     return {int(pair) // span: int(pair) % span for pair in pairs[order]}
 
 
-def _mode(classes: Labels) -> int:
+def _mode(classes: Int64Array) -> int:
     labelled = classes[classes > 0]
     return int(np.bincount(labelled).argmax()) if len(labelled) else 0
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Int64Array, IntArray
 from razer.metrics.preset import Preset
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.nearest_vertices import Neighbours, nearest_vertices
 
-Labels = NDArray[np.int64]
-Masks = Labels | Mapping[int, Labels]
+Masks = Int64Array | Mapping[int, Int64Array]
 """Instance ids (V,), or id -> vertex numbers (M,) where instances may overlap."""
 
 
@@ -41,7 +41,7 @@ class Carrier:
 
     def classes(
         self, vertex_classes: Mapping[int, int], instance_classes: Mapping[int, int], instances: Masks | None
-    ) -> Labels | None:
+    ) -> Int64Array | None:
         """The predicted classes (V,), None where there are none: those of the vertices, else those of the instances as
         predicted, else those of the carried masks. The mappings give the class of each label."""
         predicted, preset = self._predicted, self._preset
@@ -56,9 +56,7 @@ class Carrier:
         voters = None if preset.unlabelled_vote else labels > 0
         return self._carried(labels, preset.semantic_k, preset.semantic_max_m, voters)
 
-    def _carried(
-        self, labels: NDArray[np.integer], k: int, max_m: float | None, voters: NDArray[np.bool_] | None = None
-    ) -> Labels:
+    def _carried(self, labels: IntArray, k: int, max_m: float | None, voters: BoolArray | None = None) -> Int64Array:
         _check_length(labels, len(self._source))
         if self._predicted.vertices is None and k == 1:
             return np.asarray(labels, np.int64)
@@ -69,13 +67,13 @@ class Carrier:
         return self._known[k, max_m].labels(labels)
 
 
-def renumbered(labels: NDArray[np.integer], numbers: Mapping[int, int]) -> Labels:
+def renumbered(labels: IntArray, numbers: Mapping[int, int]) -> Int64Array:
     """Each label (V,) replaced by its number, 0 where it has none."""
     known, place = np.unique(labels, return_inverse=True)
     return np.array([numbers.get(int(label), 0) for label in known], np.int64)[place].reshape(len(labels))
 
 
-def painted(masks: Mapping[int, Labels], scores: Mapping[int, float], n_vertices: int) -> Labels:
+def painted(masks: Mapping[int, Int64Array], scores: Mapping[int, float], n_vertices: int) -> Int64Array:
     """One id for each of V vertices: of the masks over it the one with the highest score, then the lowest id."""
     image = np.zeros(n_vertices, np.int64)
     for number in sorted(masks, key=lambda i: (scores.get(i, 1.0), -i)):
@@ -83,7 +81,7 @@ def painted(masks: Mapping[int, Labels], scores: Mapping[int, float], n_vertices
     return image
 
 
-def _numbers(mask: NDArray, n_vertices: int, number: int) -> Labels:
+def _numbers(mask: NDArray, n_vertices: int, number: int) -> Int64Array:
     """The vertices of a mask given as their numbers or as one truth value each, each once."""
     image = np.zeros(n_vertices, np.bool_)
     if mask.dtype == np.bool_:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from razer.arrays import BoolArray, Float64Array, FloatArray, Int64Array, IntArray
 
 _SPARE = 4  # neighbours asked for beyond k, so that most ties at the k-th are seen at once
 
@@ -15,10 +16,10 @@ _SPARE = 4  # neighbours asked for beyond k, so that most ties at the k-th are s
 class Neighbours:
     """The k nearest of P source points of each of V points: index (V, k), nearest first; P where there is none."""
 
-    index: NDArray[np.int64]
+    index: Int64Array
     n_source: int
 
-    def labels(self, source_labels: NDArray[np.integer]) -> NDArray[np.int64]:
+    def labels(self, source_labels: IntArray) -> Int64Array:
         """The label (V,) that most of the neighbours bear of (P,) source labels, the lowest of equally frequent ones;
         0 where there is no neighbour."""
         padded = np.append(np.asarray(source_labels, np.int64), 0)
@@ -27,11 +28,11 @@ class Neighbours:
 
 
 def nearest_vertices(
-    source: NDArray[np.floating],
-    points: NDArray[np.floating],
+    source: FloatArray,
+    points: FloatArray,
     k: int = 1,
     max_distance_m: float | None = None,
-    among: NDArray[np.bool_] | None = None,
+    among: BoolArray | None = None,
 ) -> Neighbours:
     """The k source points (P, 3), of those chosen by `among` (P,), nearest to each of V points (V, 3), at most
     max_distance_m metres away.
@@ -57,20 +58,18 @@ def nearest_vertices(
 
 
 def transfer_labels(
-    predicted_vertices: NDArray[np.floating],
-    predicted_ids: NDArray[np.integer],
-    truth_vertices: NDArray[np.floating],
+    predicted_vertices: FloatArray,
+    predicted_ids: IntArray,
+    truth_vertices: FloatArray,
     max_distance_m: float | None = 0.05,
     k: int = 1,
-) -> NDArray[np.int64]:
+) -> Int64Array:
     """The label (V,) of each truth vertex (V, 3): that of the nearest of the (P, 3) predicted vertices, or of most
     of the k nearest (a tie goes to the lower label), within max_distance_m metres; 0 where there is none."""
     return nearest_vertices(predicted_vertices, truth_vertices, k, max_distance_m).labels(predicted_ids)
 
 
-def _ordered(
-    tree: cKDTree, source: NDArray[np.floating], points: NDArray[np.floating], k: int, asked: int
-) -> NDArray[np.int64]:
+def _ordered(tree: cKDTree, source: FloatArray, points: FloatArray, k: int, asked: int) -> Int64Array:
     """The k nearest of each point, ordered by distance, then by number, out of the `asked` nearest or more."""
     _, near = tree.query(points, k=list(range(1, min(asked, len(source)) + 1)))
     squares = _squares(source, points, near)
@@ -86,9 +85,7 @@ def _ordered(
     return np.pad(index, ((0, 0), (0, missing)), constant_values=len(source))
 
 
-def _squares(
-    source: NDArray[np.floating], points: NDArray[np.floating], index: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def _squares(source: FloatArray, points: FloatArray, index: Int64Array) -> Float64Array:
     """Squared distances (V, k); infinite where there is no neighbour."""
     known = np.minimum(index, len(source) - 1)
     total = np.zeros(index.shape)
@@ -97,7 +94,7 @@ def _squares(
     return np.where(index < len(source), total, np.inf)
 
 
-def _majority(labels: NDArray[np.int64], valid: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _majority(labels: Int64Array, valid: BoolArray) -> Int64Array:
     """The most frequent valid label of each row, the lowest of equally frequent ones; 0 for rows without any."""
     votes = ((labels[:, :, None] == labels[:, None, :]) & valid[:, None, :]).sum(axis=2) * valid
     best = np.where(votes == votes.max(axis=1, keepdims=True), labels, np.iinfo(np.int64).max).min(axis=1)

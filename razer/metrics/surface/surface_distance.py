@@ -5,28 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from razer.arrays import FloatArray, Int64Array, IntArray
 from razer.metrics.surface.point_triangle import squared_distances
 
 _CHUNK = 1 << 14
 _CANDIDATES = 3
 _MOST_POINTS_INSIDE = 2_000_000
 
-Floats = NDArray[np.floating]
 
-
-class Surface:
+class TriangleSurface:
     """V vertices (V, 3), metres, and T triangles (T, 3) of their numbers; without triangles a cloud of points.
 
     Triangles with edges longer than spacing_m also get points inside, by which they are found, spacing_m apart at most
     (more where that would take more than two million points).
     """
 
-    def __init__(
-        self, vertices: NDArray[np.floating], triangles: NDArray[np.integer] | None = None, spacing_m: float = 0.05
-    ) -> None:
+    def __init__(self, vertices: FloatArray, triangles: IntArray | None = None, spacing_m: float = 0.05) -> None:
         vertices = np.asarray(vertices, np.float64)
         given = np.zeros((0, 3), np.int64) if triangles is None else np.asarray(triangles, np.int64).reshape(-1, 3)
         corners = vertices[given]
@@ -46,7 +42,7 @@ class Surface:
         self._triangles = triangle[order]
         self._first = np.searchsorted(point[order], np.arange(len(self._points) + 1))
 
-    def distances(self, points: NDArray[np.floating]) -> Floats:
+    def distances(self, points: FloatArray) -> FloatArray:
         """The distance (N,) of each point (N, 3), metres; infinite from an empty surface.
 
         It is the exact distance from the triangles at the three nearest vertices (or points inside a triangle) and from
@@ -59,7 +55,7 @@ class Surface:
         found = [self._near(points[part], near[part]) for part in _parts(len(points))]
         return np.sqrt(np.concatenate(found))
 
-    def _near(self, points: Floats, near: NDArray[np.int64]) -> Floats:
+    def _near(self, points: FloatArray, near: Int64Array) -> FloatArray:
         """Squared distances (N,) of points (N, 3) from what lies at the points (N, k) of the surface near them."""
         best = _squared_lengths(self._points[near[:, 0]] - points)
         for column in range(near.shape[1]):
@@ -76,7 +72,7 @@ class Surface:
         return best
 
 
-def _squared_lengths(vectors: Floats) -> Floats:
+def _squared_lengths(vectors: FloatArray) -> FloatArray:
     return np.einsum("...x,...x->...", vectors, vectors)
 
 
@@ -85,7 +81,7 @@ def _parts(count: int) -> Iterator[slice]:
     return (slice(start, start + _CHUNK) for start in range(0, count, _CHUNK))
 
 
-def _points_inside(corners: Floats, spacing_m: float) -> tuple[Floats, NDArray[np.int64]]:
+def _points_inside(corners: FloatArray, spacing_m: float) -> tuple[FloatArray, Int64Array]:
     """Points (M, 3) in the triangles (T, 3, 3) with edges longer than the spacing, and their triangles (M,)."""
     edges = np.sqrt(_squared_lengths(corners - corners[:, [1, 2, 0]])).max(axis=1, initial=0.0)
     needed = ((edges / spacing_m)[edges > spacing_m] ** 2).sum() / 2

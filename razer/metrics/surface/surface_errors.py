@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import FloatArray
 from razer.metrics.scene_pair import PredictedScene, TruthScene
-from razer.metrics.surface.surface_distance import Surface
+from razer.metrics.surface.surface_distance import TriangleSurface
 
 F_SCORE_LIMITS_M = (0.02, 0.05)
 
@@ -43,14 +43,14 @@ def surface_numbers(truth: TruthScene, predicted: PredictedScene) -> SurfaceNumb
         return replace(compare(itself, itself), on_truth=True) if labelled else None
     if len(predicted.vertices) == 0:
         return None
-    true_surface = Surface(truth.vertices, truth.triangles)
-    predicted_surface = Surface(predicted.vertices, predicted.triangles)
+    true_surface = TriangleSurface(truth.vertices, truth.triangles)
+    predicted_surface = TriangleSurface(predicted.vertices, predicted.triangles)
     return compare(
         true_surface.distances(predicted.vertices), predicted_surface.distances(truth.vertices[truth.counts])
     )
 
 
-def compare(to_truth_m: NDArray[np.floating], to_predicted_m: NDArray[np.floating]) -> SurfaceNumbers:
+def compare(to_truth_m: FloatArray, to_predicted_m: FloatArray) -> SurfaceNumbers:
     """The numbers of the distances (P,) of predicted and (V,) of true vertices, metres, at least one of each."""
     accuracy, completeness = float(to_truth_m.mean()), float(to_predicted_m.mean())
     precision = {limit: float((to_truth_m <= limit).mean()) for limit in F_SCORE_LIMITS_M}

@@ -9,9 +9,10 @@ from typing import Any, Literal, get_args
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Masks
+from razer.arrays import BoolArray, Float32Array, Uint8Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models.clip.library import library_of, open_towers
 from razer.models.clip.towers import Towers
 from razer.models.hub.model_file import model_file
@@ -19,7 +20,6 @@ from razer.models.mask_crops import mask_crops
 from razer.models.mask_pooling import pool_masks
 from razer.models.runtime.device import Device
 
-Vectors = NDArray[np.float32]
 Kind = Literal["crops", "dense", "tokens"]
 
 
@@ -72,15 +72,15 @@ class ClipEmbedder:
         self.weights = model_file(weights)
         self.library = library_of(self.weights, architecture)
 
-    def embed(self, frame: Frame, masks: Masks) -> Vectors:
+    def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """See Embedder; raises BadInput where the model cannot be loaded or has no vectors of this kind."""
         return self._of_masks(frame.rgb, masks.masks)
 
-    def embed_region(self, rgb: NDArray[np.uint8], mask: NDArray[np.bool_]) -> Vectors:
+    def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
         """See ImageSide; a mask without pixels counts as the whole image."""
         return self._of_masks(rgb, mask[None])[0]
 
-    def embed_texts(self, texts: Sequence[str]) -> Vectors:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """See TextSide; raises BadInput where vectors know no words."""
         if self.vectors == "tokens":
             raise BadInput(
@@ -90,22 +90,22 @@ class ClipEmbedder:
         encode = self._towers.encode_texts
         return _unit(self._in_batches(len(texts), lambda chosen: encode(texts[chosen])))
 
-    def _of_masks(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+    def _of_masks(self, rgb: Uint8Array, masks: BoolArray) -> Float32Array:
         if len(masks) == 0:
             return np.zeros((0, 0), np.float32)
         return _unit(self._of_crops(rgb, masks) if self.vectors == "crops" else self._of_features(rgb, masks))
 
-    def _of_crops(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+    def _of_crops(self, rgb: Uint8Array, masks: BoolArray) -> Float32Array:
         wanted, encode = self._towers.image_input, self._towers.encode_images
 
-        def encoded(chosen: slice) -> Vectors:
+        def encoded(chosen: slice) -> Float32Array:
             look = {"scale": self.crop_scale, "background": self.background}
             crops = mask_crops(rgb, masks[chosen], wanted.size, fill=wanted.neutral, **look)
             return encode(wanted.batch(crops))
 
         return self._in_batches(len(masks), encoded)
 
-    def _of_features(self, rgb: NDArray[np.uint8], masks: NDArray[np.bool_]) -> Vectors:
+    def _of_features(self, rgb: Uint8Array, masks: BoolArray) -> Float32Array:
         wanted = self._towers.image_input
         height, width = _map_size(rgb.shape[:2], wanted.size, self._towers.patch, self.map_scale)
         smaller = height < rgb.shape[0]
@@ -113,7 +113,7 @@ class ClipEmbedder:
         image = wanted.batch(resized[None])[0]
         return pool_masks(self._towers.feature_map(image, aligned=self.vectors == "dense"), masks)
 
-    def _in_batches(self, n: int, encode: Callable[[slice], Vectors]) -> Vectors:
+    def _in_batches(self, n: int, encode: Callable[[slice], Float32Array]) -> Float32Array:
         parts = [encode(slice(start, start + self.batch)) for start in range(0, n, self.batch)]
         return np.concatenate(parts) if parts else np.zeros((0, 0), np.float32)
 
@@ -134,7 +134,7 @@ def _map_size(shape: Sequence[int], size: int, patch: int | None, scale: float) 
     return height, width
 
 
-def _unit(vectors: Vectors) -> Vectors:
+def _unit(vectors: Float32Array) -> Float32Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
 
 

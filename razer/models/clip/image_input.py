@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Uint8Array
+from razer.errors import BadInput
 from razer.models.hub.sidecar_files import nearest, read_json
 
 # Where the libraries write it: transformers before and since processors are one file, and exports of open_clip.
@@ -30,11 +30,11 @@ class ImageInput:
             raise BadInput(f"pictures of {self.size} pixels, mean {self.mean}, deviation {self.std}: impossible")
 
     @property
-    def neutral(self) -> NDArray[np.uint8]:
+    def neutral(self) -> Uint8Array:
         """The colour (3,) that the encoder sees as about zero."""
         return np.rint(255 * np.asarray(self.mean)).astype(np.uint8)
 
-    def batch(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
+    def batch(self, pictures: Uint8Array) -> Float32Array:
         """Pictures (N, H, W, 3) uint8 as the encoder takes them, (N, 3, H, W) float32."""
         mean, std = (255 * np.asarray(values, np.float32) for values in (self.mean, self.std))
         scaled = (pictures - mean) / std

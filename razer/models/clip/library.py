@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.clip.onnx_pair import OnnxPair
 from razer.models.clip.towers import Towers
 from razer.models.hub.sidecar_files import read_json

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 # As exports for transformers.js and of open_clip name them.
 _IN_FOLDER = (

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array
+from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
 from razer.models.clip.onnx_pair import OnnxPair
 from razer.models.clip.tokenizer import ClipTokens
-from razer.models.one_line import one_line
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_session import open_session, providers
 
-Vectors = NDArray[np.float32]
 _NUMPY = {
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
@@ -43,11 +42,11 @@ class OnnxTowers:
         size = shape[2] if isinstance(shape[2], int) else None
         self.image_input = ImageInput.beside(pair.image, size=size)
 
-    def encode_images(self, batch: Vectors) -> Vectors:
+    def encode_images(self, batch: Float32Array) -> Float32Array:
         """See Towers."""
         return self._image(batch, 2)
 
-    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+    def encode_texts(self, texts: Sequence[str]) -> Float32Array:
         """See Towers."""
         if self._text is None:
             self._text = self._opened_text()
@@ -55,7 +54,7 @@ class OnnxTowers:
         ids, attention = tokens(texts)
         return graph(ids, 2, attention_mask=attention)
 
-    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+    def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
         """See Towers: an image tower with an output (1, D, h, w) was made to be held against texts at each pixel."""
         if not aligned:
             raise BadInput(f"{self._pair.image} hides its tokens: set embedder option vectors to crops or dense")
@@ -92,7 +91,7 @@ class _Graph:
         if surplus:
             raise BadInput(f"{file} also wants {', '.join(sorted(surplus))}: give an export with one graph per tower")
 
-    def __call__(self, batch: NDArray, rank: int, **more: NDArray) -> Vectors:
+    def __call__(self, batch: NDArray, rank: int, **more: NDArray) -> Float32Array:
         """The output of that rank for all rows; a graph made for a single row gets one at a time."""
         output = self._output(rank)
         given = {self.name: batch, **more}

@@ -7,20 +7,17 @@ from pathlib import Path
 from pickle import UnpicklingError
 from typing import Any
 
-import numpy as np
 import open_clip
 import torch
-from numpy.typing import NDArray
 from safetensors import SafetensorError
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array
+from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
 from razer.models.clip.open_clip_training import choices_for
-from razer.models.one_line import one_line
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
 
-Vectors = NDArray[np.float32]
 _DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, UnpicklingError, SafetensorError)
 
 
@@ -42,16 +39,16 @@ class OpenClipTowers:
         )
 
     @torch.inference_mode()
-    def encode_images(self, batch: Vectors) -> Vectors:
+    def encode_images(self, batch: Float32Array) -> Float32Array:
         """See Towers."""
         return self._model.encode_image(torch.from_numpy(batch).to(self._device)).float().cpu().numpy()
 
     @torch.inference_mode()
-    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+    def encode_texts(self, texts: Sequence[str]) -> Float32Array:
         """See Towers."""
         return self._model.encode_text(self._tokenizer(list(texts)).to(self._device)).float().cpu().numpy()
 
-    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+    def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
         """Raises BadInput: open_clip's encoders are too different from each other inside."""
         raise BadInput(f"{self._weights}: features at each pixel need a model of transformers; set vectors to crops")
 

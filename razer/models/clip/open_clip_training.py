@@ -7,7 +7,7 @@ from typing import Any
 
 import open_clip
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def choices_for(architecture: str) -> dict[str, Any]:

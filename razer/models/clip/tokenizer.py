@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Int64Array
+from razer.errors import BadInput
 from razer.models.hub.sidecar_files import nearest, read_json
 
-Numbers = NDArray[np.int64]
 _CLIP_LENGTH = 77
 _LONGEST = 1024  # tokenizers that know no limit name an astronomic one
 
@@ -43,7 +42,7 @@ class ClipTokens:
         number = padding.get("pad_id", self._tokenizer.token_to_id(pad) or 0)
         self._tokenizer.enable_padding(pad_id=number, pad_token=pad, length=length)
 
-    def __call__(self, texts: Sequence[str]) -> tuple[Numbers, Numbers]:
+    def __call__(self, texts: Sequence[str]) -> tuple[Int64Array, Int64Array]:
         """Token numbers (N, length), and 1 where they are words, 0 where padding. Texts are lowered: models of this
         kind were trained on such."""
         encodings = self._tokenizer.encode_batch([text.lower() for text in texts])

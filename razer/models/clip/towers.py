@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from razer.arrays import Float32Array
 from razer.models.clip.image_input import ImageInput
-
-Vectors = NDArray[np.float32]
 
 
 class Towers(Protocol):
@@ -24,12 +20,12 @@ class Towers(Protocol):
     def patch(self) -> int | None:
         """Side in pixels of the cells of a feature map, for images of any size; None where the size is fixed."""
 
-    def encode_images(self, batch: Vectors) -> Vectors:
+    def encode_images(self, batch: Float32Array) -> Float32Array:
         """Vectors (N, D) of pictures (N, 3, size, size), prepared as image_input says."""
 
-    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+    def encode_texts(self, texts: Sequence[str]) -> Float32Array:
         """Vectors (N, D) of texts; raises BadInput where there is no text tower."""
 
-    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+    def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
         """Features (h, w, D) of a prepared image (3, H, W): if aligned, in the space of texts, else the encoder's own
         last tokens. Raises BadInput where the model has none."""

@@ -6,21 +6,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from safetensors import SafetensorError
 from transformers import AutoModel, AutoTokenizer
 from transformers.utils import logging
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array
+from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
 from razer.models.clip.patch_features import aligned_features, has_aligned_features, own_features
-from razer.models.one_line import one_line
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
 
-Vectors = NDArray[np.float32]
 _DAMAGED = (OSError, ValueError, KeyError, RuntimeError, SafetensorError)
 
 
@@ -41,12 +38,12 @@ class TransformersTowers:
         self._is_siglip = self._model.config.model_type.startswith("siglip")
 
     @torch.inference_mode()
-    def encode_images(self, batch: Vectors) -> Vectors:
+    def encode_images(self, batch: Float32Array) -> Float32Array:
         """See Towers."""
         return _array(self._model.get_image_features(**self._pixels(batch)).pooler_output)
 
     @torch.inference_mode()
-    def encode_texts(self, texts: Sequence[str]) -> Vectors:
+    def encode_texts(self, texts: Sequence[str]) -> Float32Array:
         """See Towers. SigLIP was trained on small letters, padded to full length, with the padding attended to; the
         others see no padding."""
         longest = min(self._model.config.text_config.max_position_embeddings, self._tokenizer.model_max_length)
@@ -63,7 +60,7 @@ class TransformersTowers:
         return _array(self._model.get_text_features(**given).pooler_output)
 
     @torch.inference_mode()
-    def feature_map(self, image: Vectors, *, aligned: bool) -> Vectors:
+    def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
         """See Towers."""
         if self.patch is None or (aligned and not has_aligned_features(self._model)):
             raise BadInput(f"{self._folder} has no such features at each pixel: set embedder option vectors to crops")
@@ -74,7 +71,7 @@ class TransformersTowers:
         rows, columns = (side // self.patch for side in image.shape[1:])
         return _array(tokens).reshape(rows, columns, -1)
 
-    def _pixels(self, batch: Vectors) -> dict[str, Any]:
+    def _pixels(self, batch: Float32Array) -> dict[str, Any]:
         pixels = torch.from_numpy(batch).to(self._device)
         return _flattened(pixels, self.patch) if self._flat and self.patch else {"pixel_values": pixels}
 
@@ -119,5 +116,5 @@ def _flattened(pixels: torch.Tensor, patch: int) -> dict[str, Any]:
     }
 
 
-def _array(tensor: torch.Tensor) -> Vectors:
+def _array(tensor: torch.Tensor) -> Float32Array:
     return tensor.float().cpu().numpy()

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Image = NDArray[np.float32]
+from razer.arrays import BoolArray, Float32Array, Int32Array
 
 _RADII = (2, 6)  # pixels; the small window is for cups and slats, the large one for calm walls
 _SMALLER_WINDOW = 1.0  # what the small window must gain, in variances of the noise
@@ -33,10 +32,10 @@ class LocalPlanes:
     """Inverse depth around each pixel: value + slope_x dx + slope_y dy; all (h, w) float32, 1/m and 1/m
     per pixel. Meaningful only where `valid`."""
 
-    value: Image
-    slope_x: Image
-    slope_y: Image
-    valid: NDArray[np.bool_]
+    value: Float32Array
+    slope_x: Float32Array
+    slope_y: Float32Array
+    valid: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +43,13 @@ class _WindowFits:
     """The least-squares plane of the window centred at each pixel, its value there, and its mean squared
     residual, infinite where too few readings pin the plane down."""
 
-    value: Image
-    slope_x: Image
-    slope_y: Image
-    variance: Image
+    value: Float32Array
+    slope_x: Float32Array
+    slope_y: Float32Array
+    variance: Float32Array
 
 
-def inverse_depth(depth_m: Image, factor: int, noise_per_m: float) -> Image:
+def inverse_depth(depth_m: Float32Array, factor: int, noise_per_m: float) -> Float32Array:
     """Mean inverse depth of each factor x factor block of an (H, W) depth image, 0 where nothing was read.
 
     A block on a depth step takes its nearest surface only: a mean over both would float between them."""
@@ -68,7 +67,7 @@ def inverse_depth(depth_m: Image, factor: int, noise_per_m: float) -> Image:
     return total / np.maximum(count, 1)
 
 
-def fit_local_planes(inverse: Image, noise_per_m: float) -> LocalPlanes:
+def fit_local_planes(inverse: Float32Array, noise_per_m: float) -> LocalPlanes:
     """The plane at each pixel of an (h, w) inverse depth image (0 = none) whose noise has the given
     standard deviation, 1/m."""
     height, width = inverse.shape
@@ -86,12 +85,12 @@ def fit_local_planes(inverse: Image, noise_per_m: float) -> LocalPlanes:
     return _chosen(best & (_TRIALS - 1), fits, offsets, inverse)
 
 
-def _rank(cost: Image | float) -> NDArray[np.int32]:
+def _rank(cost: Float32Array | float) -> Int32Array:
     return (np.asarray(cost) * _COST_STEPS).astype(np.int32) * np.int32(_TRIALS)
 
 
 def _chosen(
-    trial: NDArray[np.int32], fits: list[_WindowFits], offsets: list[tuple[int, int, int]], inverse: Image
+    trial: Int32Array, fits: list[_WindowFits], offsets: list[tuple[int, int, int]], inverse: Float32Array
 ) -> LocalPlanes:
     """The winning window's plane, evaluated at the pixel itself."""
     height, width = inverse.shape
@@ -107,12 +106,12 @@ def _chosen(
     return LocalPlanes(value, slope_x, slope_y, inverse > 0)
 
 
-def _fit_windows(inverse: Image, radius: int) -> _WindowFits:
+def _fit_windows(inverse: Float32Array, radius: int) -> _WindowFits:
     step = np.arange(-radius, radius + 1, dtype=np.float32)
     one, square = np.ones_like(step), step * step
     read = (inverse > 0).astype(np.float32)
     count = _windowed(read, one, one)
-    share: Image = np.reciprocal(np.maximum(count, np.float32(1)))
+    share: Float32Array = np.reciprocal(np.maximum(count, np.float32(1)))
     x, y = _windowed(read, step, one) * share, _windowed(read, one, step) * share
     xx = _windowed(read, square, one) * share - x * x
     yy = _windowed(read, one, square) * share - y * y
@@ -131,5 +130,5 @@ def _fit_windows(inverse: Image, radius: int) -> _WindowFits:
     return _WindowFits(mean - slope_x * x - slope_y * y, slope_x, slope_y, variance)
 
 
-def _windowed(image: Image, kernel_x: Image, kernel_y: Image) -> Image:
+def _windowed(image: Float32Array, kernel_x: Float32Array, kernel_y: Float32Array) -> Float32Array:
     return cv2.sepFilter2D(image, -1, kernel_x, kernel_y, borderType=cv2.BORDER_CONSTANT)

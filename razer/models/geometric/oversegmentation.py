@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.models.geometric.local_planes import Image
-
-Labels = NDArray[np.int32]
+from razer.arrays import BoolArray, Float32Array, Int32Array, Uint8Array
 
 _MIN_SEED = 20  # pixels an edge-free region needs to count
 _MIN_CORE = 80  # pixels its parts need, between necks, to count by themselves
 _GROWTH, _GROWTH_OVER_HOLES = 6.0, 2.5  # pixels regions grow over edges, and where nothing was read
 
 
-def seeds(strength: Image, valid: NDArray[np.bool_]) -> tuple[Labels, int]:
+def seeds(strength: Float32Array, valid: BoolArray) -> tuple[Int32Array, int]:
     """Label image (h, w), 0 .. n-1 and -1 = nobody, of the regions where strength (h, w) stays below 1, and n.
 
     Large parts of a region that are joined only by a neck one pixel wide count each by itself, as the neck may
@@ -37,7 +34,7 @@ def seeds(strength: Image, valid: NDArray[np.bool_]) -> tuple[Labels, int]:
     return _grown(labels, valid) - 1, n_cores + len(without_core)
 
 
-def _components(inside: NDArray[np.uint8], min_pixels: int) -> tuple[Labels, int]:
+def _components(inside: Uint8Array, min_pixels: int) -> tuple[Int32Array, int]:
     """Connected components of at least min_pixels, numbered from 1, and how many."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
     large = stats[:, cv2.CC_STAT_AREA] >= min_pixels
@@ -45,7 +42,7 @@ def _components(inside: NDArray[np.uint8], min_pixels: int) -> tuple[Labels, int
     return np.where(large, np.cumsum(large), 0).astype(np.int32)[labels], int(large.sum())
 
 
-def _grown(labels: Labels, valid: NDArray[np.bool_]) -> Labels:
+def _grown(labels: Int32Array, valid: BoolArray) -> Int32Array:
     """The labels (0 = nobody), each pixel near one taking that of the nearest."""
     distance, nearest = cv2.distanceTransformWithLabels(
         (labels == 0).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
 from razer.frame import Intrinsics
-from razer.models.geometric.local_planes import Image, LocalPlanes
-from razer.models.geometric.region_graph import Images, RegionGraph, Sums
+from razer.models.geometric.local_planes import LocalPlanes
+from razer.models.geometric.region_graph import RegionGraph
 from razer.models.geometric.region_planes import N_SUMS, plane_sums
 from razer.models.geometric.surface_edges import STRONGEST
 
@@ -24,11 +24,11 @@ _LIGHT_WEIGHT = 0.3  # light falls unevenly: lightness says less than hue
 
 
 def region_graph(
-    labels: NDArray[np.int32],
+    labels: Int32Array,
     n: int,
     planes: LocalPlanes,
-    borders: tuple[Image, Image],
-    rgb: NDArray[np.uint8],
+    borders: tuple[Float32Array, Float32Array],
+    rgb: Uint8Array,
     camera: Intrinsics,
 ) -> RegionGraph:
     """The graph, with the columns named above, of n regions in an (h, w) label image (-1 = nobody): borders as
@@ -39,14 +39,14 @@ def region_graph(
     return RegionGraph.of(labels, n, _pixels(depth, rgb, camera), (right, below), _EVERY)
 
 
-def _border(depth: Image, strength: Image, axis: int) -> Images:
+def _border(depth: Float32Array, strength: Float32Array, axis: int) -> Float32Array:
     gap = np.minimum(np.abs(np.diff(depth, axis=axis, append=0)), np.float32(_MAX_GAP_M))
     across = np.ones((1, 3) if axis == 1 else (3, 1), np.uint8)
     # The border drawn may lie a pixel beside the edge: the strongest of three counts.
     return np.stack([np.ones_like(gap), cv2.dilate(strength, across), cv2.dilate(gap, across)])
 
 
-def _pixels(depth: Image, rgb: NDArray[np.uint8], camera: Intrinsics) -> Images:
+def _pixels(depth: Float32Array, rgb: Uint8Array, camera: Intrinsics) -> Float32Array:
     z = depth[::_EVERY, ::_EVERY]
     small = cv2.resize(rgb, z.shape[::-1], interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32).transpose(2, 0, 1)
@@ -59,7 +59,7 @@ def _pixels(depth: Image, rgb: NDArray[np.uint8], camera: Intrinsics) -> Images:
     return np.concatenate([per_pixel, plane_sums(inverse, u, v)])
 
 
-def colour_difference(graph: RegionGraph) -> Sums:
+def colour_difference(graph: RegionGraph) -> Float64Array:
     """Difference of mean colour of the two regions of each pair (E,), in [0, 1]."""
     colour = graph.sums[:, [LIGHT, RED_GREEN, YELLOW_BLUE]] / np.maximum(graph.sums[:, [COUNT]], 1)
     light, red_green, yellow_blue = np.abs(colour[graph.pairs[:, 0]] - colour[graph.pairs[:, 1]]).T
@@ -67,14 +67,14 @@ def colour_difference(graph: RegionGraph) -> Sums:
     return np.clip(difference / _FULL_COLOUR_DIFFERENCE, 0, 1)
 
 
-def size_m(sums: Sums) -> Sums:
+def size_m(sums: Float64Array) -> Float64Array:
     """Length (N,) of the straight rod with the same scatter as each row's points: about the diagonal, metres."""
     count = np.maximum(sums[:, COUNT], 1)
     mean = sums[:, [X, Y, Z]] / count[:, None]
     return np.sqrt(12 * np.maximum(sums[:, SQUARE] / count - (mean**2).sum(axis=1), 0))
 
 
-def distinctness(graph: RegionGraph) -> Image:
+def distinctness(graph: RegionGraph) -> Float32Array:
     """Mean strength (N,) of each region's borders to its neighbours, in [0, 1]; 0.5 where it has none."""
     both = np.concatenate([graph.pairs[:, 0], graph.pairs[:, 1]])
     length, strength = (

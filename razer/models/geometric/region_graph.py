@@ -6,11 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
-Sums = NDArray[np.float64]
-Images = NDArray[np.float32]
+from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +18,14 @@ class RegionGraph:
     first. boundary (E, B): what adds up along the pair's common border, column 0 being its length. region
     (N,): where each region went; one that went elsewhere has sums of 0 and is in no pair."""
 
-    sums: Sums
-    pairs: Indices
-    boundary: Sums
-    region: Indices
+    sums: Float64Array
+    pairs: Int64Array
+    boundary: Float64Array
+    region: Int64Array
 
     @classmethod
     def of(
-        cls, labels: NDArray[np.int32], n: int, pixels: Images, borders: tuple[Images, Images], every: int
+        cls, labels: Int32Array, n: int, pixels: Float32Array, borders: tuple[Float32Array, Float32Array], every: int
     ) -> RegionGraph:
         """The graph of n regions in an (h, w) label image, -1 = nobody. What adds up is given by pixels
         (A, h', w') at every so many pixels and, towards the right and the lower neighbour, by borders
@@ -48,7 +45,7 @@ class RegionGraph:
             values.append(border.reshape(len(border), -1)[:, touching].T.astype(np.float64))
         return cls(sums, *_added_up(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
 
-    def merged(self, cost: Callable[[RegionGraph], Sums]) -> RegionGraph:
+    def merged(self, cost: Callable[[RegionGraph], Float64Array]) -> RegionGraph:
         """The graph after merging regions into larger neighbours, each into its cheapest, until no pair's
         cost (E,) is below 1. Costs are asked afresh after each round; equal ones go by region number."""
         graph = self
@@ -59,7 +56,7 @@ class RegionGraph:
                 return graph
             graph = graph._contracted(target, moved)
 
-    def _contracted(self, target: Indices, moved: Indices) -> RegionGraph:
+    def _contracted(self, target: Int64Array, moved: Int64Array) -> RegionGraph:
         sums = self.sums.copy()
         np.add.at(sums, target[moved], sums[moved])
         sums[moved] = 0
@@ -69,7 +66,7 @@ class RegionGraph:
         return RegionGraph(sums, *summed, target[self.region])
 
 
-def _added_up(pairs: Indices, values: Sums, n: int) -> tuple[Indices, Sums]:
+def _added_up(pairs: Int64Array, values: Float64Array, n: int) -> tuple[Int64Array, Float64Array]:
     """Equal pairs, whichever way round, made one, and their values (E, B) summed."""
     keys, place = np.unique(pairs.min(axis=1) * n + pairs.max(axis=1), return_inverse=True)
     sums = np.zeros((len(keys), values.shape[1]))
@@ -78,7 +75,7 @@ def _added_up(pairs: Indices, values: Sums, n: int) -> tuple[Indices, Sums]:
     return np.stack(np.divmod(keys, n), axis=1), sums
 
 
-def _targets(graph: RegionGraph, cost: Sums) -> Indices:
+def _targets(graph: RegionGraph, cost: Float64Array) -> Int64Array:
     """Where each region goes in this round: a star of smaller ones into each larger one."""
     size = graph.sums[:, 0]
     target = np.arange(len(size))

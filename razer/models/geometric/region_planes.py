@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from razer.models.geometric.local_planes import Image
-from razer.models.geometric.region_graph import Images, Indices, Sums
+from razer.arrays import Float32Array, Float64Array, Int64Array
 
 N_SUMS = 10
 _ROW, _COLUMN = np.triu_indices(4)  # the ten different entries of a symmetric 4x4 matrix
 
 
-def plane_sums(inverse: Image, u: Image, v: Image) -> Images:
+def plane_sums(inverse: Float32Array, u: Float32Array, v: Float32Array) -> Float32Array:
     """The N_SUMS products (N_SUMS, h, w) of (1, u, v, inverse depth) with themselves, to be summed up."""
     ones = np.ones_like(inverse)
     terms = (ones, u * ones, v * ones, inverse)
     return np.stack([terms[row] * terms[column] for row, column in zip(_ROW, _COLUMN, strict=True)])
 
 
-def plane_misfit(sums: Sums, pairs: Indices) -> Sums:
+def plane_misfit(sums: Float64Array, pairs: Int64Array) -> Float64Array:
     """Root mean square distance (E,), in inverse depth, 1/m, of the smaller of each pair's regions from the
     plane through the larger; infinite where the larger has no definite plane."""
     moments = np.zeros((len(sums), 4, 4))

@@ -6,9 +6,10 @@ from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput, Frame, Masks
+from razer.arrays import Float64Array, Int32Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models.geometric.local_planes import fit_local_planes, inverse_depth
 from razer.models.geometric.oversegmentation import seeds
 from razer.models.geometric.region_features import (
@@ -22,7 +23,7 @@ from razer.models.geometric.region_features import (
     region_graph,
     size_m,
 )
-from razer.models.geometric.region_graph import RegionGraph, Sums
+from razer.models.geometric.region_graph import RegionGraph
 from razer.models.geometric.region_planes import plane_misfit
 from razer.models.geometric.surface_edges import EdgeLimits, edge_strengths
 
@@ -79,14 +80,14 @@ class GeometricSegmenter:
         graph = region_graph(labels, n, planes, borders, frame.rgb, camera)
         return self._masks(graph.merged(self._border_cost).merged(self._piece_cost), labels, (height, width))
 
-    def _border_cost(self, graph: RegionGraph) -> Sums:
+    def _border_cost(self, graph: RegionGraph) -> Float64Array:
         """Mean strength of the common border; unlike colours add to it, one plane takes from it."""
         strength = graph.boundary[:, STRENGTH] / graph.boundary[:, LENGTH]
         misfit = plane_misfit(graph.sums[:, PLANE], graph.pairs) / self.noise_per_m
         continued = np.clip(2 - misfit / _COPLANAR, 0, 1)
         return strength + self.colour_weight * colour_difference(graph) - _COPLANAR_BONUS * continued
 
-    def _piece_cost(self, graph: RegionGraph) -> Sums:
+    def _piece_cost(self, graph: RegionGraph) -> Float64Array:
         """Depth gap between two pieces that may be of one small thing, and unlike colours."""
         size, (a, b) = size_m(graph.sums), graph.pairs.T
         joint, larger = size_m(graph.sums[a] + graph.sums[b]), np.maximum(size[a], size[b])
@@ -96,7 +97,7 @@ class GeometricSegmenter:
         cost = gap + self.colour_weight * colour_difference(graph)
         return np.where((joint < self.piece_m) | sliver, cost, np.inf)
 
-    def _masks(self, graph: RegionGraph, labels: NDArray[np.int32], shape: tuple[int, int]) -> Masks:
+    def _masks(self, graph: RegionGraph, labels: Int32Array, shape: tuple[int, int]) -> Masks:
         """The regions that are large enough, in the order of their first pixels, at full size."""
         region = np.append(graph.region, len(graph.region))[labels]  # -1 = nobody becomes the last
         pixels = np.bincount(region.ravel(), minlength=len(graph.region) + 1)[:-1]

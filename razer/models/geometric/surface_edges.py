@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float32Array
 from razer.frame import Intrinsics
-from razer.models.geometric.local_planes import Image, LocalPlanes
+from razer.models.geometric.local_planes import LocalPlanes
 
 STRONGEST = 3.0
 
@@ -28,7 +29,7 @@ class EdgeLimits:
     convex_deg: float
 
 
-def normals(planes: LocalPlanes, camera: Intrinsics) -> NDArray[np.float32]:
+def normals(planes: LocalPlanes, camera: Intrinsics) -> Float32Array:
     """Unit normals (3, h, w) pointing away from the camera: those n for which n . K^-1 (u, v, 1) ~ 1/z."""
     height, width = planes.value.shape
     u = np.arange(width, dtype=np.float32) - np.float32(camera.cx)
@@ -39,14 +40,14 @@ def normals(planes: LocalPlanes, camera: Intrinsics) -> NDArray[np.float32]:
     return np.stack([x * length, y * length, z * length])
 
 
-def edge_strengths(planes: LocalPlanes, camera: Intrinsics, limits: EdgeLimits) -> tuple[Image, Image]:
+def edge_strengths(planes: LocalPlanes, camera: Intrinsics, limits: EdgeLimits) -> tuple[Float32Array, Float32Array]:
     """Strength in [0, STRONGEST] between each pixel and its right and its lower neighbour, each (h, w); from
     1 on it is an edge. Next to a pixel without a reading it is STRONGEST, towards outside the image 0."""
     directions, per_rad = normals(planes, camera), _crease_weight(planes, limits)
     return _strength(planes, directions, per_rad, limits, 1), _strength(planes, directions, per_rad, limits, 0)
 
 
-def _crease_weight(planes: LocalPlanes, limits: EdgeLimits) -> Image:
+def _crease_weight(planes: LocalPlanes, limits: EdgeLimits) -> Float32Array:
     """What a radian of crease counts at each pixel, by whether the surface there is a valley or a ridge.
 
     Nearness falls and then rises again across a valley: its Laplacian is positive, which survives projection.
@@ -60,8 +61,8 @@ def _crease_weight(planes: LocalPlanes, limits: EdgeLimits) -> Image:
 
 
 def _strength(
-    planes: LocalPlanes, directions: NDArray[np.float32], per_rad: Image, limits: EdgeLimits, axis: int
-) -> Image:
+    planes: LocalPlanes, directions: Float32Array, per_rad: Float32Array, limits: EdgeLimits, axis: int
+) -> Float32Array:
     def pair(image: NDArray) -> tuple[NDArray, NDArray]:
         return (image[..., :-1], image[..., 1:]) if axis == 1 else (image[..., :-1, :], image[..., 1:, :])
 

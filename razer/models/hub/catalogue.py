@@ -10,7 +10,7 @@ from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 _WITHOUT = {
     "segmenter": "without it, '--segmenter geometric' finds masks from depth alone",

@@ -18,7 +18,7 @@ from huggingface_hub.file_download import http_get, repo_folder_name
 from huggingface_hub.hf_api import RepoFile
 from huggingface_hub.utils import build_hf_headers  # type: ignore[attr-defined]
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.hub.cache import cache_folder, cached_model
 from razer.models.hub.catalogue import CatalogueEntry
 from razer.models.hub.checksum import checksum, checksum_kind

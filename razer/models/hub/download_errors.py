@@ -17,10 +17,9 @@ from huggingface_hub.errors import (  # type: ignore[attr-defined]
     RevisionNotFoundError,
 )
 
-from razer.frame import BadInput
+from razer.errors import BadInput, one_line
 from razer.models.hub.cache import cache_folder
 from razer.models.hub.catalogue import CatalogueEntry
-from razer.models.one_line import one_line
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 _RESUMED = "what came so far is kept, run the command again to go on"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.hub.catalogue import catalogue
 
 _HUB_ID = re.compile(r"[\w.-]+/[\w.-]+")

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def nearest(weights: Path, name: str) -> Path | None:

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import BoolArray, Int32Array
+from razer.errors import BadInput
 
-Bits = NDArray[np.bool_]
 _DROP, _SPLIT, _LINE, _MERGE, _JITTER = range(5)
 _RING = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
 _FRAY_PX = 24
@@ -48,7 +47,7 @@ class MaskNoise:
         rng = self._windowed(_DROP, frame_index, instance, self.hold)
         return self.drop == 0 or rng.random() >= self.drop
 
-    def merged(self, frame_index: int, ids: NDArray[np.int32], present: Iterable[int]) -> dict[int, int]:
+    def merged(self, frame_index: int, ids: Int32Array, present: Iterable[int]) -> dict[int, int]:
         """Which of the present instances are swallowed by which other that they touch in the id image."""
         kept = set(present)
         if self.merge == 0 or len(kept) < 2:
@@ -66,7 +65,7 @@ class MaskNoise:
                 swallowed[free[rng.integers(len(free))]] = eater
         return swallowed
 
-    def pieces(self, frame_index: int, instance: int, mask: Bits) -> list[Bits]:
+    def pieces(self, frame_index: int, instance: int, mask: BoolArray) -> list[BoolArray]:
         """The mask, or the two parts it is cut into in this frame; the line keeps its place in the mask's box."""
         if self.split == 0:
             return [mask]
@@ -82,7 +81,7 @@ class MaskNoise:
         second = mask & ~first
         return [first, second] if first.any() and second.any() else [mask]
 
-    def frayed(self, frame_index: int, instance: int, part: int, mask: Bits) -> Bits:
+    def frayed(self, frame_index: int, instance: int, part: int, mask: BoolArray) -> BoolArray:
         """The mask with its border moved by a smooth random distance of at most jitter_px pixels; the array
         must have that much room round the mask wherever it may grow."""
         if self.jitter_px == 0:
@@ -109,7 +108,7 @@ class MaskNoise:
 FULL_NOISE = MaskNoise(drop=0.15, split=0.10, merge=0.05, jitter_px=3)
 
 
-def touching(ids: NDArray[np.int32]) -> dict[int, set[int]]:
+def touching(ids: Int32Array) -> dict[int, set[int]]:
     """For each positive id of an (H, W) image the other positive ids next to it (4-neighbours)."""
     neighbours: dict[int, set[int]] = {}
     for a, b in ((ids[:, :-1], ids[:, 1:]), (ids[:-1], ids[1:])):

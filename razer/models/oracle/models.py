@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from razer.frame import BadInput, Frame, Masks
-from razer.models.oracle.mask_noise import FULL_NOISE, Bits, MaskNoise
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
+from razer.models.oracle.mask_noise import FULL_NOISE, MaskNoise
 
 UNKNOWN = "unknown"
 _FULL_COSINE = 0.7
@@ -66,7 +67,7 @@ class OracleSegmenter:
         names = tuple(frame.instance_classes.get(instance, UNKNOWN) for instance, _, _ in found)
         return Masks(masks, np.ones(len(found), np.float32), names)
 
-    def _masks(self, index: int, ids: NDArray[np.int32]) -> Iterator[tuple[int, tuple[slice, slice], Bits]]:
+    def _masks(self, index: int, ids: Int32Array) -> Iterator[tuple[int, tuple[slice, slice], BoolArray]]:
         """Instance, window of the image and mask within the window, in order of instance."""
         boxes = {i: box for i, box in enumerate(ndimage.find_objects(ids.clip(0)), start=1) if box is not None}
         kept = [i for i in boxes if self.noise.keeps(index, i)]
@@ -106,7 +107,7 @@ class OracleEmbedder:
         if dimension < 2 or not 0 <= self.cosine <= 1 or not 0 <= self.wrong_class <= 1:
             raise BadInput("the oracle embedder takes dimension >= 2 and cosine and wrong_class from 0 to 1")
 
-    def class_vector(self, name: str) -> NDArray[np.float64]:
+    def class_vector(self, name: str) -> Float64Array:
         """The unit vector (dimension,) of a class."""
         vector = np.random.default_rng([self.seed, *_digest(name)]).standard_normal(self.dimension)
         return vector / np.linalg.norm(vector)
@@ -116,11 +117,11 @@ class OracleEmbedder:
         """None in particular: any name has its vector."""
         return ()
 
-    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+    def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """The vectors (N, dimension) of class names."""
         return np.stack([self.class_vector(name) for name in texts]).astype(np.float32)
 
-    def embed(self, frame: Frame, masks: Masks) -> NDArray[np.float32]:
+    def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """A unit vector for each mask, (N, dimension) float32; raises BadInput for masks without class names."""
         if not len(masks):
             return np.zeros((0, self.dimension), np.float32)
@@ -139,7 +140,7 @@ class OracleEmbedder:
         wrong = [other for other in names if other != name]
         return wrong[rng.integers(len(wrong))] if rng.random() < self.wrong_class and wrong else name
 
-    def _blurred(self, name: str, rng: np.random.Generator) -> NDArray[np.float64]:
+    def _blurred(self, name: str, rng: np.random.Generator) -> Float64Array:
         vector = self.class_vector(name)
         aside = rng.standard_normal(self.dimension)
         aside -= (aside @ vector) * vector

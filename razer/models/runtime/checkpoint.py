@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
 from razer.models.model_view import DEVIATION, MEAN
 from razer.models.runtime.device import Device

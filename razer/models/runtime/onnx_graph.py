@@ -12,8 +12,7 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
-from razer.models.one_line import one_line
+from razer.errors import BadInput, one_line
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_session import CPU, CUDA, open_session, providers
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array
+from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_graph import OnnxGraph
@@ -31,7 +31,7 @@ class OnnxModel:
         self.input = inputs[0]
         self.outputs = tuple(self._graph.outputs.values())
 
-    def __call__(self, batch: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+    def __call__(self, batch: Float32Array) -> list[Float32Array]:
         """All outputs for one input array, as float32; raises BadInput where the graph does not take its shape."""
         found = self._graph({self.input.name: batch})
         return [np.asarray(output, np.float32) for output in found.values()]

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import onnxruntime
 
-from razer.frame import BadInput
-from razer.models.one_line import one_line
+from razer.errors import BadInput, one_line
 from razer.models.runtime.device import Device
 
 CUDA, CPU = "CUDAExecutionProvider", "CPUExecutionProvider"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import torch
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.runtime.device import Device
 
 

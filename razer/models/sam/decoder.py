@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Float64Array
+from razer.errors import BadInput
 from razer.models.model_view import ModelView
 from razer.models.runtime.onnx_graph import OnnxGraph
 from razer.models.sam.promptable import Answers
@@ -52,14 +53,14 @@ class SamDecoder:
         self.pads_boxes = self.nested and not pads_itself
         self.takes_boxes = not self.nested or "input_boxes" in names
 
-    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: NDArray[np.float64]) -> Answers:
+    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: Float64Array) -> Answers:
         """As Promptable."""
         prompts, labels = points[:, None], np.full((len(points), 1), OBJECT)
         for logits, scores in self._run(features, view, prompts, labels, self.pads_points):
             several = slice(1, None) if logits.shape[1] == _WITH_SINGLE else slice(None)
             yield logits[:, several], scores[:, several]
 
-    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: Float64Array) -> Answers:
         """As Promptable."""
         if not self.takes_boxes:
             raise BadInput(f"{self.graph.file} takes points only: leave out option boxes, or use another export")
@@ -105,7 +106,7 @@ class SamDecoder:
 
     def _masks_and_scores(
         self, outputs: Mapping[str, NDArray], n: int, view: ModelView
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    ) -> tuple[Float32Array, Float32Array]:
         masks, scores = outputs[self.masks], outputs[self.scores]
         if masks.ndim != 4 + self.nested or masks.shape[-4] != n or scores.shape != masks.shape[:-2]:
             raise BadInput(

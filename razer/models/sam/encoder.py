@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Uint8Array
+from razer.errors import BadInput
 from razer.models.model_view import ModelView
 from razer.models.runtime.onnx_graph import OnnxGraph
 
@@ -32,7 +32,7 @@ class SamEncoder:
         self.side = (None if self.raw else shape[2]) or _USUAL_SIDE
         self.stretched = len(graph.outputs) >= _LEVELS_OF_SAM2
 
-    def encode(self, rgb: NDArray[np.uint8]) -> tuple[dict[str, NDArray], ModelView]:
+    def encode(self, rgb: Uint8Array) -> tuple[dict[str, NDArray], ModelView]:
         """The features of an image (H, W, 3) by name, and how it lies in the square."""
         height, width = rgb.shape[:2]
         view = ModelView.of(height, width, self.side, self.stretched)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def encoder_and_decoder(folder: Path, known: Sequence[str] = ()) -> tuple[Path, Path]:

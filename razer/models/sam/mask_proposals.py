@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import BoolArray, Float32Array, Float64Array, Uint8Array
+from razer.errors import BadInput
 from razer.models.mask_filters import best_of_overlapping, stability
 from razer.models.sam.promptable import Promptable
 
@@ -33,13 +33,11 @@ class ProposalLimits:
             raise BadInput("segmenter options: points is at least 1, and quality, stability and IoU are from 0 to 1")
 
 
-def masks_of_everything(
-    model: Promptable, rgb: NDArray[np.uint8], limits: ProposalLimits
-) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+def masks_of_everything(model: Promptable, rgb: Uint8Array, limits: ProposalLimits) -> tuple[BoolArray, Float32Array]:
     """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the quality expected of each."""
     features, view = model.encode(rgb)
     height, width = rgb.shape[:2]
-    parts: list[tuple[NDArray[np.float32], ...]] = []
+    parts: list[tuple[Float32Array, ...]] = []
     for found, scores in model.at_points(features, view, point_grid(height, width, limits.points)):
         good = scores >= limits.min_quality
         candidates, quality, firmness = found[good], scores[good], stability(found[good])
@@ -51,7 +49,7 @@ def masks_of_everything(
     return masks_at_size(logits[order], height, width), quality[order].clip(0, 1)
 
 
-def masks_in_boxes(model: Promptable, rgb: NDArray[np.uint8], boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+def masks_in_boxes(model: Promptable, rgb: Uint8Array, boxes: Float64Array) -> BoolArray:
     """The best mask (N, H, W) for each of N boxes (N, 4) of an image (H, W, 3)."""
     height, width = rgb.shape[:2]
     if not len(boxes):
@@ -63,7 +61,7 @@ def masks_in_boxes(model: Promptable, rgb: NDArray[np.uint8], boxes: NDArray[np.
     return masks_at_size(np.concatenate(best), height, width)
 
 
-def point_grid(height: int, width: int, n: int) -> NDArray[np.float64]:
+def point_grid(height: int, width: int, n: int) -> Float64Array:
     """Centres (N, 2), x before y, of about square cells, n of them along the longer side of an image."""
     size = max(height, width) / n
     columns, rows = max(1, round(width / size)), max(1, round(height / size))
@@ -71,7 +69,7 @@ def point_grid(height: int, width: int, n: int) -> NDArray[np.float64]:
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
-def masks_at_size(logits: NDArray[np.float32], height: int, width: int) -> NDArray[np.bool_]:
+def masks_at_size(logits: Float32Array, height: int, width: int) -> BoolArray:
     """Masks (N, height, width) of logits (N, h, w) over the same image."""
     masks = np.empty((len(logits), height, width), bool)
     for mask, each in zip(masks, logits, strict=True):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import NDArray
 
+from razer.arrays import Float64Array, Uint8Array
 from razer.models.model_view import ModelView
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_graph import OnnxGraph
@@ -23,14 +23,14 @@ class OnnxSam:
         self.encoder = SamEncoder(OnnxGraph(encoder, device))
         self.decoder = SamDecoder(OnnxGraph(decoder, device), self.encoder.graph.outputs, batch)
 
-    def encode(self, rgb: NDArray[np.uint8]) -> tuple[dict[str, NDArray], ModelView]:
+    def encode(self, rgb: Uint8Array) -> tuple[dict[str, NDArray], ModelView]:
         """As Promptable."""
         return self.encoder.encode(rgb)
 
-    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: NDArray[np.float64]) -> Answers:
+    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: Float64Array) -> Answers:
         """As Promptable."""
         return self.decoder.at_points(features, view, points)
 
-    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: Float64Array) -> Answers:
         """As Promptable."""
         return self.decoder.in_boxes(features, view, boxes)

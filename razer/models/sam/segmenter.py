@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from razer.frame import BadInput, Frame, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models import Segmenter, make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.runtime.device import Device

@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from razer.frame import BadInput
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.errors import BadInput
 from razer.models.model_view import ModelView
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
@@ -39,7 +38,7 @@ class TorchSam:
         return self.checkpoint.load("AutoModelForMaskGeneration", self.device)
 
     @torch.inference_mode()
-    def encode(self, rgb: NDArray[np.uint8]) -> tuple[Any, ModelView]:
+    def encode(self, rgb: Uint8Array) -> tuple[Any, ModelView]:
         """As Promptable."""
         height, width = rgb.shape[:2]
         side = self._model.prompt_encoder.input_image_size
@@ -47,16 +46,16 @@ class TorchSam:
         square = torch.from_numpy(view.square(rgb, *self.colours)).to(torch_device(self.device))
         return self._model.get_image_embeddings(square), view
 
-    def at_points(self, features: Any, view: ModelView, points: NDArray[np.float64]) -> Answers:
+    def at_points(self, features: Any, view: ModelView, points: Float64Array) -> Answers:
         """As Promptable."""
         yield from self._answers(features, view, "input_points", view.coordinates(points)[:, None])
 
-    def in_boxes(self, features: Any, view: ModelView, boxes: NDArray[np.float64]) -> Answers:
+    def in_boxes(self, features: Any, view: ModelView, boxes: Float64Array) -> Answers:
         """As Promptable."""
         corners = view.coordinates(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
         yield from self._answers(features, view, "input_boxes", corners)
 
-    def _answers(self, features: Any, view: ModelView, name: str, prompts: NDArray[np.float32]) -> Answers:
+    def _answers(self, features: Any, view: ModelView, name: str, prompts: Float32Array) -> Answers:
         device = torch_device(self.device)
         for start in range(0, len(prompts), self.batch):
             part = torch.from_numpy(prompts[None, start : start + self.batch]).to(device)

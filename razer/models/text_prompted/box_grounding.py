@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from razer.arrays import Float32Array, Float64Array, IndexArray, Uint8Array
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
@@ -27,9 +27,9 @@ class WordBoxes:
     """N boxes (N, 4) in image coordinates, left, top, right, bottom; scores (N,) in [0, 1]; words (N,), the number of
     the word that each was found for."""
 
-    boxes: NDArray[np.float64]
-    scores: NDArray[np.float32]
-    words: NDArray[np.intp]
+    boxes: Float64Array
+    scores: Float32Array
+    words: IndexArray
 
 
 class WordDetector:
@@ -40,7 +40,7 @@ class WordDetector:
         self.checkpoint, self.words, self.confidence, self.device = checkpoint, words, confidence, device
         torch_device(device)
 
-    def find(self, rgb: NDArray[np.uint8]) -> WordBoxes:
+    def find(self, rgb: Uint8Array) -> WordBoxes:
         """All boxes within an image (H, W, 3) that are sure enough, each for the word it suits best."""
         find = self._in_sentence if self.checkpoint.kind in ONE_SENTENCE else self._word_by_word
         parts = [find(rgb, numbers) for numbers in self._portions]
@@ -80,7 +80,7 @@ class WordDetector:
             used += length
         return portions
 
-    def _in_sentence(self, rgb: NDArray[np.uint8], numbers: list[int]) -> WordBoxes:
+    def _in_sentence(self, rgb: Uint8Array, numbers: list[int]) -> WordBoxes:
         """Each token of a sentence has its score: a word's is that of its best token."""
         sentence = " ".join(f"{self.words[number].lower().replace('.', ' ')}." for number in numbers)
         inputs, outputs = self._outputs(rgb, sentence)
@@ -94,7 +94,7 @@ class WordDetector:
         sure = by_word.max(axis=1) > self.confidence
         return WordBoxes(boxes[sure], by_word.max(axis=1)[sure], np.array(numbers)[by_word.argmax(axis=1)[sure]])
 
-    def _word_by_word(self, rgb: NDArray[np.uint8], numbers: list[int]) -> WordBoxes:
+    def _word_by_word(self, rgb: Uint8Array, numbers: list[int]) -> WordBoxes:
         length = self.checkpoint.config.get("text_config", {}).get("max_position_embeddings", _WORD_TOKENS)
         filled_up = {"padding": "max_length", "truncation": True, "max_length": length}
         _, outputs = self._outputs(rgb, [[self.words[number] for number in numbers]], **filled_up)
@@ -105,7 +105,7 @@ class WordDetector:
         return WordBoxes(found["boxes"].double().cpu().numpy(), found["scores"].float().cpu().numpy(), words)
 
     @torch.inference_mode()
-    def _outputs(self, rgb: NDArray[np.uint8], text: Any, **options: Any) -> tuple[Any, Any]:
+    def _outputs(self, rgb: Uint8Array, text: Any, **options: Any) -> tuple[Any, Any]:
         inputs = self._processor(images=rgb, text=text, return_tensors="pt", **options).to(torch_device(self.device))
         return inputs, self._model(**inputs)
 

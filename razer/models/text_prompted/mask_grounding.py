@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array, IndexArray, Uint8Array
 from razer.models.model_view import ModelView
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
@@ -28,7 +28,7 @@ class WordMasks:
         self.colours = checkpoint.colours()
         torch_device(device)
 
-    def find(self, rgb: NDArray[np.uint8]) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.intp]]:
+    def find(self, rgb: Uint8Array) -> tuple[BoolArray, Float32Array, IndexArray]:
         """Masks (N, H, W) of an image (H, W, 3), scores (N,) in [0, 1] and the number of each one's word (N,)."""
         height, width = rgb.shape[:2]
         masks, scores, words = [np.zeros((0, height, width), bool)], [np.zeros(0, np.float32)], [np.zeros(0, np.intp)]
@@ -57,14 +57,14 @@ class WordMasks:
         ]
 
     @torch.inference_mode()
-    def _look(self, rgb: NDArray[np.uint8]) -> Any:
+    def _look(self, rgb: Uint8Array) -> Any:
         height, width = rgb.shape[:2]
         side = self._model.config.vision_config.backbone_config.image_size
         square = ModelView.of(height, width, side, stretched=True).square(rgb, *self.colours)
         return self._model.get_vision_features(torch.from_numpy(square).to(torch_device(self.device)))
 
     @torch.inference_mode()
-    def _ask(self, vision: Any, text: Any) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def _ask(self, vision: Any, text: Any) -> tuple[Float32Array, Float32Array]:
         """Logits (Q, h, w) and scores (Q,) of all candidates for one word."""
         text = text.to(torch_device(self.device))
         outputs = self._model(vision_embeds=vision, input_ids=text["input_ids"], attention_mask=text["attention_mask"])

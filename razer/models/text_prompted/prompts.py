@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from razer.frame import BadInput, Frame, Masks
+from razer.arrays import BoolArray, Float32Array, IndexArray, Uint8Array
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models.mask_filters import best_of_overlapping
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
@@ -65,7 +64,7 @@ class PromptedSegmenter:
         order = best_of_overlapping(masks[:, ::_SPARSE, ::_SPARSE], scores, self.most_iou)
         return Masks(masks[order], scores[order].clip(0, 1), tuple(self.words[words[i]] for i in order))
 
-    def _found(self, rgb: NDArray[np.uint8]) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.intp]]:
+    def _found(self, rgb: Uint8Array) -> tuple[BoolArray, Float32Array, IndexArray]:
         if self.masks is not None:
             return self.masks.find(rgb)
         found = self.detector.find(rgb)

@@ -8,11 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.frame import BadInput, Masks
+from razer.arrays import Float32Array, Int64Array
+from razer.errors import BadInput
+from razer.frame import Masks
 from razer.models.yolo.letterbox import Letterbox
 from razer.models.yolo.prototype_masks import prototype_masks
 
-Floats = NDArray[np.float32]
 Layout = Literal["dense", "end to end"]
 
 
@@ -21,10 +22,10 @@ class Candidates:
     """N things found: boxes (N, 4) x1, y1, x2, y2 in pixels of the input, scores (N,), classes (N,), and the mask
     coefficients (N, M)."""
 
-    boxes: Floats
-    scores: Floats
-    classes: NDArray[np.int64]
-    coefficients: Floats
+    boxes: Float32Array
+    scores: Float32Array
+    classes: Int64Array
+    coefficients: Float32Array
 
     def select(self, rows: NDArray) -> Candidates:
         """Those at the given rows, in their order."""
@@ -59,7 +60,7 @@ class YoloDecoder:
             f"{n_prototypes} rows, or 6 + {n_prototypes} columns"
         )
 
-    def masks(self, predictions: Floats, prototypes: Floats, letterbox: Letterbox) -> Masks:
+    def masks(self, predictions: Float32Array, prototypes: Float32Array, letterbox: Letterbox) -> Masks:
         """Masks at the size of the image, best first, from predictions (1, rows, columns) and prototypes
         (1, M, h, w); raises BadInput."""
         _, rows, columns = predictions.shape
@@ -73,7 +74,7 @@ class YoloDecoder:
         named = Masks(masks, found.scores.clip(0, 1), self._names(found.classes))
         return named if filled.all() else named.select(filled)
 
-    def _names(self, classes: NDArray[np.int64]) -> tuple[str, ...] | None:
+    def _names(self, classes: Int64Array) -> tuple[str, ...] | None:
         if self.class_names is None:
             return None
         if len(classes) and not 0 <= classes.min() <= classes.max() < len(self.class_names):
@@ -81,7 +82,7 @@ class YoloDecoder:
         return tuple(self.class_names[number] for number in classes)
 
 
-def dense(predictions: Floats, n_prototypes: int, confidence: float) -> Candidates:
+def dense(predictions: Float32Array, n_prototypes: int, confidence: float) -> Candidates:
     """What predictions (4 + classes + M, anchors) say with at least this confidence."""
     end = len(predictions) - n_prototypes
     best = predictions[4:end].max(axis=0)
@@ -91,7 +92,7 @@ def dense(predictions: Floats, n_prototypes: int, confidence: float) -> Candidat
     return Candidates(boxes, best[best >= confidence], found[:, 4:end].argmax(axis=1), found[:, end:])
 
 
-def end_to_end(predictions: Floats, confidence: float) -> Candidates:
+def end_to_end(predictions: Float32Array, confidence: float) -> Candidates:
     """What predictions (N, 6 + M) say with at least this confidence."""
     found = predictions[predictions[:, 4] >= confidence]
     return Candidates(found[:, :4], found[:, 4], found[:, 5].astype(np.int64), found[:, 6:])
@@ -109,9 +110,9 @@ def without_doubles(found: Candidates, iou: float) -> Candidates:
     return found.select(np.array(kept, np.int64))
 
 
-def box_iou(box: Floats, others: Floats) -> Floats:
+def box_iou(box: Float32Array, others: Float32Array) -> Float32Array:
     """Intersection over union (N,) of a box (4,) x1, y1, x2, y2 with each of (N, 4)."""
     sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
-    shared: Floats = sides.clip(0).prod(axis=1)
+    shared: Float32Array = sides.clip(0).prod(axis=1)
     area, areas = (box[2:] - box[:2]).prod(), (others[:, 2:] - others[:, :2]).prod(axis=1)
     return shared / np.maximum(area + areas - shared, 1e-9)

@@ -6,7 +6,7 @@ import ast
 from dataclasses import dataclass
 from typing import Any
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.runtime.onnx_model import OnnxModel
 from razer.models.yolo.letterbox import Letterbox, Shape
 

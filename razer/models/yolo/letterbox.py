@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 
 Shape = tuple[int, int]
 _GREY = 114  # what YOLO models were trained to see beside the image
@@ -31,7 +32,7 @@ class Letterbox:
         width = most[1] if stride[1] is None else -(-columns // stride[1]) * stride[1]
         return cls(image, (height, width), (rows, columns), (height - rows) // 2, (width - columns) // 2)
 
-    def batch(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    def batch(self, rgb: Uint8Array) -> Float32Array:
         """The input (1, 3, rows, columns) with values in [0, 1]."""
         height, width = self.content
         canvas = np.full((*self.input, 3), _GREY, np.uint8)
@@ -39,13 +40,13 @@ class Letterbox:
         inside[:] = rgb if self.image == self.content else cv2.resize(rgb, (width, height))
         return np.ascontiguousarray(canvas.transpose(2, 0, 1)[None]) * np.float32(1 / 255)
 
-    def boxes_in_image(self, boxes: NDArray[np.float32]) -> NDArray[np.int64]:
+    def boxes_in_image(self, boxes: Float32Array) -> Int64Array:
         """Boxes (N, 4) x1, y1, x2, y2 of the input as pixel bounds of the image: pixels whose centre is inside."""
         (sy, sx), (rows, columns) = self._scale, self.image
         corners = (boxes - [self.left, self.top, self.left, self.top]) / [sx, sy, sx, sy]
         return np.rint(corners.clip(0, [columns, rows, columns, rows])).astype(np.int64)
 
-    def grid_from_image(self, grid: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def grid_from_image(self, grid: Shape) -> tuple[Float64Array, Float64Array]:
         """(slope, offset), each (x, y), from pixel positions of the image to positions in a grid (rows, columns)
         that spans the input; whole numbers are centres in both."""
         cells = np.array([grid[1] / self.input[1], grid[0] / self.input[0]])

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from razer.arrays import BoolArray, Float32Array
 from razer.models.yolo.letterbox import Letterbox
 
 _FLAGS = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 
 
 def prototype_masks(
-    coefficients: NDArray[np.float32],
-    prototypes: NDArray[np.float32],
-    boxes: NDArray[np.float32],
+    coefficients: Float32Array,
+    prototypes: Float32Array,
+    boxes: Float32Array,
     letterbox: Letterbox,
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Masks (N, H, W) at the size of the image, from coefficients (N, M), prototypes (M, h, w) that span the input,
     and boxes (N, 4) x1, y1, x2, y2 in pixels of the input, outside which a mask is false.
 

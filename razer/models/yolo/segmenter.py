@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from razer.frame import BadInput, Frame, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_model import OnnxModel
 from razer.models.yolo.decoder import YoloDecoder

@@ -8,7 +8,7 @@ import pytest
 from app.ablation.exemplars import Exemplars
 from app.ablation.query_ablation import figures, measure_queries
 from app.ablation.query_protocol import Protocol, observed
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 DRAWS = 6
 

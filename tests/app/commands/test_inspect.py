@@ -18,7 +18,8 @@ from app.settings.run_config import InputSettings
 from data_tools.checks.inspection import inspect_sequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
-from razer.frame import Frame, UnusableFrame
+from razer.errors import UnusableFrame
+from razer.frame import Frame
 from razer.geometry import inverse
 from tests.support.recordings import write_seven_scenes
 from tests.support.spoilt import Spoilt, as_is, depth_moved, posed

@@ -10,14 +10,15 @@ from time import sleep
 import numpy as np
 import pytest
 
-from app.frames.frame_accounting import Outcome
+from app.frames.frame_accounting import FrameAccounting
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
-from app.frames.prefetch_process import work_ahead
+from app.frames.prefetch_process import prefetch
 from app.profiling.recorder import Recorder, summary
 from razer.config import MapperConfig
-from razer.frame import Frame, Intrinsics, UnusableFrame
-from razer.reintegration.reintegrator import Follower
+from razer.errors import UnusableFrame
+from razer.frame import Frame, Intrinsics
+from razer.reintegration.reintegrator import Reintegrator
 from razer.stages import stage
 
 CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
@@ -72,8 +73,8 @@ class Everywhere:
 
 
 def looks(clip, indices, lost=()):
-    located = work_ahead(Locator(clip, partial(Everywhere, lost)), indices)
-    return list(work_ahead(Perceiver(Nothing()), located))
+    located = prefetch(Locator(clip, partial(Everywhere, lost)), indices)
+    return list(prefetch(Perceiver(Nothing()), located))
 
 
 def test_looks_come_in_order_with_the_broken_and_lost_ones_named():
@@ -103,7 +104,7 @@ class Note:
 
 
 def test_working_ahead_is_bounded(tmp_path):
-    results = work_ahead(Note(tmp_path), range(100), ahead=3)
+    results = prefetch(Note(tmp_path), range(100), ahead=3)
     assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
     results.close()
     assert 5 <= len(list(tmp_path.iterdir())) <= 5 + 3
@@ -116,7 +117,7 @@ def fail_at_one(index):
 
 
 def test_an_unknown_error_is_raised_at_its_frames_turn():
-    results = work_ahead(fail_at_one, range(5))
+    results = prefetch(fail_at_one, range(5))
     assert next(results) == 0
     with pytest.raises(RuntimeError, match="bug"):
         next(results)
@@ -128,11 +129,11 @@ def die(index):
 
 def test_the_death_of_the_other_process_is_said():
     with pytest.raises(RuntimeError, match="item 0"):
-        next(work_ahead(die, range(5)))
+        next(prefetch(die, range(5)))
 
 
 def test_no_process_is_left_behind(tmp_path):
-    results = work_ahead(Note(tmp_path), range(50))
+    results = prefetch(Note(tmp_path), range(50))
     next(results)
     assert len(multiprocessing.active_children()) == 1
     results.close()
@@ -208,7 +209,7 @@ def posed(index, stamp):
 
 
 def test_lost_frames_are_told_in_runs_until_they_come_late():
-    outcome = Outcome("clip", 12, 1.0)
+    outcome = FrameAccounting("clip", 12, 1.0)
     outcome.lost.update((0, 1, 3, 5, 6, 11))
     for index in (2, 4, 9):
         outcome.use(posed(index, index / 30))
@@ -222,7 +223,7 @@ def test_lost_frames_are_told_in_runs_until_they_come_late():
 
 
 def test_frames_whose_pose_is_not_known_after_all_are_lost():
-    outcome = Outcome("clip", 4, 1.0)
+    outcome = FrameAccounting("clip", 4, 1.0)
     for index in range(4):
         outcome.use(posed(index, index / 30))
     outcome.move({1: None, 2: 2 * np.eye(4)})
@@ -233,7 +234,7 @@ def test_frames_whose_pose_is_not_known_after_all_are_lost():
 
 
 def test_stamps_that_go_back_are_noted():
-    outcome = Outcome("clip", 4, 1.0)
+    outcome = FrameAccounting("clip", 4, 1.0)
     for index, stamp in enumerate((0.0, 0.2, 0.1, 0.1)):
         outcome.use(posed(index, stamp))
     assert list(outcome.notes.values()) == [2]
@@ -253,7 +254,7 @@ def test_work_after_the_last_frame_is_counted_and_its_longest_pause_told():
                 sleep(pause_s)
             yield 1.0
 
-    recorder, follower = Recorder(1, lambda: 0), Follower(MapperConfig())
+    recorder, follower = Recorder(1, lambda: 0), Reintegrator(MapperConfig())
     with recorder.frame({}), stage("rebuild"):
         pass
     assert list(recorder.afterwards(work())) == [1.0, 1.0, 1.0]

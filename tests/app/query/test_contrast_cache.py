@@ -7,10 +7,10 @@ import pytest
 
 from app.query.contrast_cache import contrast_of
 from app.settings.run_config import EmbedderSettings
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.oracle.models import OracleEmbedder
-from razer.query.text_queries import TEMPLATES, Words
+from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 from tests.support.named_vectors import unit_rows
 
 
@@ -34,7 +34,7 @@ def cache(tmp_path, monkeypatch):
 def asked(**options):
     """What a new encoder with these options was asked for, and the vectors."""
     encoder = Encoder()
-    contrast = contrast_of(Words(encoder), EmbedderSettings(name="some:Encoder", options=options))
+    contrast = contrast_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
     assert len(contrast.vectors) == len(contrast.names)
     return encoder.n_asked, contrast.vectors
 
@@ -78,7 +78,7 @@ class NamesOverEncoder(Encoder):
 def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
     encoders = [NamesOverEncoder(), NamesOverEncoder()]
     for encoder in encoders:
-        words = Words(encoder)
+        words = TextQueryEncoder(encoder)
         contrast_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
         assert words.knows("anything at all")
     assert encoders[0].n_asked > 0
@@ -101,7 +101,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(cache):
 
 
 def test_tables_are_not_kept_and_those_without_words_refuse(cache):
-    contrast_of(Words(OracleEmbedder()), EmbedderSettings(name="oracle"))
+    contrast_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
     assert not cache.exists()
     with pytest.raises(BadInput, match="no text side"):
-        contrast_of(Words(AppearanceEmbedder()), EmbedderSettings())
+        contrast_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.frames.frame_accounting import Outcome
+from app.frames.frame_accounting import FrameAccounting
 from app.run_folder.run_folder import INSTANCES, RunFolder, replace_files
 from app.run_folder.save_run import camera_up, tum_text
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def contents(folder):
@@ -155,7 +155,7 @@ def test_up_is_where_the_images_have_their_top():
 
 @pytest.mark.parametrize(("max_bad", "allowed"), [(0.5, 5), (0.0, 0), (0.29, 2), (1.0, 10)])
 def test_the_run_gives_up_at_the_first_frame_beyond_the_allowed_share(max_bad, allowed):
-    outcome = Outcome("clip", planned=10, max_bad=max_bad)
+    outcome = FrameAccounting("clip", planned=10, max_bad=max_bad)
     for index in range(allowed):
         outcome.skip(index, "broken")
     if allowed < 10:

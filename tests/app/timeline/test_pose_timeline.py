@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 
-from app.frames.frame_packet import END, Look
+from app.frames.frame_packet import END, FramePacket
 from app.frames.locator import Locator
 from app.render.viewpoint import behind
 from app.run_folder.save_run import write_pose_covariances
 from app.timeline import entities as paths
-from app.timeline.camera_path import CameraPath
+from app.timeline.camera_path import PathLines
 from app.timeline.config import TimelineConfig
 from app.timeline.ellipsoids import position_ellipsoids
 from app.timeline.rerun_log import run_layout
@@ -23,11 +23,11 @@ from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Intrinsics
 from razer.geometry import inverse
-from slam.backend.pose_graph import Edge
+from slam.backend.pose_graph import PoseEdge
 from slam.frontend.keyframes import Keyframe
 from slam.poses import GivenPoses
-from slam.report import Finding, GraphReport, PoseReport
-from slam.se3 import motion
+from slam.report import GraphReport, PoseReport, TrackingQuality
+from slam.se3 import exp_se3
 from slam.system import SlamSystem
 from tests.support.timeline_rows import chunks_of
 
@@ -196,15 +196,15 @@ def test_a_keyframe_without_a_covariance_is_left_out_of_the_file(tmp_path):
 
 
 def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
-    def keyframe(number, piece):
+    def keyframe(number, submap):
         view = SimpleNamespace(index=10 * number, stamp=number / 3)
-        return Keyframe(number, piece, view, pose_at(number), 0.0)
+        return Keyframe(number, submap, view, pose_at(number), 0.0)
 
     keyframes = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
-    edges = [Edge(1, 2, np.eye(4), np.eye(6), sure=True), Edge(0, 3, np.eye(4), np.eye(6))]
+    edges = [PoseEdge(1, 2, np.eye(4), np.eye(6), sure=True), PoseEdge(0, 3, np.eye(4), np.eye(6))]
     graph = GraphReport.of(keyframes, edges, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
     assert graph.frames.tolist() == [0, 30]
-    assert graph.n_adrift == 2
+    assert graph.n_unanchored == 2
     assert graph.edges.tolist() == [[0, 1]]  # rows, not numbers
     assert graph.is_odometry.tolist() == [False]
     assert list(graph.covariances) == [30]
@@ -221,7 +221,7 @@ def graph_at(positions):
         edges=np.array([(n, n + 1) for n in range(len(positions) - 1)]).reshape(-1, 2),
         is_odometry=np.ones(len(positions) - 1, bool),
         n_loops=0,
-        n_adrift=0,
+        n_unanchored=0,
         covariances={},
     )
 
@@ -232,8 +232,8 @@ def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path
     grown = np.concatenate([after + 0.001, [[3, 0, 0]]])
     timeline = Timeline(tmp_path / "moved.rrd", CAMERA, TimelineConfig(shown_move_m=0.05))
     for index, positions in enumerate((before, after, grown)):
-        report = PoseReport(np.eye(4), Finding(50, 0.9, 0.8, 1e-3, 2e-3), graph_at(positions))
-        timeline.track(Look(index, report=report))
+        report = PoseReport(np.eye(4), TrackingQuality(50, 0.9, 0.8, 1e-3, 2e-3), graph_at(positions))
+        timeline.track(FramePacket(index, report=report))
     timeline.close()
     recording = chunks_of(tmp_path / "moved.rrd")
     for entity, positions in ((paths.BEFORE, before), (paths.AFTER, after)):
@@ -248,7 +248,7 @@ def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path
 
 def test_half_sizes_are_the_roots_of_the_eigenvalues_along_axes_turned_into_the_world():
     covariance = np.diag([9.0, 9, 9, 0.04, 0.01, 0.09])
-    turned = motion(np.array([0, 0, np.pi / 2, 5.0, 6.0, 7.0]))  # the camera's x axis is the world's y
+    turned = exp_se3(np.array([0, 0, np.pi / 2, 5.0, 6.0, 7.0]))  # the camera's x axis is the world's y
     found = position_ellipsoids(turned[None], covariance[None], sigmas=1.0)
     np.testing.assert_allclose(found.centers, [[5, 6, 7]])
     np.testing.assert_allclose(found.half_sizes, [[0.1, 0.2, 0.3]])
@@ -259,11 +259,11 @@ def test_half_sizes_are_the_roots_of_the_eigenvalues_along_axes_turned_into_the_
 
 
 def pose_at(x):
-    return motion(np.array([0, 0, 0, x, 0, 0]))
+    return exp_se3(np.array([0, 0, 0, x, 0, 0]))
 
 
 def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_late():
-    path = CameraPath()
+    path = PathLines()
     for index, pose in ((0, pose_at(0)), (3, pose_at(1)), (6, None), (9, pose_at(3))):
         path.look(index, pose)
     assert [line[:, 0].tolist() for line in path.whole(np.eye(4))] == [[0, 1]]  # one frame alone is no line
@@ -277,7 +277,7 @@ def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_lat
 def test_the_path_is_logged_every_so_often(tmp_path):
     timeline = Timeline(tmp_path / "path.rrd", CAMERA, TimelineConfig(path_every=3))
     for index in range(8):
-        timeline.track(Look(index, report=PoseReport(pose_at(index), None, None)))
+        timeline.track(FramePacket(index, report=PoseReport(pose_at(index), None, None)))
     timeline.close()
     rows = chunks_of(tmp_path / "path.rrd")[f"{paths.ESTIMATED}/newest"]
     drawn = {row["frame"]: [x for strip in row["strips"] for x, _, _ in strip] for row in rows if "strips" in row}

@@ -18,7 +18,7 @@ from app.timeline.rerun_timeline import Timeline
 from razer.boxes.oriented_box import OrientedBox
 from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics
-from razer.tracking.step_result import Candidate, Decision, Step
+from razer.tracking.step_result import Candidate, Decision, StepResult
 from razer.volume.mesh_extraction import LabelledMesh, extract_mesh, extract_points
 from razer.volume.voxel_map import VoxelMap
 from tests.support.timeline_rows import chunks_of
@@ -41,7 +41,7 @@ class ScriptedMapper:
     voxels: VoxelMap = field(default_factory=lambda: VoxelMap(VoxelSettings(surface_weight=1.0)))
     tracks: list = field(default_factory=list)
 
-    def step(self, index: int) -> Step:
+    def step(self, index: int) -> StepResult:
         ids = np.zeros((48, 64), np.int32)
         ids[:24] = 7
         decisions = (
@@ -49,7 +49,7 @@ class ScriptedMapper:
             Decision(1, (Candidate(3, 0.9, 0.8, 0.86),), 0.45, "born", 8 + index),
         )
         changed = self.voxels.integrate(frame(index))
-        return Step(index, ids, (), decisions, ((5, 7),), (2,), changed)
+        return StepResult(index, ids, (), decisions, ((5, 7),), (2,), changed)
 
 
 def track(track_id: int, confirmed: bool) -> SimpleNamespace:

@@ -16,7 +16,8 @@ from app.render.viewpoint import behind, overview
 from app.timeline import viewer
 from app.timeline.images import at_most, every_nth
 from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
-from razer.frame import BadInput, Intrinsics
+from razer.errors import BadInput
+from razer.frame import Intrinsics
 from razer.geometry import project
 from razer.volume.mesh_extraction import LabelledMesh, SurfacePoints
 

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from data_tools.checks.depth_scale import check_depth_scale, factor_from_steps
-from data_tools.open_sequence import Sequence, open_sequence
-from razer.frame import Frame, Intrinsics, UnusableFrame
+from data_tools.open_sequence import open_sequence
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import UnusableFrame
+from razer.frame import Frame, Intrinsics
 
 TRUE_SCALES = {"redkitchen": 1000.0, "tum_fr1_rpy_head": 5000.0}
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
@@ -42,7 +44,7 @@ def test_poses_in_millimetres_are_not_blamed_on_depth(real_data: Path) -> None:
 class PosesInMillimetres:
     """A recording with its positions multiplied by 1000."""
 
-    recording: Sequence
+    recording: RgbdSequence
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.recording, name)

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from data_tools.checks.inspection import Inspection, inspect_sequence
 from data_tools.checks.pose_check import check_poses
 from data_tools.checks.pose_conventions import AS_WRITTEN, conventions
-from data_tools.checks.registration_check import check_registration
+from data_tools.checks.registration_check import check_rgbd_alignment
 from data_tools.checks.sample import Sample
 from data_tools.open_sequence import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
@@ -145,7 +145,7 @@ def test_two_mistakes_at_once_are_both_named(room: list[Frame]) -> None:
 
 @pytest.mark.parametrize(("zoom", "shift"), [(1.15, (10.0, 0.0)), (0.85, (0.0, 0.0)), (1.0, (0.0, 10.0))])
 def test_depth_of_another_camera_is_named(zoom: float, shift: tuple[float, float], room_sample: Sample) -> None:
-    report = check_registration(spoilt(room_sample, depth_moved(zoom, shift)).frames)
+    report = check_rgbd_alignment(spoilt(room_sample, depth_moved(zoom, shift)).frames)
     assert report.wrong
     assert report.zoom == pytest.approx(1 / zoom, rel=0.025)
     np.testing.assert_allclose(report.shift_px, -np.array(shift) / zoom, atol=2.5)
@@ -155,14 +155,14 @@ def test_depth_of_another_camera_is_named(zoom: float, shift: tuple[float, float
 def test_depth_of_another_camera_is_named_on_real_clips(
     zoom: float, shift: tuple[float, float], clip_sample: Sample
 ) -> None:
-    report = check_registration(spoilt(clip_sample, depth_moved(zoom, shift)).frames)
+    report = check_rgbd_alignment(spoilt(clip_sample, depth_moved(zoom, shift)).frames)
     assert report.wrong
     assert not report.mirrored
 
 
 def test_mirrored_colour_is_named(room_sample: Sample, clip_sample: Sample) -> None:
     for sample in (room_sample, clip_sample):
-        report = check_registration(spoilt(sample, mirrored).frames)
+        report = check_rgbd_alignment(spoilt(sample, mirrored).frames)
         assert report.wrong
         assert report.mirrored
 
@@ -178,7 +178,7 @@ def test_without_texture_depth_alone_tells(room: list[Frame]) -> None:
     report = check_poses(Sample.of(Spoilt(room, grey_inverted)))
     assert "invert" in report.convention.fix
     assert np.isnan(report.miss_px[0])
-    assert not check_registration(Sample.of(Spoilt(room, grey)).frames).clear
+    assert not check_rgbd_alignment(Sample.of(Spoilt(room, grey)).frames).clear
     found = inspect_sequence(Spoilt(room, lambda frame: grey(scaled(5.0)(frame)), 200.0))
     assert [finding.fix for finding in found.findings] == ["try --depth-scale 1000"]
 

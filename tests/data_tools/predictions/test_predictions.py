@@ -8,7 +8,7 @@ import pytest
 from app.evaluation.prediction import nearest_names, read_prediction
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import read_vertex_labels
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 
 def write_submission(folder, name="scene0000_00"):

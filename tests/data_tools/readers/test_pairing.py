@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from data_tools.open_sequence import Sequence, open_sequence
-from razer.frame import BadInput, UnusableFrame
+from data_tools.open_sequence import open_sequence
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput, UnusableFrame
 from tests.support.recordings import colour, depth, write_image, write_tum
 
 CAMERA = "10,10,3.5,2.5"
@@ -22,7 +23,7 @@ def write_names(folder: Path, colors: list[str], depths: list[str]) -> Path:
     return folder
 
 
-def pairs(sequence: Sequence) -> list[tuple[int, int]]:
+def pairs(sequence: RgbdSequence) -> list[tuple[int, int]]:
     """(colour, depth) by their place in the recording, of each frame."""
     frames = [sequence[i] for i in range(len(sequence))]
     return [(int(f.rgb[0, 0, 0]), round(float(f.depth[0, 0]) * 1000) - 1000) for f in frames]

@@ -11,7 +11,8 @@ import pytest
 from data_tools.open_sequence import open_sequence, recognise
 from data_tools.readers.tum import CAMERAS, associate
 from data_tools.recordings.trajectories import PROJECTED
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 from razer.plugins import FULL_TRUST
 from tests.support.recordings import (
     HEIGHT,

@@ -15,7 +15,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from data_tools.open_sequence import open_sequence, recognise
-from razer.frame import BadInput, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Intrinsics
 from razer.geometry import back_project, transform_points
 from tests.support.recordings import depth, write_image
 

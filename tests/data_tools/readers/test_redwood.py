@@ -12,7 +12,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from data_tools.open_sequence import open_sequence, recognise
-from razer.frame import BadInput, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Intrinsics
 from tests.support.recordings import HEIGHT, WIDTH, camera_json, colour, depth, write_folder, write_image
 
 # As Open3D writes it: the matrix column by column.

@@ -18,7 +18,7 @@ from data_tools.truth.open_truth import has_truth, open_truth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.replica_truth import majority_of_faces, read_replica_truth
 from data_tools.writers.replica import write_replica
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 from razer.vocabulary import vocabulary
 from tests.support.recordings import colour, depth, write_image
 

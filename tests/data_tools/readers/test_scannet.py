@@ -13,7 +13,8 @@ from data_tools.open_sequence import open_sequence, recognise
 from data_tools.readers.scannet.extracted import is_scannet
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.scannet import write_scannet
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 from tests.support.recordings import depth, write_image
 
 # An eighth of ScanNet's 640x480 and 1296x968, with the cameras of its documentation.

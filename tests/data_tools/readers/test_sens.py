@@ -15,7 +15,7 @@ import pytest
 from data_tools.open_sequence import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import FRAMES_PER_S, SyntheticRoom
 from data_tools.writers.scannet import write_scannet
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 from tests.support.recordings import colour
 
 WIDTH, HEIGHT = 8, 6

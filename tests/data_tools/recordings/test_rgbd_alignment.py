@@ -11,15 +11,15 @@ import pytest
 
 from data_tools.open_sequence import open_sequence
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.rgbd_alignment import make_registration
-from razer.frame import BadInput
+from data_tools.recordings.rgbd_alignment import make_rgbd_alignment
+from razer.errors import BadInput
 from tests.support.recordings import HEIGHT, WIDTH, camera_json, colour, depth, write_folder, write_image
 
 BARREL = (0.25, -0.6, 0.003, -0.002, 0.4)
 
 
 def test_equal_sizes_without_distortion_pass_untouched() -> None:
-    registration = make_registration(Declared(Camera(10, 10, 3.5, 2.5)), (8, 6), (8, 6))
+    registration = make_rgbd_alignment(Declared(Camera(10, 10, 3.5, 2.5)), (8, 6), (8, 6))
     rgb, metres = colour(), depth().astype(np.float32)
     assert registration.color(rgb, metres) is rgb
     assert registration.on_depth_grid(metres) is metres
@@ -84,7 +84,7 @@ def test_each_pixel_is_moved_by_its_own_depth() -> None:
     extrinsic = np.eye(4)
     extrinsic[0, 3] = 0.2
     camera = Camera(10, 10, 3.5, 2.5)
-    registration = make_registration(Declared(camera, color_from_depth=extrinsic), (8, 6), (8, 6))
+    registration = make_rgbd_alignment(Declared(camera, color_from_depth=extrinsic), (8, 6), (8, 6))
     metres = np.full((6, 8), 2.0, np.float32)
     metres[:3] = 1.0
     metres[5] = 0.0  # as far as the median, which is (1 + 2) / 2 here: 10 * 0.2 / 1.5 pixels
@@ -122,7 +122,7 @@ def test_an_extrinsic_must_be_a_rigid_matrix(tmp_path: Path, content: str | None
 def test_undistorted_images_follow_the_pinhole() -> None:
     """Points drawn where the distorted camera sees them must appear where the pinhole sees them."""
     camera = Camera(300, 310, 158, 121, BARREL)
-    registration = make_registration(Declared(camera), (320, 240), (320, 240))
+    registration = make_rgbd_alignment(Declared(camera), (320, 240), (320, 240))
     rays = np.array([[-0.35, -0.25, 1], [0.3, -0.2, 1], [0.0, 0.0, 1], [0.38, 0.28, 1], [-0.3, 0.3, 1]])
     rgb, metres = np.zeros((240, 320, 3), np.uint8), np.zeros((240, 320), np.float32)
     matrix = camera.at((320, 240)).matrix

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from data_tools.recordings.trajectories import PROJECTED, Trajectory, checked_pose, read_pose, read_trajectory
-from razer.frame import BadInput, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
 from razer.geometry import is_rigid
 
 

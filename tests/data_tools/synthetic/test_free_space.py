@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data_tools.synthetic.camera.camera_path import Tour
+from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.camera.walk import Station, usual_frames, walk
 from data_tools.synthetic.layout.free_space import CLEAR_M, FreeSpace
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
@@ -54,7 +54,7 @@ def test_a_place_behind_a_closed_wall_is_not_reached() -> None:
 
 
 def test_a_tour_looks_ahead_and_across() -> None:
-    tour = Tour(hall(), (-2, -1))
+    tour = CameraPath(hall(), (-2, -1))
     tour.go((2, -1))
     for station in tour.stations:
         assert station.target[0] - station.eye[0] > 1.2

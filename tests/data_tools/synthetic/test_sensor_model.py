@@ -11,7 +11,8 @@ from data_tools.synthetic.camera.color_errors import blur_px, exposure, rolling_
 from data_tools.synthetic.camera.depth_errors import GRAZING_DEG
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_room import SyntheticRoom
-from razer.frame import BadInput, Intrinsics
+from razer.errors import BadInput
+from razer.frame import Intrinsics
 
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 STILL = np.repeat(np.eye(4)[None], 200, axis=0)

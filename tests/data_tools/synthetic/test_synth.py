@@ -12,11 +12,12 @@ import pytest
 from app.cli import main
 from data_tools.open_sequence import open_sequence, recognise
 from data_tools.synthetic.camera.sensor_model import SensorModel
-from data_tools.synthetic.rendered_sequence import Film
+from data_tools.synthetic.rendered_sequence import RenderedSequence
 from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene
 from data_tools.truth.open_truth import open_truth
 from data_tools.writers.table import WRITERS
-from razer.frame import BadInput, Frame
+from razer.errors import BadInput
+from razer.frame import Frame
 
 TINY = ("--size", "64x48", "--spacing", 0.08)
 READ_AS = {"own": "folder"}
@@ -178,14 +179,14 @@ def test_an_existing_folder_is_left_alone(tmp_path: Path, capsys: pytest.Capture
 def test_an_interrupted_run_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    frame_of = Film.__getitem__
+    frame_of = RenderedSequence.__getitem__
 
-    def interrupted(film: Film, index: int) -> Frame:
+    def interrupted(film: RenderedSequence, index: int) -> Frame:
         if index == 2:
             raise KeyboardInterrupt
         return frame_of(film, index)
 
-    monkeypatch.setattr(Film, "__getitem__", interrupted)
+    monkeypatch.setattr(RenderedSequence, "__getitem__", interrupted)
     code, stdout, stderr = razer(capsys, "synth", tmp_path / "out", "--scene", "tabletop", "--frames", 4, *TINY)
     assert (code, stdout) == (130, "")
     assert "interrupted" in stderr

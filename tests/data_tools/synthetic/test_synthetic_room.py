@@ -20,11 +20,12 @@ from data_tools.synthetic.shapes.solids import Solid, box, lathe, quad_normals
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.synthetic.truth.tessellation import tessellate
 from data_tools.synthetic.truth.true_surface import ground_truth
-from data_tools.synthetic.truth.visibility import TOLERANCE_M, Vantage, View
+from data_tools.synthetic.truth.visibility import TOLERANCE_M, CameraView, Vantage
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import read_truth, write_truth
 from data_tools.writers.own_folder import write_folder
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 from razer.geometry import back_project, inverse, project, transform_points
 
 GREY = tinted("plaster", (200.0, 200.0, 200.0))
@@ -259,7 +260,7 @@ def test_a_moved_chair_stands_elsewhere_from_the_middle_on() -> None:
     assert np.linalg.norm(chair.mean(axis=0)[:2] - centers[20][:2]) < 0.25
     # Only views from after the move count for the chair.
     late = [Vantage(room[i].pose, scene_of(layout.after_move().things)) for i in range(20, 40)]
-    view = View(room.intrinsics, (0.1, 5.0))
+    view = CameraView(room.intrinsics, (0.1, 5.0))
     expected = ground_truth(layout.after_move().things, late, view, 0.05).visible
     own = truth.instances == number
     assert np.array_equal(truth.visible[own], expected[own])
@@ -300,7 +301,7 @@ def test_visible_equals_a_look_at_every_vertex() -> None:
     camera = Intrinsics(160, 120, 131.0, 131.0, 79.5, 59.5)
     poses = list(walk_round(240, (1.75, 1.3), 5)[100:150:5])
     scene = scene_of(things)
-    view = View(camera, (0.1, 2.8))
+    view = CameraView(camera, (0.1, 2.8))
     found = ground_truth(things, [Vantage(p, scene) for p in poses], view, 0.2, {9: 5})
     surface = tessellate(things, 0.2)
     counts = np.zeros(len(surface.vertices), int)

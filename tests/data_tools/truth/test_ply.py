@@ -9,7 +9,7 @@ import open3d as o3d
 import pytest
 
 from data_tools.truth.ply import Ply, read_ply
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 VERTICES = [(0.5, -1.0, 2.0, 7, 1000), (1.5, 0.25, -3.0, 200, 70000), (0.0, 0.0, 1.0, 0, 5), (4.0, 1.0, 1.0, 9, 6)]
 FACES = [([0, 1, 2], 11), ([2, 1, 3], 12)]

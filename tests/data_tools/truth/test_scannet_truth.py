@@ -19,7 +19,7 @@ from data_tools.truth.ply_writer import write_ply
 from data_tools.truth.scannet_truth import read_benchmark_ids, read_scannet_truth
 from data_tools.writers.scannet import write_scannet
 from data_tools.writers.scannet_truth import write_scannet_truth
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
 SCENE = "scene0123_00"

@@ -14,7 +14,7 @@ from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import has_truth, open_truth
 from data_tools.truth.scenenn_truth import read_labels, read_scenenn_truth
 from data_tools.writers.scenenn import write_scenenn
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
 # Labels as the dataset has them: free text, its own names for some classes, objects without any class.

@@ -9,7 +9,7 @@ import pytest
 
 from data_tools.truth.open_truth import open_truth
 from data_tools.truth.truth_folder import read_truth
-from razer.frame import BadInput
+from razer.errors import BadInput
 
 HEADER = """ply
 format ascii 1.0

@@ -12,10 +12,12 @@ import open3d as o3d
 import pytest
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import Sequence, open_sequence, recognise
+from data_tools.open_sequence import open_sequence, recognise
+from data_tools.recordings.sequence import RgbdSequence
 from data_tools.synthetic.synthetic_room import FRAMES_PER_S, SyntheticRoom
 from data_tools.writers.table import WRITERS, write_recording
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 
 N_FRAMES = 4
 READER_OF = {"own": "folder"}
@@ -184,5 +186,5 @@ def test_a_recording_without_poses_stays_without(tmp_path: Path) -> None:
 
     for layout in ("own", "tum", "scenenn", "7scenes"):
         write_recording(layout, Unposed(), tmp_path / layout)
-        sequence: Sequence = open_sequence(tmp_path / layout)
+        sequence: RgbdSequence = open_sequence(tmp_path / layout)
         assert (sequence.has_poses, sequence[0].world_from_camera) == (False, None)

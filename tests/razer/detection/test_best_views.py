@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 
 from razer.config import BankSettings, LiftingSettings
-from razer.detection.best_views import Region, View, best_views
+from razer.detection.best_views import BestView, Region, best_views
 from razer.detection.lifting import lift
 from razer.detection.perception import Observation
 from razer.frame import Masks
@@ -18,7 +18,7 @@ from tests.support.scenes import axis_box, detection, frame_of, look, plane_dept
 
 
 def view(frame, pixels, whole=True):
-    return View(frame, Region((0, 0, 10, 10), pixels, whole))
+    return BestView(frame, Region((0, 0, 10, 10), pixels, whole))
 
 
 def frames(views):

@@ -99,7 +99,7 @@ def test_what_is_seen_past_the_object_is_no_part_of_it() -> None:
     result = lifted(frame, masks_of(mask))
     assert np.array_equal(np.sort(result.member_cell), np.sort(found.cells))
     # A wall that stands no farther behind than things are deep may be a part of it.
-    near = LIFTING.model_copy(update={"see_through_gap_m": 0.6})
+    near = LIFTING.model_copy(update={"background_gap_m": 0.6})
     assert len(lift(look(frame), masks_of(mask), unit(1, 0)[None], near, 0).detections) == 2
 
 

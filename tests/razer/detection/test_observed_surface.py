@@ -10,7 +10,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 
 from razer.detection.observed_surface import BLOCK, ObservedSurface, cells_of
-from razer.frame import Frame, Intrinsics, UnusableFrame
+from razer.errors import UnusableFrame
+from razer.frame import Frame, Intrinsics
 from tests.support.scenes import CAMERA, COARSE, cells_at, frame_of, look, plane_depth, pose
 
 # At 1 m, neighbouring pixels of this camera are exactly one voxel of 2 cm apart, and pixel (3, 4) looks ahead.

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.point_triangle import squared_distances
-from razer.metrics.surface.surface_distance import Surface
+from razer.metrics.surface.surface_distance import TriangleSurface
 from razer.metrics.surface.surface_errors import compare, surface_numbers
 
 
@@ -61,7 +61,7 @@ def test_distances_are_those_of_the_nearest_of_all_triangles() -> None:
     points = points + np.random.default_rng(2).normal(0, 0.02, points.shape)
     corners = vertices[triangles].transpose(1, 2, 0)
     expected = [np.sqrt(squared_distances(p[:, None], corners).min()) for p in points]
-    assert Surface(vertices, triangles).distances(points) == pytest.approx(expected, abs=1e-12)
+    assert TriangleSurface(vertices, triangles).distances(points) == pytest.approx(expected, abs=1e-12)
 
 
 def test_vertex_spacing_does_not_matter() -> None:
@@ -69,10 +69,10 @@ def test_vertex_spacing_does_not_matter() -> None:
     wall = np.array([[0.0, 0, 0], [10, 0, 0], [10, 0, 3], [0, 0, 3]])
     triangles = np.array([[0, 1, 2], [0, 2, 3]])
     points = np.random.default_rng(0).random((500, 3)) * [10, 0, 3] + [0, 0.03, 0]
-    assert Surface(wall, triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
+    assert TriangleSurface(wall, triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
     # A second wall behind the points is nearer than the first.
     both = np.concatenate([wall, wall + np.array([0, 0.05, 0])])
-    found = Surface(both, np.concatenate([triangles, triangles + 4])).distances(points)
+    found = TriangleSurface(both, np.concatenate([triangles, triangles + 4])).distances(points)
     assert found == pytest.approx(0.02, abs=1e-12)
 
 
@@ -82,7 +82,7 @@ def test_a_fine_mesh_does_not_hide_the_large_triangles_beside_it() -> None:
     triangles = np.concatenate([sheet_triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(sheet)])
     points = np.random.default_rng(0).random((200, 3)) * [0.3, 0.3, 0] + [0.04, 0.04, -0.27]
     # The wall is 3 cm away; its corners are metres away, the vertices of the sheet 17 to 37 cm.
-    assert Surface(np.concatenate([sheet, wall]), triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
+    assert TriangleSurface(np.concatenate([sheet, wall]), triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
 
 
 def test_truth_against_itself_is_exactly_perfect() -> None:
@@ -140,4 +140,4 @@ def test_sides_without_a_surface() -> None:
     assert on_truth is not None
     assert on_truth.on_truth
     assert on_truth.accuracy_m == 0.0
-    assert np.isinf(Surface(np.zeros((0, 3))).distances(vertices)).all()
+    assert np.isinf(TriangleSurface(np.zeros((0, 3))).distances(vertices)).all()

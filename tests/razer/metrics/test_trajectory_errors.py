@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import associate, trajectory_numbers
-from razer.metrics.umeyama import align, align_poses
+from razer.metrics.umeyama import align_poses, umeyama
 
 
 def motion(rotation: Rotation, shift: np.ndarray) -> np.ndarray:
@@ -55,13 +55,13 @@ def test_no_motion_aligns_better() -> None:
         return float(((moved - target) ** 2).sum())
 
     best = min(minimize(error, np.append(Rotation.random(random_state=i).as_rotvec(), [1, 1, 1])).fun for i in range(4))
-    found = align(source, target)
+    found = umeyama(source, target)
     assert error(np.append(Rotation.from_matrix(found[:3, :3]).as_rotvec(), found[:3, 3])) == pytest.approx(best)
 
 
 def test_a_mirror_is_no_rotation_and_scale_is_not_forgiven() -> None:
     points = np.random.default_rng(0).normal(size=(10, 3))
-    assert np.linalg.det(align(points, points * [1, 1, -1])[:3, :3]) == pytest.approx(1.0)
+    assert np.linalg.det(umeyama(points, points * [1, 1, -1])[:3, :3]) == pytest.approx(1.0)
     truth = walk()
     larger = truth.world_from_camera.copy()
     larger[:, :3, 3] *= 1.1

@@ -19,7 +19,7 @@ import pytest
 from huggingface_hub import constants, file_download
 
 from app.commands.prepare.models import pull
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models import make_segmenter
 from razer.models.hub import download
 from razer.models.hub.cache import cached_model

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics, Masks
 from razer.models import TextSide, make_embedder, unrelated_cosine
 from razer.models.name_table import median_cosine, plain
 from razer.models.names import NamesEmbedder

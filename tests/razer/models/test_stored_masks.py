@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from razer.frame import BadInput, Frame, Intrinsics, UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.frame import Frame, Intrinsics
 from razer.models import make_segmenter
 from razer.models.stored_masks import MasksOnDisk
 

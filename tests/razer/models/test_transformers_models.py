@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from razer.frame import BadInput, Frame, Intrinsics
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics
 from razer.models import make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.panoptic_masks import panoptic_masks

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 from app.evaluation.prediction import nearest_names
 from razer.panoptic_map import PanopticMap
 from razer.query import ranking as rules
-from razer.query.embedding_table import Hypotheses
-from razer.query.ranking import Contrast, TextRanking, image_scores
-from razer.query.text_queries import Words
+from razer.query.embedding_table import EmbeddingTable
+from razer.query.ranking import NegativePrompts, TextRanking, image_scores
+from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import label
 from razer.vocabulary import Category
 from razer.volume.mesh_extraction import LabelledMesh
@@ -29,7 +29,7 @@ def some_banks(rng, sizes=(1, 3, 2, 1, 2)):
 
 
 def some_contrast(rng):
-    return Contrast([f"name {i}" for i in range(NAMES)], unit_rows(rng.standard_normal((NAMES, DIMENSION))))
+    return NegativePrompts([f"name {i}" for i in range(NAMES)], unit_rows(rng.standard_normal((NAMES, DIMENSION))))
 
 
 def literal_evidence(banks, contrast, query):
@@ -54,7 +54,7 @@ def test_evidence_is_that_of_the_literal_reference():
     banks, contrast = some_banks(rng), some_contrast(rng)
     queries = np.concatenate([unit_rows(rng.standard_normal((3, DIMENSION))), contrast.vectors[[5]]])
     expected = np.stack([literal_evidence(banks, contrast, query) for query in queries], axis=1)
-    found = TextRanking(Hypotheses.of(banks), contrast).evidence(queries)
+    found = TextRanking(EmbeddingTable.of(banks), contrast).evidence(queries)
     assert_allclose(found, expected, atol=2e-3)
 
 
@@ -62,13 +62,13 @@ def test_a_name_that_the_contrast_holds_competes_with_the_others_only():
     rng = np.random.default_rng(1)
     banks, contrast = some_banks(rng), some_contrast(rng)
     banks[7] = (contrast.vectors[[3]], np.ones(1))
-    without = Contrast(contrast.names, np.delete(contrast.vectors, 3, axis=0))
+    without = NegativePrompts(contrast.names, np.delete(contrast.vectors, 3, axis=0))
     query = contrast.vectors[[3]]
-    held = TextRanking(Hypotheses.of(banks), contrast).evidence(query)
-    expected = TextRanking(Hypotheses.of(banks), without).evidence(query)
+    held = TextRanking(EmbeddingTable.of(banks), contrast).evidence(query)
+    expected = TextRanking(EmbeddingTable.of(banks), without).evidence(query)
     # What is beyond doubt is cut off where subtracting a name from all would lose digits.
     assert_allclose(np.minimum(held, 15), np.minimum(expected, 15), atol=1e-3)
-    scores = TextRanking(Hypotheses.of(banks), contrast).scores(query)[:, 0]
+    scores = TextRanking(EmbeddingTable.of(banks), contrast).scores(query)[:, 0]
     assert scores.argmax() == 0
     assert scores[0] > rules.PRESENT > scores[1:].max()
 
@@ -77,10 +77,10 @@ def test_many_queries_at_once_are_those_one_by_one_and_instances_do_not_depend_o
     rng = np.random.default_rng(2)
     banks, contrast = some_banks(rng), some_contrast(rng)
     queries = unit_rows(rng.standard_normal((4, DIMENSION)))
-    ranking = TextRanking(Hypotheses.of(banks), contrast)
+    ranking = TextRanking(EmbeddingTable.of(banks), contrast)
     one_by_one = np.concatenate([ranking.scores(query[None]) for query in queries], axis=1)
     assert_allclose(ranking.scores(queries), one_by_one, atol=1e-6)
-    turned = TextRanking(Hypotheses.of(dict(reversed(banks.items()))), contrast)
+    turned = TextRanking(EmbeddingTable.of(dict(reversed(banks.items()))), contrast)
     assert_allclose(turned.scores(queries)[::-1], one_by_one, atol=1e-5)
 
 
@@ -88,7 +88,7 @@ def test_instances_are_named_as_their_evidence_says():
     rng = np.random.default_rng(3)
     contrast = some_contrast(rng)
     banks = {i: (contrast.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
-    ranking = TextRanking(Hypotheses.of(banks), contrast)
+    ranking = TextRanking(EmbeddingTable.of(banks), contrast)
     assert ranking.nearest_names(np.array([0, 2])) == ["name 4", "name 9"]
     assert ranking.likeness(contrast.vectors).argmax(axis=1).tolist() == [4, 0, 9]
 
@@ -98,17 +98,17 @@ def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
     contrast = some_contrast(rng)
     chair, table = contrast.vectors[:2]
     banks = {1: (np.stack([table, chair]), np.array([0.65, 0.35])), 2: (chair[None], np.ones(1))}
-    scores = TextRanking(Hypotheses.of(banks), contrast).evidence(chair[None])[:, 0]
+    scores = TextRanking(EmbeddingTable.of(banks), contrast).evidence(chair[None])[:, 0]
     assert scores[1] > scores[0]
 
 
 def test_an_empty_map_and_instances_without_embeddings():
     rng = np.random.default_rng(5)
     nothing = (np.zeros((0, DIMENSION), np.float32), np.zeros(0))
-    assert len(Hypotheses.of({3: nothing})) == 0
+    assert len(EmbeddingTable.of({3: nothing})) == 0
     banks = {3: nothing, **some_banks(rng)}
-    assert 3 not in Hypotheses.of(banks).ids
-    empty = Hypotheses.of({})
+    assert 3 not in EmbeddingTable.of(banks).ids
+    empty = EmbeddingTable.of({})
     assert len(empty) == 0
 
 
@@ -124,7 +124,7 @@ class TwoNames:
 def test_in_a_map_without_instances_nothing_is_found():
     nothing = np.zeros((0, 3), np.int32)
     mesh = LabelledMesh(nothing.astype(np.float32), nothing.astype(np.uint8), nothing[:, 0], nothing)
-    panoptic = PanopticMap.of([], mesh, Words(TwoNames()))
+    panoptic = PanopticMap.of([], mesh, TextQueryEncoder(TwoNames()))
     assert panoptic.rank("a").hits == panoptic.rank_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
     assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
     assert nearest_names(nothing[:, 0], np.zeros((0, 0)), ["a"], np.ones((1, DIMENSION))) == {}
@@ -135,7 +135,7 @@ def test_an_image_is_nearest_to_the_instance_it_shows():
     # All in a narrow cone, as CLIP's image vectors are.
     cone = unit_rows(rng.standard_normal(512)) * 2
     vectors = unit_rows(cone + unit_rows(rng.standard_normal((30, 512))))
-    hypotheses = Hypotheses.of({i: (v[None], np.ones(1)) for i, v in enumerate(vectors[:20])})
+    hypotheses = EmbeddingTable.of({i: (v[None], np.ones(1)) for i, v in enumerate(vectors[:20])})
     for row in range(20):
         scores = image_scores(hypotheses, vectors[row])
         assert scores.argmax() == row

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.oracle.models import OracleEmbedder
-from razer.query.text_queries import NEUTRAL, TEMPLATES, Words
+from razer.query.text_queries import NEUTRAL, TEMPLATES, TextQueryEncoder
 from razer.vocabulary import vocabulary
 from tests.support.named_vectors import unit_rows
 
@@ -36,7 +36,7 @@ class Table(Encoder):
 
 def test_an_encoder_is_asked_by_prompts_whose_vectors_are_averaged():
     encoder = Encoder()
-    found = Words(encoder).vectors(["a red chair", "Sofa"])
+    found = TextQueryEncoder(encoder).vectors(["a red chair", "Sofa"])
     prompts = [template.format(text) for text in ("red chair", "Sofa") for template in TEMPLATES]
     assert encoder.asked == prompts
     each = encoder.embed_texts(prompts).reshape(2, len(TEMPLATES), -1).mean(axis=1)
@@ -45,7 +45,7 @@ def test_an_encoder_is_asked_by_prompts_whose_vectors_are_averaged():
 
 def test_a_table_is_asked_by_bare_names_and_compares_with_all_of_them():
     table = Table()
-    words = Words(table)
+    words = TextQueryEncoder(table)
     words.vectors(["the chair"])
     assert table.asked == ["chair"]
     assert words.contrast.names == ("chair", "table")
@@ -55,7 +55,7 @@ def test_a_table_is_asked_by_bare_names_and_compares_with_all_of_them():
 
 def test_an_encoder_compares_with_a_sample_of_lvis_and_neutral_words_embedded_once():
     encoder = Encoder()
-    words = Words(encoder)
+    words = TextQueryEncoder(encoder)
     assert words.contrast is words.contrast
     assert len(encoder.asked) == len(TEMPLATES) * len(words.contrast_names)
     assert set(NEUTRAL) < set(words.contrast_names)
@@ -63,20 +63,20 @@ def test_an_encoder_compares_with_a_sample_of_lvis_and_neutral_words_embedded_on
 
 
 def test_the_oracle_knows_any_name():
-    words = Words(OracleEmbedder())
+    words = TextQueryEncoder(OracleEmbedder())
     assert words.contrast_names == vocabulary("lvis").names
     assert_allclose(words.vectors(["a chair"])[0], OracleEmbedder().class_vector("chair"), atol=1e-6)
 
 
 def test_an_embedder_without_a_text_side_says_so():
     with pytest.raises(BadInput, match=r"AppearanceEmbedder has no text side.*--image"):
-        Words(AppearanceEmbedder()).vectors(["chair"])
+        TextQueryEncoder(AppearanceEmbedder()).vectors(["chair"])
 
 
 @pytest.mark.parametrize("texts", [[""], ["chair", "  "], []])
 def test_nothing_cannot_be_asked_for(texts):
     with pytest.raises(BadInput, match="empty text"):
-        Words(Encoder()).vectors(texts)
+        TextQueryEncoder(Encoder()).vectors(texts)
 
 
 def test_shipped_vocabularies_of_things():
@@ -90,4 +90,4 @@ def test_a_table_of_one_name_is_refused():
     table = Table()
     table.known_names = ("chair",)
     with pytest.raises(BadInput, match="single name"):
-        _ = Words(table).contrast
+        _ = TextQueryEncoder(table).contrast

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import razer.volume.voxel_map
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
-from razer.config import FollowSettings, MapperConfig
+from razer.config import MapperConfig, ReintegrationSettings
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
@@ -21,10 +21,10 @@ from razer.metrics.surface.nearest_vertices import transfer_labels
 from razer.metrics.surface.surface_errors import compare
 from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
 from razer.panoptic_map import PanopticMap
-from razer.reintegration.id_matching import heirs, successors
+from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.reintegrator import shifts_m
-from razer.tracking.duplicates import mapped_twice, shared_votes
-from razer.tracking.step_result import Step
+from razer.tracking.duplicates import find_duplicates, shared_votes
+from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.scenes import COARSE, axis_box, box_depth, frame_of, plane_depth, pose
 
@@ -41,9 +41,9 @@ def small() -> Iterable[None]:
         yield
 
 
-def mapper_with(follow: FollowSettings, size_m: float = 0.04) -> Mapper:
+def mapper_with(follow: ReintegrationSettings, size_m: float = 0.04) -> Mapper:
     voxels = COARSE.model_copy(update={"voxel_size_m": size_m})
-    return Mapper(MapperConfig(voxels=voxels, follow=follow), OracleSegmenter("none"), OracleEmbedder("none"))
+    return Mapper(MapperConfig(voxels=voxels, reintegration=follow), OracleSegmenter("none"), OracleEmbedder("none"))
 
 
 def drifted(frame: Frame, share: float) -> Frame:
@@ -53,7 +53,7 @@ def drifted(frame: Frame, share: float) -> Frame:
     return frame.at(drift @ frame.pose)
 
 
-def run(frames: list[Frame], follow: FollowSettings) -> tuple[Mapper, list[Step]]:
+def run(frames: list[Frame], follow: ReintegrationSettings) -> tuple[Mapper, list[StepResult]]:
     """Map with poses that drift more and more, until all of them are corrected at once."""
     mapper = mapper_with(follow)
     steps = []
@@ -81,7 +81,7 @@ def truth(room: SyntheticRoom) -> GroundTruth:
 
 @pytest.fixture(scope="module")
 def at_true_poses(frames: list[Frame]) -> Mapper:
-    mapper = mapper_with(FollowSettings())
+    mapper = mapper_with(ReintegrationSettings())
     for frame in frames:
         mapper.step(frame)
     mapper.finish()
@@ -89,8 +89,8 @@ def at_true_poses(frames: list[Frame]) -> Mapper:
 
 
 @pytest.fixture(scope="module")
-def followed(frames: list[Frame]) -> tuple[Mapper, list[Step], set[int]]:
-    mapper, steps = run(frames, FollowSettings(enabled=True, live_replays=1.0))
+def followed(frames: list[Frame]) -> tuple[Mapper, list[StepResult], set[int]]:
+    mapper, steps = run(frames, ReintegrationSettings(enabled=True, replays_per_frame=1.0))
     ids = {t.id for t in mapper.tracks if t.confirmed}
     mapper.move({f.index: f.pose for f in frames})
     mapper.finish()
@@ -114,7 +114,7 @@ def ap50(panoptic: PanopticMap, truth: GroundTruth) -> float:
 
 
 def test_after_drift_and_correction_the_map_is_as_good_as_one_fused_at_the_true_poses(
-    truth: GroundTruth, at_true_poses: Mapper, followed: tuple[Mapper, list[Step], set[int]]
+    truth: GroundTruth, at_true_poses: Mapper, followed: tuple[Mapper, list[StepResult], set[int]]
 ) -> None:
     found, wanted = followed[0].snapshot(), at_true_poses.snapshot()
     assert f_score(found.mesh, wanted.mesh) > 0.99
@@ -123,7 +123,7 @@ def test_after_drift_and_correction_the_map_is_as_good_as_one_fused_at_the_true_
 
 
 def test_the_map_follows_while_the_run_goes_on_and_instances_keep_their_ids(
-    followed: tuple[Mapper, list[Step], set[int]],
+    followed: tuple[Mapper, list[StepResult], set[int]],
 ) -> None:
     mapper, steps, ids = followed
     rebuilt = [step for step in steps if step.rebuilt]
@@ -132,14 +132,14 @@ def test_the_map_follows_while_the_run_goes_on_and_instances_keep_their_ids(
     assert all(gone > survivor for gone, survivor in rebuilt[0].fused)
     after = {o.id for o in mapper.snapshot().objects}
     assert len(ids & after) >= 0.9 * len(after)
-    follower = mapper.follower
+    follower = mapper.reintegrator
     assert follower is not None
     assert follower.n_rebuilds == 2
     assert follower.n_replays <= 1.0 * N_FRAMES + follower.n_kept
 
 
 def test_kept_frames_alone_change_nothing_bit_for_bit(frames: list[Frame]) -> None:
-    plain, keeping = mapper_with(FollowSettings()), mapper_with(FollowSettings(enabled=True))
+    plain, keeping = mapper_with(ReintegrationSettings()), mapper_with(ReintegrationSettings(enabled=True))
     for frame in frames[:12]:
         one, other = plain.step(frame), keeping.step(frame)
         assert (one.id_image == other.id_image).all()
@@ -150,8 +150,8 @@ def test_kept_frames_alone_change_nothing_bit_for_bit(frames: list[Frame]) -> No
     assert list(keeping.catch_up()) == []
     plain.finish()
     keeping.finish()
-    assert keeping.follower is not None
-    assert keeping.follower.n_rebuilds == 0
+    assert keeping.reintegrator is not None
+    assert keeping.reintegrator.n_rebuilds == 0
     a, b = plain.snapshot(), keeping.snapshot()
     for name in ("vertices", "colors", "instances", "triangles"):
         assert (getattr(a.mesh, name) == getattr(b.mesh, name)).all()
@@ -159,8 +159,8 @@ def test_kept_frames_alone_change_nothing_bit_for_bit(frames: list[Frame]) -> No
 
 
 def test_corrections_without_kept_frames_are_refused(frames: list[Frame]) -> None:
-    with pytest.raises(ValueError, match=r"follow\.enabled"):
-        mapper_with(FollowSettings()).move({0: np.eye(4)})
+    with pytest.raises(ValueError, match=r"reintegration\.enabled"):
+        mapper_with(ReintegrationSettings()).move({0: np.eye(4)})
 
 
 def wall_and_box(index: int, at: np.ndarray, box_at: float = 0.0) -> Frame:
@@ -174,33 +174,35 @@ def wall_and_box(index: int, at: np.ndarray, box_at: float = 0.0) -> Frame:
 def test_of_a_video_every_second_frame_is_kept_of_a_resting_camera_fewer_and_of_a_fast_one_all() -> None:
     kept = []
     for step_m in (0.03, 0.0, 0.2):
-        mapper = mapper_with(FollowSettings(enabled=True))
+        mapper = mapper_with(ReintegrationSettings(enabled=True))
         for i in range(17):
             mapper.step(wall_and_box(i, pose((step_m * (i - 8), 0, 0))))
-        assert mapper.follower is not None
-        kept.append(mapper.follower.n_kept)
+        assert mapper.reintegrator is not None
+        kept.append(mapper.reintegrator.n_kept)
     assert kept == [9, 3, 17]
 
 
 def test_no_more_is_replayed_than_was_earned() -> None:
-    settings = FollowSettings(enabled=True, live_replays=0.2, pace=3, every=1, draft=2)
+    settings = ReintegrationSettings(
+        enabled=True, replays_per_frame=0.2, max_replays_per_frame=3, frames_per_keyframe=1, keyframe_stride=2
+    )
     mapper = mapper_with(settings)
     for i in range(40):
         at = pose((0.05 * np.sin(i), 0, 0))
         mapper.step(wall_and_box(i, at))
         # Every frame, all that were seen before are said to lie somewhere else.
         mapper.move({j: pose((0.3 * (i % 2), 0, 0)) for j in range(i)})
-        assert mapper.follower is not None
-        assert mapper.follower.n_replays <= 0.2 * (i + 1) + settings.pace
+        assert mapper.reintegrator is not None
+        assert mapper.reintegrator.n_replays <= 0.2 * (i + 1) + settings.max_replays_per_frame
     shares = list(mapper.catch_up())
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert len(shares) == mapper.follower.n_kept
+    assert len(shares) == mapper.reintegrator.n_kept
     assert list(mapper.catch_up()) == []
 
 
 def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two() -> None:
-    mapper = mapper_with(FollowSettings(enabled=True))
+    mapper = mapper_with(ReintegrationSettings(enabled=True))
     owners = []
     # 1 and 2 are one wall before and after a drift; 3, on the same voxels, is seen beside 1 all the time.
     mapper.voxels.admit(4)
@@ -216,11 +218,11 @@ def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two(
     assert shared[1, 2] > 0.8
     assert shared[1, 3] > 0.8
     assert shared.get((1, 4), 0) < 0.1
-    found = mapped_twice(mapper.voxels, owners, 0.3)
+    found = find_duplicates(mapper.voxels, owners, 0.3)
     assert (1, 2) in found
     assert (1, 3) not in found
     mapper.voxels.replace(2, 1)
-    assert mapped_twice(mapper.voxels, owners, 0.3) == []
+    assert find_duplicates(mapper.voxels, owners, 0.3) == []
 
 
 def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
@@ -235,7 +237,7 @@ def test_the_shift_of_a_view_is_that_of_what_it_shows() -> None:
 
 def test_things_taken_for_one_while_the_map_lay_beside_the_poses_are_two_once_it_follows() -> None:
     apart_m = 3.0  # farther than a frame shows, as in either half of the run there is but one box
-    mapper = mapper_with(FollowSettings(enabled=True, every=1))
+    mapper = mapper_with(ReintegrationSettings(enabled=True, frames_per_keyframe=1))
     steps = [0.02 * (i % 12 - 6) for i in range(24)]
     # From the twelfth frame on the camera is in front of a second box, and the estimate still before the first.
     for i, x_m in enumerate(steps):
@@ -256,8 +258,8 @@ def test_things_taken_for_one_while_the_map_lay_beside_the_poses_are_two_once_it
 
 
 def test_what_a_frame_showed_whose_pose_is_not_known_after_all_is_forgotten() -> None:
-    shown = mapper_with(FollowSettings(enabled=True, every=1))
-    only = mapper_with(FollowSettings(enabled=True, every=1))
+    shown = mapper_with(ReintegrationSettings(enabled=True, frames_per_keyframe=1))
+    only = mapper_with(ReintegrationSettings(enabled=True, frames_per_keyframe=1))
     for i in range(12):
         frame = wall_and_box(i, pose((0.02 * i, 0, 0)))
         shown.step(wall_and_box(i, pose((5 + 0.02 * i, 0, 0))) if i < 5 else frame)
@@ -275,6 +277,6 @@ def test_after_the_second_pass_old_ids_stand_for_who_took_over_most() -> None:
     before = np.array([1, 1, 1, 1, 1, 2, 2, 3, 4, 0], np.int32)
     after = np.array([8, 8, 8, 9, 9, 9, 9, 9, 0, 9], np.int32)
     # 9 got two detections of each of 1 and 2, but 8 is more of 1 than anybody.
-    assert heirs(before, after) == {8: 1, 9: 2}
-    assert successors(before, after) == {1: 8, 2: 9, 3: 9}
-    assert heirs(before[:0], after[:0]) == {}
+    assert match_ids(before, after) == {8: 1, 9: 2}
+    assert majority_ids(before, after) == {1: 8, 2: 9, 3: 9}
+    assert match_ids(before[:0], after[:0]) == {}

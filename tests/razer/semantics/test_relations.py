@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from razer.boxes.oriented_box import OrientedBox
-from razer.semantics.gravity import upward
-from razer.semantics.relations import Edge, relations
-from razer.semantics.upright_instance import Placed
+from razer.semantics.gravity import up_direction
+from razer.semantics.relations import Relation, relations
+from razer.semantics.upright_instance import UprightInstance
 from razer.volume.mesh_extraction import LabelledMesh
 
 STEP_M = 0.03
@@ -41,7 +41,7 @@ TOP = ((2, 1),)
 def merged(number, boxes, stuff=False):
     parts = [face(center, size, *side) for center, size, sides in boxes for side in sides]
     points, normals = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    return Placed(number, points, normals, OrientedBox.around(points, np.eye(3)), stuff)
+    return UprightInstance(number, points, normals, OrientedBox.around(points, np.eye(3)), stuff)
 
 
 def table(number, x=0.0, y=0.0):
@@ -72,7 +72,7 @@ def test_what_stands_on_the_floor():
 def test_a_floor_that_is_hidden_beneath_a_thing_still_carries_it():
     box = solid(3, (0, 0, 0.3), (1.0, 1.0, 0.6))
     seen = ~((np.abs(FLOOR.points[:, 0]) < 0.45) & (np.abs(FLOOR.points[:, 1]) < 0.45))
-    floor = Placed(1, FLOOR.points[seen], FLOOR.normals[seen], FLOOR.box, True)
+    floor = UprightInstance(1, FLOOR.points[seen], FLOOR.normals[seen], FLOOR.box, True)
     assert told(floor, box) == {(3, "on", 1)}
 
 
@@ -111,7 +111,7 @@ def test_things_above_each_other_are_not_next_to_each_other():
 
 def test_distances_are_those_of_surfaces():
     edge = relations([solid(3, (0, 0, 0.4), (0.39, 0.39, 0.8)), solid(4, (0.6, 0, 0.4), (0.39, 0.39, 0.8))])[0]
-    assert edge == Edge(3, 4, "next to", pytest.approx(0.21, abs=0.02))
+    assert edge == Relation(3, 4, "next to", pytest.approx(0.21, abs=0.02))
 
 
 def test_stuff_has_no_relations_of_its_own():
@@ -120,11 +120,11 @@ def test_stuff_has_no_relations_of_its_own():
 
 
 def test_a_speck_and_a_line_do_not_break_anything():
-    speck = Placed(
+    speck = UprightInstance(
         8, np.array([[0, 0, 0.01]]), np.array([[0, 0, 1.0]]), OrientedBox(np.zeros(3), np.eye(3), np.zeros(3))
     )
     points = np.stack([np.linspace(0, 1, 30), np.zeros(30), np.full(30, 0.5)], axis=1)
-    line = Placed(9, points, np.tile([0, 0, 1.0], (30, 1)), OrientedBox.around(points, np.eye(3)))
+    line = UprightInstance(9, points, np.tile([0, 0, 1.0], (30, 1)), OrientedBox.around(points, np.eye(3)))
     assert (8, "on", 1) in told(FLOOR, speck, line)
 
 
@@ -148,11 +148,11 @@ def floor_mesh(turn, noise=0.0):
 def test_up_is_found_from_a_tilted_guess(tilt_deg):
     turn = Rotation.from_euler("xyz", [130, 20, 70], degrees=True).as_matrix()
     guess = turn @ Rotation.from_euler("y", tilt_deg, degrees=True).as_matrix() @ [0, 0, 2.0]
-    assert_allclose(upward(floor_mesh(turn), guess), turn @ [0, 0, 1], atol=1e-5)
+    assert_allclose(up_direction(floor_mesh(turn), guess), turn @ [0, 0, 1], atol=1e-5)
 
 
 def test_without_level_surface_the_guess_is_kept():
     empty = LabelledMesh(
         *(np.zeros((0, 3), kind) for kind in (np.float32, np.uint8)), np.zeros(0, np.int32), np.zeros((0, 3), np.int32)
     )
-    assert_allclose(upward(empty, np.array([0, -3.0, 0])), [0, -1, 0])
+    assert_allclose(up_direction(empty, np.array([0, -3.0, 0])), [0, -1, 0])

@@ -17,13 +17,13 @@ from razer.config import AssociationSettings, BankSettings
 from razer.detection.lifting import Detection, Lifted
 from razer.tracking import association
 from razer.tracking.association import assign, find_candidates, likeness
-from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
 
-NO_EVIDENCE = LabelEvidence({}, {}, {}, {})
+NO_EVIDENCE = LabelOverlap({}, {}, {}, {})
 
 
 def slow_assignment(costs: np.ndarray, gate: float) -> tuple[int, float]:
@@ -87,7 +87,7 @@ def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
     book, table = unit(1, 0.3, 0), unit(1, 0, 0.3)
     known, index = make_tracks(detection(axis_box((0, 0, 0), (1, 1, 1)), table))
     found = [detection(axis_box((0.2, 0, 0), (1, 1, 1)), book)]
-    settings = AssociationSettings(association="paper")
+    settings = AssociationSettings(geometry_distance="paper")
 
     def cost(unrelated_cosine: float) -> float:
         (row,) = find_candidates(found, known, index, NO_EVIDENCE, settings, unrelated_cosine)
@@ -113,7 +113,7 @@ def make_tracks(*found: Detection) -> tuple[dict[int, Track], BoxIndex]:
 def candidates_of(
     found: Sequence[Detection],
     tracks: Sequence[Detection],
-    evidence: LabelEvidence = NO_EVIDENCE,
+    evidence: LabelOverlap = NO_EVIDENCE,
     **settings: object,
 ) -> list[tuple[Candidate, ...]]:
     known, index = make_tracks(*tracks)
@@ -126,7 +126,7 @@ HALF_ASIDE = axis_box((0.5, 0, 0), (1, 1, 1))
 
 def test_the_papers_cost_by_hand() -> None:
     ((found,),) = candidates_of(
-        [detection(HALF_ASIDE, unit(1, 1))], [detection(UNIT_CUBE, unit(1, 0))], association="paper"
+        [detection(HALF_ASIDE, unit(1, 1))], [detection(UNIT_CUBE, unit(1, 0))], geometry_distance="paper"
     )
     assert found.track_id == 1
     assert found.geometry == pytest.approx(1 - 1 / 3)
@@ -137,9 +137,9 @@ def test_the_papers_cost_by_hand() -> None:
 def test_containment_takes_a_part_for_the_whole() -> None:
     part = [detection(axis_box((0.2, 0.2, 0.2), (0.3, 0.3, 0.3)))]
     whole = [detection(UNIT_CUBE)]
-    ((contained,),) = candidates_of(part, whole, association="containment")
+    ((contained,),) = candidates_of(part, whole, geometry_distance="containment")
     assert contained.geometry == pytest.approx(0, abs=1e-6)
-    ((by_iou,),) = candidates_of(part, whole, association="paper")
+    ((by_iou,),) = candidates_of(part, whole, geometry_distance="paper")
     assert by_iou.geometry == pytest.approx(1 - 0.027)
 
 
@@ -148,7 +148,7 @@ def test_visible_takes_the_better_of_labels_and_boxes() -> None:
     grown = 0.55 / (2 * 1.05 - 0.55)  # by 2.5 cm on every side
     ((alone,),) = candidates_of(*boxes)
     assert alone.geometry == pytest.approx(1 - grown)
-    by_labels = LabelEvidence({(0, 1): 8}, {0: 9}, {1: 10}, {})
+    by_labels = LabelOverlap({(0, 1): 8}, {0: 9}, {1: 10}, {})
     ((seen,),) = candidates_of(*boxes, by_labels)
     assert seen.geometry == pytest.approx(1 - 8 / 11)
 
@@ -160,7 +160,7 @@ def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
     found = [detection(b, unit(*rng.uniform(0, 1, 3)), cells=range(10)) for b in boxes]
     tracks = [detection(moved(b, pose(rng.normal(0, 0.05, 3))), unit(*rng.uniform(0, 1, 3))) for b in boxes]
     shared = {(i, t): int(rng.integers(0, 10)) for i in range(12) for t in range(1, 13)}
-    evidence = LabelEvidence(shared, dict.fromkeys(range(12), 15), dict.fromkeys(range(1, 13), 12), {})
+    evidence = LabelOverlap(shared, dict.fromkeys(range(12), 15), dict.fromkeys(range(1, 13), 12), {})
     within = by_boxes = 0
     rows = candidates_of(found, tracks, evidence, gate=0.45)
     assert sum(map(len, rows)) == 144
@@ -180,7 +180,7 @@ def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
 @pytest.mark.parametrize("measure", ["visible", "containment", "paper"])
 def test_flat_boxes_cost_a_finite_sum(measure: str) -> None:
     wall = [detection(axis_box((0, 0, 2), (2, 2, 0)))]
-    ((found,),) = candidates_of(wall, wall, association=measure)
+    ((found,),) = candidates_of(wall, wall, geometry_distance=measure)
     assert np.isfinite(found.cost)
     if measure != "paper":  # a box without volume overlaps nothing in the paper's measure
         assert found.geometry == pytest.approx(0, abs=1e-6)
@@ -189,7 +189,7 @@ def test_flat_boxes_cost_a_finite_sum(measure: str) -> None:
 def test_containment_of_boxes_is_the_measure_used() -> None:
     rng = np.random.default_rng(3)
     found, track = detection(random_box(rng)), detection(random_box(rng))
-    ((candidate,),) = candidates_of([found], [track], association="containment", box_margin_m=0.05)
+    ((candidate,),) = candidates_of([found], [track], geometry_distance="containment", box_margin_m=0.05)
     expected = box_containment([found.box.grown(0.05)], [track.box.grown(0.05)])[0]
     assert 1 - candidate.geometry == pytest.approx(expected)
 
@@ -203,16 +203,16 @@ def test_candidates_are_near_or_share_cells_and_come_cheapest_first() -> None:
     assert [c.track_id for c in first] == [3, 1]
     assert second == ()
     # A track whose box went stale is found by the labels under the detection; 99 is no track any more.
-    evidence = LabelEvidence({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
+    evidence = LabelOverlap({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
     assert [c.track_id for c in candidates_of(found, tracks, evidence)[0]] == [2, 3, 1]
-    assert [c.track_id for c in candidates_of(found, tracks, evidence, association="paper")[0]] == [3, 1]
+    assert [c.track_id for c in candidates_of(found, tracks, evidence, geometry_distance="paper")[0]] == [3, 1]
 
 
 def test_a_gap_within_the_search_margin_still_makes_a_candidate() -> None:
     beside = axis_box((1.08, 0, 0), (1, 1, 1))
-    assert len(candidates_of([detection(UNIT_CUBE)], [detection(beside)], association="paper")[0]) == 1
+    assert len(candidates_of([detection(UNIT_CUBE)], [detection(beside)], geometry_distance="paper")[0]) == 1
     beyond = axis_box((1.3, 0, 0), (1, 1, 1))
-    assert candidates_of([detection(UNIT_CUBE)], [detection(beyond)], association="paper") == [()]
+    assert candidates_of([detection(UNIT_CUBE)], [detection(beyond)], geometry_distance="paper") == [()]
 
 
 def test_where_labels_decide_a_neighbour_that_shares_nothing_is_no_candidate() -> None:
@@ -229,7 +229,7 @@ def test_each_detection_is_compared_by_its_own_vector() -> None:
 
 
 def test_visible_iou_by_hand() -> None:
-    evidence = LabelEvidence({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
+    evidence = LabelOverlap({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
     assert evidence.visible_iou(0, 1) == pytest.approx(6 / (8 + 10 - 6))
     assert evidence.visible_iou(0, 2) == pytest.approx(2 / (8 + 5 - 2))
     assert evidence.visible_iou(1, 1) == 0
@@ -247,13 +247,13 @@ def test_evidence_counts_labels_under_detections_and_masks_by_hand() -> None:
     found = (detection(UNIT_CUBE, cells=[2, 3, 4]), detection(UNIT_CUBE, cells=[5, 6, 7, 8, 9], mask=1))
     member_mask, member_cell = np.array([0, 0, 0, 0, 1, 1, 1, 1, 1, 1]), np.arange(10)
     lifted = Lifted(found, member_mask.astype(np.int32), member_cell.astype(np.int32))
-    evidence = LabelEvidence.gather(voxels, cells, lifted)
+    evidence = LabelOverlap.gather(voxels, cells, lifted)
     assert evidence.shared == {(0, 1): 2, (0, 2): 1, (1, 2): 3}
     assert dict(evidence.labelled) == {0: 3, 1: 3}
     assert evidence.visible == {1: 4, 2: 4}
     assert evidence.in_mask == {(0, 1): 4, (1, 2): 4}
     voxels.replace(2, 1)
-    fused = LabelEvidence.gather(voxels, cells, lifted)
+    fused = LabelOverlap.gather(voxels, cells, lifted)
     assert fused.visible == {1: 8}
     assert fused.visible_iou(0, 1) == pytest.approx(3 / 8)
 
@@ -265,7 +265,7 @@ def test_evidence_of_a_frame_without_masks() -> None:
     cells = cells_at([[x, 0, 37] for x in range(10)])
     voxels.vote(cells, np.ones(10, np.int32))
     nothing = np.zeros(0, np.int32)
-    evidence = LabelEvidence.gather(voxels, cells, Lifted((), nothing, nothing))
+    evidence = LabelOverlap.gather(voxels, cells, Lifted((), nothing, nothing))
     assert evidence.visible == {1: 10}
     assert evidence.shared == evidence.in_mask == {}
     assert_allclose(evidence.visible_iou(0, 1), 0)

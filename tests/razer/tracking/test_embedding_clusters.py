@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
 from razer.tracking.embedding_bank import EmbeddingBank
-from razer.tracking.embedding_clusters import ONE_THING, Slots
+from razer.tracking.embedding_clusters import ONE_THING, EmbeddingClusters
 
 DIMENSION = 512
 
@@ -26,9 +26,9 @@ def turned(vector, cosine, rng):
 
 
 def slot_of(vectors, weights):
-    slots = Slots.of(vectors[0], weights[0])
+    slots = EmbeddingClusters.of(vectors[0], weights[0])
     for vector, weight in zip(vectors[1:], weights[1:], strict=True):
-        slots = slots.merged(0, Slots.of(vector, weight))
+        slots = slots.merged(0, EmbeddingClusters.of(vector, weight))
     return slots
 
 
@@ -47,11 +47,11 @@ def test_mean_cosine_is_that_of_all_pairs():
     vectors = [direction(rng) for _ in range(5)]
     other, weights = direction(rng), rng.uniform(0.2, 1, 5)
     expected = sum(w * (v @ other) for v, w in zip(vectors, weights, strict=True)) / weights.sum()
-    assert slot_of(vectors, weights).mean_cosines(Slots.of(other, 0.3))[0] == pytest.approx(expected)
+    assert slot_of(vectors, weights).mean_cosines(EmbeddingClusters.of(other, 0.3))[0] == pytest.approx(expected)
 
 
 def test_a_single_observation_is_taken_as_it_is():
-    assert Slots.of(direction(np.random.default_rng(2)), 0.4).coherence() == 1
+    assert EmbeddingClusters.of(direction(np.random.default_rng(2)), 0.4).coherence() == 1
 
 
 @pytest.mark.parametrize(("cosine", "n_left"), [(1.0, 1), (0.8, 2)])
@@ -71,7 +71,11 @@ def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noi
 def test_taking_together_keeps_the_sum_and_puts_the_largest_first():
     rng = np.random.default_rng(3)
     vectors = [direction(rng) for _ in range(3)]
-    slots = Slots.of(vectors[0], 0.2).joined(Slots.of(vectors[1], 0.5)).joined(Slots.of(vectors[2], 0.3))
+    slots = (
+        EmbeddingClusters.of(vectors[0], 0.2)
+        .joined(EmbeddingClusters.of(vectors[1], 0.5))
+        .joined(EmbeddingClusters.of(vectors[2], 0.3))
+    )
     left = slots.distinct()
     assert_allclose(left.masses, [0.5, 0.3, 0.2])
     assert_allclose(left.sums.sum(axis=0), slots.sums.sum(axis=0))
@@ -124,7 +128,7 @@ def test_a_second_appearance_that_was_seen_more_than_once_stays():
     front, back = direction(rng), direction(rng)
     both = slot_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
     both = both.joined(slot_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
-    left = both.joined(Slots.of(turned(back, 0.9, rng), 0.4)).settled()
+    left = both.joined(EmbeddingClusters.of(turned(back, 0.9, rng), 0.4)).settled()
     assert_allclose(left.masses, [1.5, 1.4])
 
 

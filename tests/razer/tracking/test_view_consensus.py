@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from razer.tracking.label_overlap import LabelEvidence
+from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, Consensus
 
 FRAMES, SHARE = 2, 0.6
 
 
-def view(*masks: dict[int, int], visible: dict[int, int] | None = None) -> LabelEvidence:
+def view(*masks: dict[int, int], visible: dict[int, int] | None = None) -> LabelOverlap:
     """One frame: cells of each track in each mask; `visible` where a track has cells outside all masks."""
     in_mask = {(m, track): n for m, mask in enumerate(masks) for track, n in mask.items()}
     total: dict[int, int] = {}
     for (_, track), n in in_mask.items():
         total[track] = total.get(track, 0) + n
-    return LabelEvidence({}, {}, {**total, **(visible or {})}, in_mask)
+    return LabelOverlap({}, {}, {**total, **(visible or {})}, in_mask)
 
 
 TOGETHER = view({1: 50, 2: 40})
 APART = view({1: 50}, {2: 40})
 
 
-def agreed(*views: LabelEvidence) -> list[tuple[int, int]]:
+def agreed(*views: LabelOverlap) -> list[tuple[int, int]]:
     consensus = Consensus()
     for each in views:
         consensus.add(each, {})

@@ -14,7 +14,7 @@ from razer.config import MapperConfig
 from razer.mapper import Mapper
 from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
 from razer.volume.space_carving import carve
-from razer.volume.surface_cache import KnownSurface, SurfaceVoxels, points_of
+from razer.volume.surface_cache import SurfaceCache, SurfaceVoxels, points_by_instance
 from razer.volume.voxel_map import START_BLOCKS, VoxelMap
 from tests.support.scenes import COARSE, cells_at, frame_of, look
 
@@ -41,7 +41,7 @@ def assert_is_all(found: SurfaceVoxels, volume: VoxelMap) -> None:
 
 
 def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:
-    volume, known = wall(1.5), KnownSurface()
+    volume, known = wall(1.5), SurfaceCache()
     found, changed = known.renew(volume)
     assert changed is None
     assert len(found.addresses) > 100
@@ -52,7 +52,7 @@ def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:
 
 @pytest.mark.parametrize("change", ["integrate", "vote", "carve", "amplify", "grow"])
 def test_whatever_changes_is_seen(change: str) -> None:
-    volume, known = wall(1.5), KnownSurface()
+    volume, known = wall(1.5), SurfaceCache()
     place = np.array([[round(0.5 / COARSE.voxel_size_m), 0, round(1.5 / COARSE.voxel_size_m)]])
     for _ in range(3):
         volume.vote(cells_at(place), np.ones(1, np.int32))
@@ -78,7 +78,7 @@ def test_whatever_changes_is_seen(change: str) -> None:
 
 
 def test_another_volume_is_all_new() -> None:
-    known = KnownSurface()
+    known = SurfaceCache()
     known.renew(wall(1.5))
     other = wall(1.0)
     found, changed = known.renew(other)
@@ -93,23 +93,23 @@ def test_points_of_instances_follow_fusions() -> None:
         volume.vote(cells_at([[x, 0, layer], [x, 1, layer]]), np.full(2, owner, np.int32))
     volume.replace(3, 1)
     surface = SurfaceVoxels.at(volume, volume.surface_addresses())
-    points = points_of(volume, surface, [2, 1])
+    points = points_by_instance(volume, surface, [2, 1])
     assert {i: len(p) for i, p in points.items()} == {1: 4, 2: 2}
     assert points[1][:, 0] == pytest.approx(np.repeat([-3, 3], 2) * COARSE.voxel_size_m)
-    assert points_of(volume, surface, []) == {}
+    assert points_by_instance(volume, surface, []) == {}
 
 
-class _Anew(KnownSurface):
+class _Anew(SurfaceCache):
     """Forgets what it knows each time."""
 
     def renew(self, volume: VoxelMap) -> tuple[SurfaceVoxels, set[int] | None]:
-        return KnownSurface().renew(volume)
+        return SurfaceCache().renew(volume)
 
 
 def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monkeypatch) -> None:
     room = SyntheticScene("room", 2, 90, 320, 240, sensor=SensorModel.kinect())
     tracks = []
-    for kind in (KnownSurface, _Anew):
+    for kind in (SurfaceCache, _Anew):
         monkeypatch.setattr(razer.mapper, "KnownSurface", kind)
         mapper = Mapper(MapperConfig(), OracleSegmenter("full", seed=1), OracleEmbedder("full", seed=1))
         for index in range(len(room)):

@@ -13,7 +13,8 @@ from numpy.testing import assert_allclose
 import razer.volume.voxel_map
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS, Cells
-from razer.frame import Frame, UnusableFrame
+from razer.errors import UnusableFrame
+from razer.frame import Frame
 from razer.volume.mesh_extraction import extract_mesh, extract_points
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, cells_at, contents, frame_of, look, plane_depth, pose

@@ -6,10 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_tools.synthetic.shapes.primitives import block, legs
 from data_tools.synthetic.shapes.solids import Colour, Material, Point, Solid, box, lathe
+from razer.arrays import Float64Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +27,12 @@ class Thing:
         world_from_local[:3, 3] = x, y, z
         return self.moved(world_from_local)
 
-    def moved(self, world_from_local: NDArray[np.float64]) -> Thing:
+    def moved(self, world_from_local: Float64Array) -> Thing:
         """The same thing after a rigid (4, 4) transform."""
         return Thing(self.class_name, tuple(s.moved(world_from_local) for s in self.solids))
 
     @property
-    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def bounds(self) -> tuple[Float64Array, Float64Array]:
         """The lowest and the highest corner (3,) of the axis-aligned box round the thing, metres."""
         corners = np.concatenate([solid.quads for solid in self.solids]).reshape(-1, 3)
         return corners.min(axis=0), corners.max(axis=0)
@@ -83,7 +83,7 @@ def shelf(width: float, depth: float, height: float, boards: int, wood: Material
     return Thing("shelf", (*sides, back, *(block(0, 0.01, float(z), inner, wood) for z in bottoms)))
 
 
-def shelf_heights(height: float, boards: int) -> NDArray[np.float64]:
+def shelf_heights(height: float, boards: int) -> Float64Array:
     """The heights of the upper sides of a shelf's boards."""
     return np.linspace(0.04, height, boards)
 

@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from razer.frame import BadInput, Masks
+from razer.errors import BadInput
+from razer.frame import Masks
 from razer.models import ImageSide, TextSide, make_embedder
 from razer.models.clip.embedder import ClipEmbedder
 from tests.support import clip_checkpoints as tiny

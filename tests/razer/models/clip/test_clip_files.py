@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models import make_embedder
 from razer.models.clip.embedder import ClipEmbedder
 from tests.support import clip_checkpoints as tiny

@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.clip.embedder import ClipEmbedder
 from razer.models.mask_pooling import pool_masks
 from tests.support import clip_checkpoints as tiny

@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.clip.embedder import ClipEmbedder
 
 torch = pytest.importorskip("torch")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from data_tools.open_sequence import open_sequence
-from razer.frame import BadInput, Frame, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Masks
 from razer.models import make_segmenter
 from razer.models.geometric.segmenter import GeometricSegmenter
 from tests.support.depth_scenes import as_from_a_kinect, box, frame_of, plane, scene

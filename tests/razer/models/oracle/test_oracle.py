@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_embedder, make_segmenter
 from razer.models.oracle.mask_noise import MaskNoise, touching
 from razer.models.oracle.models import OracleEmbedder, OracleSegmenter

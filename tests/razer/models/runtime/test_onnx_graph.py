@@ -11,7 +11,7 @@ import onnx.parser
 import onnxruntime
 import pytest
 
-from razer.frame import BadInput
+from razer.errors import BadInput
 from razer.models.runtime import onnx_session
 from razer.models.runtime.onnx_graph import OnnxGraph
 

@@ -9,7 +9,8 @@ import numpy as np
 import onnx
 import pytest
 
-from razer.frame import BadInput, Frame, Intrinsics, Masks
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.mask_filters import best_of_overlapping, mask_iou, stability

@@ -13,7 +13,8 @@ import torch
 
 from app.cli import main
 from data_tools.open_sequence import open_sequence
-from razer.frame import BadInput, Frame, Intrinsics
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics
 from razer.models import make_segmenter
 from razer.models.yolo.segmenter import YoloSegmenter
 from tests.support.recordings import write_seven_scenes

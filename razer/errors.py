@@ -1,0 +1,20 @@
+"""Errors that users cause and can mend. Imports nothing, so that anything may import it."""
+
+from __future__ import annotations
+
+
+class RazerError(ValueError):
+    """Anything this project says in one plain line instead of a traceback."""
+
+
+class BadInput(RazerError):
+    """Input that cannot be used; the message is one plain line that names the thing and the fix."""
+
+
+class UnusableFrame(BadInput):
+    """One frame that cannot be used; the message says why. The rest of the sequence may be fine."""
+
+
+def one_line(error: BaseException) -> str:
+    """The first line of what a library says, or the error's kind where it says nothing."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
