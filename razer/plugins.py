@@ -78,7 +78,7 @@ def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str]
     if name not in table and not trust.covers(name):
         raise BadInput(
             f"{kind} '{name}' is code from outside, named by data: it is not loaded. If you know it, name it on the "
-            f"command line yourself, or add --trust-plugins"
+            f"command line yourself or add --trust-plugins (from Python: pass the object)"
         )
     try:
         part: Callable[..., Any] = getattr(importlib.import_module(module_name), class_name)

@@ -36,7 +36,7 @@ MODEL_LIBRARIES = {
     "timm",
 }
 # Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
-MAY_COPY_TO_HOST = {"razer/volume/mesh_extraction.py", "razer/storage.py"}
+MAY_COPY_TO_HOST = {"razer/volume/mesh_extraction.py", "razer/storage/volume_npz.py"}
 ATTRIBUTE_READERS = {"attribute", "labels_at", "histograms_at"}
 VAGUE_NAMES = {"utils.py", "util.py", "common.py", "base.py", "helpers.py", "helper.py", "misc.py"}
 MAX_FILE_LINES = 300
