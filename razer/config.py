@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from razer.plugin_settings import EmbedderSettings, SegmenterSettings
+from razer.plugins import EmbedderSettings, SegmenterSettings
 from razer.settings import Settings
 
 MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond

@@ -14,8 +14,8 @@ from razer.config import MapperConfig
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation, Perception
 from razer.frame import Frame
-from razer.model_choice import choose_models
 from razer.models import Embedder, Segmenter, unrelated_cosine
+from razer.models.model_choice import choose_models
 from razer.panoptic_map import PanopticMap
 from razer.query.text_queries import TextQueryEncoder
 from razer.reintegration.id_matching import majority_ids, match_ids

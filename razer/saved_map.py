@@ -17,8 +17,7 @@ from pydantic import ValidationError
 from razer.errors import BadInput
 from razer.models import Embedder, make_embedder
 from razer.panoptic_map import PanopticMap
-from razer.plugin_settings import EmbedderSettings
-from razer.plugins import FULL_TRUST, NO_TRUST, Trust
+from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.embeddings_npz import read_embeddings_npz
 from razer.storage.instances_json import read_instances_json

@@ -16,7 +16,7 @@ import numpy as np
 from app.console.streams import progress_console
 from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
-from razer.plugin_settings import EmbedderSettings
+from razer.plugins import EmbedderSettings
 from razer.query.ranking import NegativePrompts
 from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig
-from razer.plugin_settings import PluginSettings
+from razer.plugins import PluginSettings
 from razer.settings import Settings
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from razer.config import MapperConfig
 from razer.models import EMBEDDERS, SEGMENTERS, Embedder, Segmenter, make_embedder, make_segmenter
-from razer.plugin_settings import EmbedderSettings, SegmenterSettings
+from razer.plugins import EmbedderSettings, SegmenterSettings
 
 
 def choose_models(
