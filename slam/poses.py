@@ -1,15 +1,15 @@
-"""Where the camera was: poses that came with the frames, or estimated ones, behind the same few methods."""
+"""Pose sources: poses that came with the frames, or estimated ones, behind the same few methods."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Protocol
 
-from razer.arrays import Float64Array
+from razer.arrays import Pose
 from razer.frame import Frame
 from slam.report import PoseReport
 
-Pose = Float64Array
+__all__ = ["GivenPoses", "Pose", "Poses"]
 
 
 class Poses(Protocol):

@@ -1,4 +1,4 @@
-"""Every setting of a run: the method's own sections, what to read, which models, what to show."""
+"""Every setting of a run: the method's own sections, what to read, which models, how poses are estimated, what to show."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig
 from razer.plugins import NO_TRUST, Trust
 from razer.settings import Settings
+from slam.config import SlamConfig
 
 
 class PluginSettings(Settings):
@@ -99,5 +100,6 @@ class RunConfig(MapperConfig):
     input: InputSettings = InputSettings()
     segmenter: SegmenterSettings = SegmenterSettings()
     embedder: EmbedderSettings = EmbedderSettings()
+    slam: SlamConfig = SlamConfig()
     run: RunSettings = RunSettings()
     timeline: TimelineConfig = TimelineConfig()

@@ -7,9 +7,10 @@ import pytest
 
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
-from slam.frontend.color_calibration import ColorCamera
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
-from slam.frontend.keyframes import View
+from slam.frontend.keyframes import STILL, View
 
 
 @pytest.fixture
@@ -24,5 +25,6 @@ def room():
 
 @pytest.fixture(scope="module")
 def views(room):
-    finder = FeatureExtractor()
-    return {i: View.of(room[i], finder, ColorCamera.nominal()) for i in (10, 12)}
+    config, calibration = SlamConfig(), ColorCalibration.nominal()
+    extractor = FeatureExtractor(config)
+    return {i: View.of(room[i], extractor.extract(room[i], calibration), STILL, config) for i in (10, 12)}

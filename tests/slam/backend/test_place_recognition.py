@@ -20,8 +20,8 @@ def test_a_place_seen_again_is_the_most_alike(rng):
     for scene in scenes:
         places.add(scene)
     flips = np.packbits(rng.random((200, 256)) < 0.05, axis=1)
-    again = replace(scenes[17], descriptors=scenes[17].descriptors ^ flips)
-    alike = places.similar(again)
-    assert alike.shape == (70,)
-    assert alike.argmax() == 17
-    assert places.similar(described(rng)).max() < alike[17]
+    revisited = replace(scenes[17], descriptors=scenes[17].descriptors ^ flips)
+    similarity = places.similarity(revisited)
+    assert similarity.shape == (70,)
+    assert similarity.argmax() == 17
+    assert places.similarity(described(rng)).max() < similarity[17]

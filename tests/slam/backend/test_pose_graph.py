@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from razer.geometry import inverse
-from slam.backend.pose_graph import EDGE_BELIEF, PoseEdge, PoseGraph, mahalanobis
+from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph, mahalanobis
 from slam.se3 import exp_se3, length_m
 
 
@@ -16,11 +16,11 @@ def circle(n):
     ]
 
 
-def edges_of(poses, pairs, rng, sigma, sure=True, noise=1.0):
-    information = np.eye(6) / sigma**2 / EDGE_BELIEF
+def edges_of(poses, pairs, rng, sigma, is_odometry=True, noise=1.0):
+    information = np.eye(6) / sigma**2 / EDGE_SHARE
     off = [exp_se3(noise * rng.normal(0, sigma, 6)) for _ in pairs]
     return [
-        PoseEdge(a, b, o @ inverse(poses[a]) @ poses[b], information, sure)
+        PoseEdge(a, b, o @ inverse(poses[a]) @ poses[b], information, is_odometry)
         for o, (a, b) in zip(off, pairs, strict=True)
     ]
 
@@ -54,13 +54,13 @@ def test_a_loop_takes_drift_away_and_a_false_one_does_not_bend_the_path(rng):
     poses = [inverse(poses[0]) @ pose for pose in poses]
     steps = edges_of(poses, [(i, i + 1) for i in range(39)], rng, 0.01)
     drifted = worst_m(graph_of(poses, steps).poses, poses)
-    loops = edges_of(poses, [(0, 39), (1, 38), (0, 38)], rng, 0.01, sure=False)
+    loops = edges_of(poses, [(0, 39), (1, 38), (0, 38)], rng, 0.01, is_odometry=False)
     closed = graph_of(poses, steps + loops)
-    tied = dict(closed.smooth())
-    assert worst_m(tied, poses) < 0.7 * drifted
+    connected = dict(closed.smooth())
+    assert worst_m(connected, poses) < 0.7 * drifted
     wrong = PoseEdge(5, 25, exp_se3(np.array([0, 1.0, 0, 1.0, 0, 0])), loops[0].information)
     misled = graph_of(poses, [*steps, *loops, wrong])
-    assert max(length_m(inverse(tied[n]) @ pose) for n, pose in misled.smooth().items()) < 0.01
+    assert max(length_m(inverse(connected[n]) @ pose) for n, pose in misled.smooth().items()) < 0.01
     assert mahalanobis(wrong, misled.poses) > 10 * max(mahalanobis(e, misled.poses) for e in loops)
 
 
@@ -73,8 +73,8 @@ def test_covariance_grows_along_a_path_without_loops(rng):
 
 def test_covariance_is_along_the_keyframes_own_axes():
     turned = exp_se3(np.array([0, np.pi / 2, 0, 0, 0, 0]))  # the second keyframe's x axis is minus the first one's z
-    information = np.diag([1e4, 1e4, 1e4, 1e4, 1e4, 1e2]) / EDGE_BELIEF  # the shift along the first one's z is vague
-    graph = graph_of([np.eye(4), turned], [PoseEdge(0, 1, turned, information, sure=True)])
+    information = np.diag([1e4, 1e4, 1e4, 1e4, 1e4, 1e2]) / EDGE_SHARE  # the shift along the first one's z is vague
+    graph = graph_of([np.eye(4), turned], [PoseEdge(0, 1, turned, information, is_odometry=True)])
     expected = np.diag([1e-4, 1e-4, 1e-4, 1e-2, 1e-4, 1e-4])
     np.testing.assert_allclose(graph.covariance(1), expected, atol=1e-6)
     np.testing.assert_allclose(graph.covariances()[1], expected, atol=1e-6)

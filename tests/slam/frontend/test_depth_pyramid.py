@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Intrinsics
-from slam.frontend.depth_pyramid import depth_pyramid, halved
+from slam.frontend.depth_pyramid import DepthPyramid, halved
 
 
 def test_halving_takes_the_nearer_surface_and_keeps_the_camera():
@@ -24,7 +24,7 @@ def test_points_and_normals_of_a_slanted_plane():
     u, v = np.meshgrid(np.arange(160), np.arange(120))
     rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones_like(u)])
     depth = (normal @ np.array([0, 0, 2.0]) / np.tensordot(normal, rays, 1)).astype(np.float32)
-    grid = depth_pyramid(depth, camera)[-1]
+    grid = DepthPyramid(depth, camera).levels[-1]
     assert grid.valid.mean() > 0.95
     np.testing.assert_allclose(grid.sample_normals.T, np.tile(normal, (grid.sample_normals.shape[1], 1)), atol=2e-3)
     assert (normal @ grid.sample_points == pytest.approx(normal[2] * 2.0, abs=1e-4)) is True

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from razer.frame import Frame, Intrinsics
-from slam.frontend.color_calibration import ColorCamera
-from slam.frontend.features import FeatureExtractor, faint_texture, in_image, matches
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor, faint_texture, in_image, match_features
 
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 
@@ -14,9 +15,10 @@ CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 def test_an_image_without_corners_has_no_features():
     camera = Intrinsics(64, 48, 50.0, 50.0, 31.5, 23.5)
     black = Frame(0, 0.0, np.zeros((48, 64, 3), np.uint8), np.ones((48, 64), np.float32), camera)
-    features = FeatureExtractor().find(black, ColorCamera.nominal())
+    config = SlamConfig()
+    features = FeatureExtractor(config).extract(black, ColorCalibration.nominal())
     assert len(features) == 0
-    assert len(matches(features, features)) == 0
+    assert len(match_features(features, features, config.features)) == 0
 
 
 def test_corners_of_all_octaves_lie_where_they_are():
@@ -46,7 +48,7 @@ def test_a_painted_wall_has_corners_too():
     wall = 150 + 3 * np.kron(grain, np.ones((4, 4))) + np.linspace(0, 40, 320)
     image = np.repeat(wall.clip(0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
     frame = Frame(0, 0.0, image, np.full((240, 320), 2.0, np.float32), CAMERA)
-    assert len(FeatureExtractor().find(frame, ColorCamera.nominal())) > 300
+    assert len(FeatureExtractor(SlamConfig()).extract(frame, ColorCalibration.nominal())) > 300
     # A gradient is shading, not texture.
     shaded = np.tile(np.linspace(50, 200, 320), (240, 1)).astype(np.uint8)
     assert np.abs(faint_texture(shaded)[20:-20, 20:-20].astype(int) - 128).max() <= 8
