@@ -6,7 +6,7 @@ place.
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from razer.settings import Settings
 
@@ -16,7 +16,7 @@ class FeatureSettings(Settings):
 
     count: int = Field(
         1000,
-        ge=50,
+        ge=400,
         le=10_000,
         description="Most features of an image. Larger: holds on where there is little depth; time of a frame grows.",
     )
@@ -54,6 +54,19 @@ class FeatureSettings(Settings):
         description="The best match must be nearer than this share of the second's distance (Lowe). Larger: more "
         "matches, more wrong ones on repeated texture; smaller: fewer.",
     )
+
+    @property
+    def per_cell(self) -> int:
+        """Most features of a cell of the raster."""
+        return self.count // (self.grid_rows * self.grid_columns)
+
+    @model_validator(mode="after")
+    def _cells_have_features(self) -> FeatureSettings:
+        if self.per_cell < 1:
+            raise ValueError(
+                f"count {self.count} leaves no feature to each of {self.grid_rows} x {self.grid_columns} cells"
+            )
+        return self
 
 
 class KeyframeSettings(Settings):
@@ -181,8 +194,8 @@ class DepthSettings(Settings):
         0.0012,
         gt=0,
         le=0.5,
-        description="Least standard deviation of depth, metres. Smaller: depth outweighs features, and outliers are "
-        "told at less; larger: features decide.",
+        description="Least standard deviation of depth, metres. Smaller: depth outweighs features, and readings "
+        "are outliers sooner; larger: features decide.",
     )
     sigma_per_m2: float = Field(
         0.0019,
@@ -212,8 +225,8 @@ class ColorSettings(Settings):
 
     rolling_shutter: bool = Field(
         True,
-        description="Whether the colour camera reads row by row, for how long being learnt. Off: all rows are taken to "
-        "be of one moment, which saves nothing and is right for global shutters only.",
+        description="Whether the colour camera reads row by row; how long that takes is learnt. Off: all rows are "
+        "taken to be of one moment, as a global shutter's are; with a rolling one poses stray while the camera turns.",
     )
 
 

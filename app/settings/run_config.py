@@ -1,4 +1,4 @@
-"""Every setting of a run: the method's own sections, what to read, which models, how poses are estimated, what to show."""
+"""Every setting of a run: the method's own sections, what to read, which models, pose estimation, what to show."""
 
 from __future__ import annotations
 

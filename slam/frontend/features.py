@@ -102,7 +102,7 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: Fe
     order = np.lexsort((-np.array([corner.response for corner in corners]), cell))
     start = np.searchsorted(cell[order], cell[order])
     rank = np.arange(len(order)) - start
-    return [corners[i] for i in order[rank < settings.count // (rows * columns)]]
+    return [corners[i] for i in order[rank < settings.per_cell]]
 
 
 def depth_at(frame: Frame, calibration: ColorCalibration, rays: Float64Array) -> Float64Array:

@@ -20,7 +20,7 @@ from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from razer.metrics.umeyama import umeyama
 from slam.frontend.features import FeatureExtractor
-from slam.frontend.keyframes import View
+from slam.frontend.keyframes import STILL, View
 from slam.poses import GivenPoses
 from slam.se3 import angle_deg, length_m
 from slam.system import SlamSystem
