@@ -18,7 +18,8 @@ class FeatureSettings(Settings):
         1000,
         ge=400,
         le=10_000,
-        description="Most features of an image. Larger: holds on where there is little depth; time of a frame grows.",
+        description="Most features of an image; where corners are few, as many faint ones are added. Larger: tracking "
+        "holds on where there is little depth, at more time a frame.",
     )
     grid_rows: int = Field(
         6,

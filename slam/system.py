@@ -1,4 +1,4 @@
-"""SLAM without a map of its own: frame-to-keyframe odometry, relocalisation, loop closure, pose-graph corrections."""
+"""Sparse RGB-D SLAM: frame-to-keyframe odometry, relocalisation, loop closure, pose-graph corrections."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Free-space consistency check of two views: nothing may stand where the other looked through.
 
 Places that look alike agree in most of what two views share, since only what agrees made them look alike. What gives
-them away is the rest: a door that hangs in the air in front of the corridor's end. So all of the depth is asked here,
+them away is the rest: a door that hangs in the air in front of the corridor's end. So all of the depth is compared,
 the far part too, which registration leaves out for its noise.
 """
 
@@ -16,7 +16,7 @@ from razer.geometry import inverse
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
-MIN_SHARED = 50  # readings; with fewer in common there is nothing to ask
+MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 

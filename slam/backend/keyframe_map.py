@@ -21,7 +21,7 @@ from slam.se3 import orthonormal
 # So many views are each compared with the other submaps, after a submap was begun and after each that fitted; else
 # each third is.
 ALERT_VIEWS, RELAXED_STRIDE = 20, 3
-FINAL_SHORTLIST = 8  # places that a keyframe still unanchored at the end is compared with: there is time then
+FINAL_SHORTLIST = 8  # places that a keyframe still unanchored at the end is compared with; the camera waits no more
 FINAL_ROUNDS = 2  # of closing loops and finding new neighbours at the poses that follow; a third finds none
 MAX_MAHALANOBIS = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
@@ -110,7 +110,7 @@ class KeyframeMap:
         return False
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
-        """Compare the keyframes still unanchored with all places that look at all alike."""
+        """Compare the keyframes still unanchored with all places that have any similarity."""
         for keyframe in self.keyframes.all:
             if keyframe.submap:
                 located = LocatedView(self.keyframes.view(keyframe), keyframe, np.eye(4))
@@ -145,7 +145,7 @@ class KeyframeMap:
         return True
 
     def _is_contradicted(self, home: int, submap: int, home_from_submap: Float64Array) -> bool:
-        """Whether views of a submap, if it were there, stand where those of the other saw through. A look-alike is like
+        """Whether views of a submap, once moved, would stand where those of the other saw through. A look-alike is like
         the view it was taken for, and not like the views around that one."""
         settings = self._config
         at_home = [keyframe for keyframe in self.keyframes.all if keyframe.submap == home]
@@ -170,9 +170,9 @@ class KeyframeMap:
         self.graph.shift({k.number: k.world_from_camera for k in self.keyframes.all})
 
     def _optimise(self) -> None:
-        self._take(self.graph.optimise())
+        self._set_poses(self.graph.optimise())
 
-    def _take(self, poses: Mapping[int, Float64Array]) -> None:
+    def _set_poses(self, poses: Mapping[int, Float64Array]) -> None:
         self.version += 1
         for number, pose in poses.items():
             self.keyframes[number].world_from_camera = pose
@@ -188,11 +188,13 @@ class KeyframeMap:
         self.close_loops(calibration)
         self._optimise()
         poses = self.graph.smooth()
-        good = [edge for edge in self.graph.edges if edge.is_odometry or mahalanobis(edge, poses) <= MAX_MAHALANOBIS]
-        if len(good) < len(self.graph.edges):
-            self.graph.replace(good)
+        consistent = [
+            edge for edge in self.graph.edges if edge.is_odometry or mahalanobis(edge, poses) <= MAX_MAHALANOBIS
+        ]
+        if len(consistent) < len(self.graph.edges):
+            self.graph.replace(consistent)
             poses = self.graph.smooth()
-        self._take(poses)
+        self._set_poses(poses)
 
     def make_world(self, submap: int) -> None:
         """Let an unanchored submap be the world, and the world unanchored."""

@@ -20,8 +20,8 @@ from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import MANY_TRIES, TRIES, ViewRegistration, is_trusted
 from slam.se3 import angle_deg, length_m
 
-# Features that agree: enough by themselves where depth does not agree, and the least where nothing but looks led to the
-# pair. The first is more than tracking asks for, which has a motion model besides.
+# Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
+# model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
 RECENT = 10  # keyframes before one that tracking itself connects with it: they are no loop
 
@@ -67,7 +67,7 @@ class LoopClosure:
         )
 
     def lookalikes(self, features: Features, among: Sequence[int], min_similarity: float, limit: int) -> list[int]:
-        """The keyframes that look most like the features, the most similar first.
+        """The keyframes whose appearance is most similar to the features', the most similar first.
 
         Args:
             features: those of the view that is compared.
@@ -112,7 +112,7 @@ class LoopClosure:
         Args:
             keyframe: what it is registered to.
             view: the view.
-            guesses: keyframe_from_view (4, 4) to start from, none where only looks led to the pair.
+            guesses: keyframe_from_view (4, 4) to start from, none where appearance alone led to the pair.
             calibration: the colour camera as known so far.
         """
         tries = TRIES if guesses else MANY_TRIES

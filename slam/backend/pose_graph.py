@@ -75,7 +75,7 @@ class PoseGraph:
             self._isam.update(self._new_factors, self._new_values)
             self._isam.update()
         except RuntimeError:
-            # GTSAM's word for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
+            # GTSAM raises it for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
             self.smooth()
             self.replace(self.edges)
             return self.poses
@@ -142,7 +142,7 @@ class PoseGraph:
 
 
 def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
-    """How many sigmas an edge is off at the given poses."""
+    """How many sigmas an edge differs from the given poses: its Mahalanobis distance."""
     measured = gtsam.Pose3(edge.a_from_b)
     predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
     error = np.asarray(measured.localCoordinates(predicted))

@@ -3,8 +3,8 @@
 Recordings promise that colour and depth share one pixel grid. Many do not keep it: the depth of 7-Scenes is not
 registered to its colour, whose focal length is a tenth shorter, and consumer colour lenses are distorted. The
 corrections are few and enter every feature's residual linearly, so the frames themselves reveal them: depth gives
-the motion, features say how colour saw it. Until they are known, a feature counts only in the directions that
-they cannot explain, since they are solved for along with each pose.
+the motion, features show how colour saw it. Until the corrections are known, a feature counts only in the
+directions that they cannot explain, since they are solved for along with each pose.
 
 One of them is a time: most colour sensors are read row by row, so while the camera turns, the top of an image shows
 where it looked earlier than its bottom does.
@@ -19,9 +19,10 @@ import numpy as np
 from razer.arrays import Float64Array, FloatArray
 
 N_PARAMETERS = 7
+SCALE, BASELINE, READOUT = 0, 5, 6  # of the parameters, those that are read one by one
 MIN_DEPTH_M = 0.1  # no sensor reads nearer; a reading of 0 is none and divides nothing
 NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-# How far recordings are believed to stray: focal length 5 %, radial terms, principal point 3 % of the focal length,
+# Prior: how far recordings stray, focal length 5 %, radial terms, principal point 3 % of the focal length,
 # a baseline of a few centimetres, and a readout within a frame of video.
 PRIOR_SIGMA = np.array([0.05, 0.1, 0.1, 0.03, 0.03, 0.03, 0.03])
 # Frames that share a keyframe, and features that share a lens, err together: their information counts by this share.
@@ -49,7 +50,7 @@ class ColorCalibration:
     def depth_rays(self, rays: FloatArray, depth_m: FloatArray) -> Float64Array:
         """Rays (N, 2) from the depth camera to what the colour camera saw along nominal rays at depths (N,)."""
         result = self.bearings(rays)
-        result[:, 0] -= self.parameters[5] / np.maximum(depth_m, MIN_DEPTH_M)
+        result[:, 0] -= self.parameters[BASELINE] / np.maximum(depth_m, MIN_DEPTH_M)
         return result
 
     def updated(self, correction: Float64Array, likelihood: Float64Array) -> ColorCalibration:
@@ -61,8 +62,8 @@ class ColorCalibration:
 
 
 def readout_flow(rays: FloatArray, row_times: FloatArray, turning_rad_s: Float64Array) -> Float64Array:
-    """By how much the bearings (N, 2) of rays (N, 2) are off for a camera that turns at (3,) rad/s, per second of
-    readout; row_times (N,) are when each was read, -0.5 = with the first row, 0.5 = with the last."""
+    """Rolling-shutter displacement (N, 2) of the bearings of rays (N, 2) per second of readout, for a camera that turns
+    at (3,) rad/s; row_times (N,) are when each was read, -0.5 = with the first row, 0.5 = with the last."""
     x, y = rays.T
     wx, wy, wz = turning_rad_s
     along = wx * y - wy * x
@@ -74,10 +75,10 @@ def bearing_derivatives(rays: FloatArray, flow: FloatArray) -> Float64Array:
     second of readout; the baseline has none here."""
     squared = (rays**2).sum(axis=1, keepdims=True)
     result = np.zeros((len(rays), 2, N_PARAMETERS))
-    result[:, :, 0] = rays
+    result[:, :, SCALE] = rays
     result[:, :, 1] = rays * squared
     result[:, :, 2] = rays * squared**2
     result[:, 0, 3] = 1.0
     result[:, 1, 4] = 1.0
-    result[:, :, 6] = flow
+    result[:, :, READOUT] = flow
     return result

@@ -11,7 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration, bearing_derivatives, readout_flow
+from slam.frontend.color_calibration import (
+    BASELINE,
+    N_PARAMETERS,
+    SCALE,
+    ColorCalibration,
+    bearing_derivatives,
+    readout_flow,
+)
 from slam.frontend.features import Features
 
 INLIER_SIGMAS = 3.0  # of the deviations of a feature; 99 in 100 true correspondences are within
@@ -108,7 +115,7 @@ class Correspondences:
         """The points (M, 3) in the target's depth camera."""
         bearings = self._target_derivatives @ parameters
         points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
-        points[:, 0] -= parameters[5]
+        points[:, 0] -= parameters[BASELINE]
         return points
 
     def source_bearings(self, parameters: Float64Array) -> Float64Array:
@@ -123,10 +130,10 @@ class Correspondences:
         whole world would shrink its errors, too.
         """
         predicted = _in_source(self.points(parameters), target_from_source)
-        predicted[:, 0] += parameters[5]
+        predicted[:, 0] += parameters[BASELINE]
         depth = np.where(predicted[:, 2:] > MIN_DEPTH_M, predicted[:, 2:], np.nan)
         error = predicted[:, :2] / depth - self.source_bearings(parameters)
-        return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
+        return np.nan_to_num(error / (parameters[SCALE] * self.sigma[:, None]), nan=np.inf)
 
     def inliers(
         self, target_from_source: Float64Array, parameters: Float64Array, sigmas: float = INLIER_SIGMAS
@@ -142,8 +149,8 @@ class Correspondences:
         in_front = np.asarray(np.isfinite(residual).all(axis=1))
         part = self if in_front.all() else self.select(in_front)
         residual = residual[in_front]
-        jacobian = part._jacobian(target_from_source, parameters) / (parameters[0] * part.sigma[:, None, None])
-        jacobian[:, :, 6] -= residual / parameters[0]
+        jacobian = part._jacobian(target_from_source, parameters) / (parameters[SCALE] * part.sigma[:, None, None])
+        jacobian[:, :, 6 + SCALE] -= residual / parameters[SCALE]
         squared = (residual**2).sum(axis=1)
         weight = 1 / (1 + squared / 4)
         weighted = jacobian * weight[:, None, None]
@@ -156,7 +163,7 @@ class Correspondences:
         """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
         points = self.points(parameters)
         predicted = _in_source(points, target_from_source)
-        predicted[:, 0] += parameters[5]
+        predicted[:, 0] += parameters[BASELINE]
         x, y, z = predicted.T
         projection = np.zeros((len(self), 2, 3))
         projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
@@ -166,7 +173,7 @@ class Correspondences:
             self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._target_derivatives)
             - self._source_derivatives
         )
-        by_camera[:, :, 5] = projection[:, :, 0] - by_point[:, :, 0]
+        by_camera[:, :, BASELINE] = projection[:, :, 0] - by_point[:, :, 0]
         return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
 
 

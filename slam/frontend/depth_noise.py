@@ -10,15 +10,15 @@ from razer.arrays import Float32Array, FloatArray
 from slam.config import DepthSettings
 
 # Squared scale of the depth residuals, in those of the sensor at rest: up to the first, nothing but noise is in them
-# and depth is not smeared; from the second on it is believed to be.
+# and depth is not smeared; from the second on it is taken to be.
 UNSMEARED, SMEARED = 0.5, 1.0
 MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
 
 
 @dataclass(frozen=True)
 class DepthNoise:
-    """The sensor's own noise, and `smear`: how far off depth may be since the camera turned while it was taken, metres
-    at one metre; it counts where depth is found to be off."""
+    """The sensor's own noise, and `smear`: the error of depth if it was taken while the camera turned, metres at one
+    metre; it counts where residuals are larger than the sensor's noise."""
 
     sensor: DepthSettings
     smear: float = 0.0

@@ -84,7 +84,7 @@ def faint_texture(gray: Uint8Array) -> Uint8Array:
 
 def in_image(points: Float64Array, octaves: IndexArray, shape: tuple[int, ...]) -> Float64Array:
     """Where in the image (H, W) corners (N, 2) lie that OpenCV reports as a pixel of its pyramid times
-    the nominal reduction: off by half a pixel of the reduced image, and by what its size was rounded."""
+    the nominal reduction: wrong by half a pixel of the reduced image, and by what its size was rounded."""
     nominal = OCTAVE ** octaves[:, None]
     size = np.array(shape[::-1], np.float64)
     result: Float64Array = (points / nominal + 0.5) * (size / np.rint(size / nominal)) - 0.5
@@ -122,7 +122,7 @@ _MATCHER = cv2.BFMatcher(cv2.NORM_HAMMING)
 
 
 def match_features(target: Features, source: Features, settings: FeatureSettings) -> IndexArray:
-    """Pairs (M, 2) of (target, source) features that look alike, of which the target has a depth."""
+    """Pairs (M, 2) of (target, source) features with similar descriptors, of which the target has a depth."""
     with_depth = np.flatnonzero(target.depth_m > 0)
     if len(with_depth) < 2 or len(source) < 2:
         return np.zeros((0, 2), np.intp)

@@ -50,8 +50,8 @@ class IcpResult:
     """Where the source view lies in the target's frame.
 
     information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
-    source's points that fall on the target's image; agreement, the share of those with a reading there that lie on
-    it; fit, the share of all its points there, each counting the less the farther off; rms of the depth residuals in
+    source's points that fall on the target's image; agreement, the share of those with a reading that lie on
+    it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
     sigmas; n_features, inliers among the correspondences; calibration, with what was learnt.
     """
 
@@ -66,7 +66,7 @@ class IcpResult:
 
     @property
     def score(self) -> float:
-        """Share of the source's points found on the target."""
+        """Share of the source's points that lie on the target's surface."""
         return self.overlap * self.agreement
 
     @property
@@ -168,11 +168,11 @@ def _depth_term(
     distance = _dot(gap, normal)
     facing = _dot(pose[:3, :3].astype(np.float32) @ _columns(source.sample_normals, inside), normal)
     near = _dot(gap, gap) < 4 * level.reach_m**2
-    good = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > MIN_NORMAL_COSINE))
-    agreement = len(good) / max(len(inside), 1)
-    if len(good) < MIN_POINTS:
+    matched = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > MIN_NORMAL_COSINE))
+    agreement = len(matched) / max(len(inside), 1)
+    if len(matched) < MIN_POINTS:
         return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
-    moved, normal, distance = _columns(moved, good), _columns(normal, good), np.take(distance, good)
+    moved, normal, distance = _columns(moved, matched), _columns(normal, matched), np.take(distance, matched)
     scale = np.reciprocal(noise.sigma(moved[2], distance))
     residual = distance * scale
     weight = _weight(residual, level.strict)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from data_tools.open_sequence import open_sequence
 from slam.config import ColorSettings, DepthSettings, FeatureSettings, KeyframeSettings, SlamConfig
-from slam.frontend.color_calibration import NOMINAL, ColorCalibration
+from slam.frontend.color_calibration import NOMINAL, READOUT, ColorCalibration
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import needs_keyframe
@@ -19,7 +19,6 @@ from slam.frontend.keyframes import STILL, View
 from slam.se3 import exp_se3
 from slam.system import SlamSystem
 
-READOUT = 6  # of the parameters of the colour camera
 FIELDS = [
     (f"{section}.{name}", field) for section, group in SlamConfig() for name, field in type(group).model_fields.items()
 ]
@@ -88,7 +87,7 @@ def test_features_are_as_many_and_as_spread_as_the_settings_say(room):
         config = SlamConfig(features=FeatureSettings(**settings))
         return FeatureExtractor(config).extract(room[10], ColorCalibration.nominal())
 
-    assert len(features(count=400)) <= 400 < len(features())
+    assert len(features(count=600)) <= 600 < len(features())
     halves = features(count=400, grid_rows=1, grid_columns=2).rays[:, 0]
     middle = (319.5 - room.intrinsics.cx) / room.intrinsics.fx
     assert (halves < middle).sum() <= 201
