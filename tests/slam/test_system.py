@@ -317,6 +317,20 @@ def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys)
         np.testing.assert_allclose(np.linalg.norm(rows[:, 4:], axis=1), 1, atol=1e-6)
 
 
+def test_track_takes_settings_from_the_command_line_and_from_a_file(clip, tmp_path, capsys):
+    options = ("--max-frames", "8", "--json")
+    counts = []
+    (tmp_path / "often.toml").write_text("[slam.keyframes]\nmax_shift_m = 0.001\n")
+    for settings in ((), ("--set", "slam.keyframes.max_shift_m=0.001"), ("--config", tmp_path / "often.toml")):
+        code, printed = call(capsys, "track", clip, *options, *settings)
+        assert code == 0
+        counts.append(json.loads(printed.out.splitlines()[-1])["keyframes"])
+    assert counts[0] < counts[1] == counts[2] == 8
+    code, printed = call(capsys, "track", clip, "--set", "slam.keyframes.max_shift=1")
+    assert code == 2
+    assert "slam.keyframes.max_shift_m" in printed.err
+
+
 def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsys):
     shutil.copytree(clip, tmp_path / "clip", ignore=shutil.ignore_patterns("trajectory.txt", "truth"))
     options = ("--no-timeline", "--max-frames", "12", "--json")
