@@ -28,10 +28,10 @@ from slam.system import SlamSystem
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 
 
-def errors_m(found, truth):
+def errors_m(poses, truth):
     """Distances of estimated positions to the true ones after the best rigid alignment, by index."""
-    indices = sorted(found)
-    estimated = np.stack([found[i] for i in indices])
+    indices = sorted(poses)
+    estimated = np.stack([poses[i] for i in indices])
     true = np.stack([truth[i] for i in indices])
     aligned = umeyama(estimated[:, :3, 3], true[:, :3, 3]) @ estimated
     return np.linalg.norm(aligned[:, :3, 3] - true[:, :3, 3], axis=1)
@@ -104,9 +104,9 @@ def test_a_camera_that_turns_fast_is_never_lost_and_its_readout_is_learnt(real_d
     shots, slam = frames[::-1] if backwards else frames, SlamSystem()
     assert all(pose is not None for pose in located_in_time(slam, shots))
     slam.finish()
-    found = slam.trajectory()
-    assert root_mean_square(errors_m(found, [shot.pose for shot in shots])) < 0.02
-    estimated = Rotation.from_matrix([found[n][:3, :3] for n in range(len(shots))])
+    poses = slam.trajectory()
+    assert root_mean_square(errors_m(poses, [shot.pose for shot in shots])) < 0.02
+    estimated = Rotation.from_matrix([poses[n][:3, :3] for n in range(len(shots))])
     off = Rotation.from_matrix([shot.pose[:3, :3] for shot in shots]) * estimated.inv()
     assert np.degrees(root_mean_square((off.mean().inv() * off).magnitude())) < 1.5
     readout_s = slam.calibration.parameters[6]
@@ -137,21 +137,21 @@ def test_a_camera_that_went_blind_is_found_again_where_it_has_been(frames):
     slam = SlamSystem()
     assert all(pose is not None for pose in located(slam, frames[:40], 0))
     assert located(slam, [blank(frame) for frame in frames[:40]], 40) == [None] * 40
-    found = located(slam, frames[5:25], 80)
-    assert all(pose is not None for pose in found[10:])
+    poses = located(slam, frames[5:25], 80)
+    assert all(pose is not None for pose in poses[10:])
     truth = inverse(frames[0].pose) @ frames[24].pose
-    assert length_m(inverse(truth) @ found[-1]) < 0.05
+    assert length_m(inverse(truth) @ poses[-1]) < 0.05
 
 
 def test_a_camera_that_went_blind_for_a_moment_goes_on(frames):
     slam = SlamSystem()
     located(slam, frames[:20], 0)
     located(slam, [blank(frame) for frame in frames[20:23]], 20)
-    found = located(slam, frames[23:26], 23)
-    assert all(pose is not None for pose in found)
+    poses = located(slam, frames[23:26], 23)
+    assert all(pose is not None for pose in poses)
     assert all(keyframe.submap == 0 for keyframe in slam.keyframes.all)
     truth = inverse(frames[0].pose) @ frames[25].pose
-    assert length_m(inverse(truth) @ found[-1]) < 0.06
+    assert length_m(inverse(truth) @ poses[-1]) < 0.06
 
 
 def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(room):
@@ -170,9 +170,9 @@ def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(
     assert {keyframe.submap for keyframe in slam.keyframes.all} == {0}
     truth = {n: shot.pose for n, shot in enumerate(shots[:10])}
     truth |= {22 + n: shot.pose for n, shot in enumerate([*shots[60:75], *shots[73::-1]])}
-    found = slam.trajectory()
-    assert len(found) >= len(truth) - 2
-    assert root_mean_square(errors_m(found, truth)) < 0.06
+    poses = slam.trajectory()
+    assert len(poses) >= len(truth) - 2
+    assert root_mean_square(errors_m(poses, truth)) < 0.06
 
 
 def test_the_submap_that_shows_most_frames_is_the_world_in_the_end(room):
@@ -184,11 +184,11 @@ def test_the_submap_that_shows_most_frames_is_the_world_in_the_end(room):
     slam.finish()
     changed = slam.corrections()
     assert [index for index, pose in changed.items() if pose is None] == [0, 1, 2]
-    found = {index: pose for index, pose in changed.items() if pose is not None}
-    assert min(found) > 5
-    assert slam.trajectory().keys() == found.keys()
+    poses = {index: pose for index, pose in changed.items() if pose is not None}
+    assert min(poses) > 5
+    assert slam.trajectory().keys() == poses.keys()
     truth = {6 + n: room[60 + n].pose for n in range(15)}
-    assert root_mean_square(errors_m(found, {n: truth[n] for n in found})) < 0.03
+    assert root_mean_square(errors_m(poses, {n: truth[n] for n in poses})) < 0.03
     graph = slam.report().graph
     assert graph.n_unanchored == 1
     # What is the world is certain where it begins.
@@ -230,9 +230,9 @@ def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(
     while (look := locator(LATE)).index != NOTHING_LEFT:
         late.append(look)
     assert all(look.late and not look.lost for look in late)
-    found = [look.index for look in late]
+    late_indices = [look.index for look in late]
     # All but the blank ones, and the few before the camera gave up looking for where it had been.
-    assert found == [index for index in lost if index >= 18]
+    assert late_indices == [index for index in lost if index >= 18]
     for look in late:
         np.testing.assert_allclose(look.frame.pose, locator.poses.trajectory()[look.index], atol=0.0025)
     assert locator(LATE).index == NOTHING_LEFT

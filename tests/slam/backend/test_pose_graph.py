@@ -38,8 +38,8 @@ def graph_of(poses, edges):
     return graph
 
 
-def worst_m(found, poses):
-    return max(length_m(inverse(poses[n]) @ pose) for n, pose in found.items())
+def worst_m(estimated, poses):
+    return max(length_m(inverse(poses[n]) @ pose) for n, pose in estimated.items())
 
 
 def test_exact_edges_have_the_truth_as_their_optimum(rng):
