@@ -1,26 +1,27 @@
-"""Where the camera was: poses that came with the frames, or estimated ones, behind the same few methods."""
+"""Pose sources: poses that came with the frames, or estimated ones, behind the same few methods."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Protocol
 
-from razer.arrays import Float64Array
+from razer.arrays import Pose
 from razer.frame import Frame
 from slam.report import PoseReport
 
-Pose = Float64Array
+__all__ = ["GivenPoses", "Pose", "Poses"]
 
 
 class Poses(Protocol):
     """A source of poses."""
 
     def locate(self, frame: Frame) -> Pose | None:
-        """world_from_camera (4, 4) of a frame, None = lost; raises UnusableFrame where it cannot tell."""
+        """world_from_camera (4, 4) of a frame, None = lost; raises UnusableFrame where the frame does not
+        allow any answer."""
 
     def corrections(self) -> Mapping[int, Pose | None]:
         """Poses that changed since the last call, by frame index: the map must follow them. None = not known after
-        all: what the frame showed must be forgotten."""
+        all: what the frame showed must be removed."""
 
     def finish(self) -> None:
         """No more frames will come: the last corrections can be made."""

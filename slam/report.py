@@ -1,4 +1,4 @@
-"""What the pose estimation knows, for whoever wants to watch or keep it: plain values, cheap to gather and to send."""
+"""Reports of the pose estimation, for whoever watches or keeps them: plain values, cheap to gather and to send."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from slam.frontend.keyframes import Keyframe
 
 @dataclass(frozen=True, slots=True)
 class TrackingQuality:
-    """How well a frame was found in front of a keyframe: features that agree; the share of its depth readings that lie
-    on the keyframe's (agreement), and the share of all its points that do (score); standard deviations along the least
+    """How well a frame was registered to a keyframe: features that agree; the share of its depth readings that lie on
+    the keyframe's (agreement), and the share of all its points that do (score); standard deviations along the least
     certain axes."""
 
     n_features: int
@@ -26,9 +26,9 @@ class TrackingQuality:
     sigma_shift_m: float
 
     @classmethod
-    def of(cls, found: IcpResult) -> TrackingQuality:
+    def of(cls, result: IcpResult) -> TrackingQuality:
         """The figures of a registration."""
-        return cls(found.n_features, found.agreement, found.score, *found.sigma)
+        return cls(result.n_features, result.agreement, result.score, *result.sigma)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class GraphReport:
 
     frames (K,) indices and stamps (K,) seconds of the keyframes' frames; world_from_camera (K, 4, 4); edges (E, 2)
     rows of keyframes; is_odometry (E,), whether tracking led from one to the other; n_loops, edges that close a loop;
-    n_unanchored, keyframes that nothing ties to it. covariances (6, 6) by frame index, of those keyframes that
-    it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own axes, that
-    takes the estimated pose to the true one.
+    n_unanchored, keyframes of submaps that are not merged with it. covariances (6, 6) by frame index, of those
+    keyframes that it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own
+    axes, that takes the estimated pose to the true one.
     """
 
     frames: Int64Array
@@ -59,27 +59,34 @@ class GraphReport:
         n_loops: int,
         covariances: Mapping[int, Float64Array],
     ) -> GraphReport:
-        """The present state; `edges` and `covariances` know keyframes by number."""
-        tied = [keyframe for keyframe in keyframes if keyframe.submap == 0]
-        row = {keyframe.number: n for n, keyframe in enumerate(tied)}
+        """The present state, from keyframes known by number.
+
+        Args:
+            keyframes: all keyframes, in the order of their numbers.
+            edges: all edges of the pose graph.
+            n_loops: edges that close a loop.
+            covariances: (6, 6) by keyframe.
+        """
+        anchored = [keyframe for keyframe in keyframes if keyframe.submap == 0]
+        row = {keyframe.number: n for n, keyframe in enumerate(anchored)}
         between = [edge for edge in edges if edge.a in row and edge.b in row]
         return cls(
-            frames=np.array([k.view.index for k in tied], np.int64),
-            stamps=np.array([k.view.stamp for k in tied], np.float64),
-            world_from_camera=np.array([k.world_from_camera for k in tied]).reshape(-1, 4, 4),
+            frames=np.array([k.view.index for k in anchored], np.int64),
+            stamps=np.array([k.view.stamp for k in anchored], np.float64),
+            world_from_camera=np.array([k.world_from_camera for k in anchored]).reshape(-1, 4, 4),
             edges=np.array([(row[e.a], row[e.b]) for e in between], np.int64).reshape(-1, 2),
-            is_odometry=np.array([e.sure for e in between], bool),
+            is_odometry=np.array([e.is_odometry for e in between], bool),
             n_loops=n_loops,
-            n_unanchored=len(keyframes) - len(tied),
+            n_unanchored=len(keyframes) - len(anchored),
             covariances={keyframes[n].view.index: c for n, c in covariances.items() if n in row},
         )
 
 
 @dataclass(frozen=True, slots=True)
 class PoseReport:
-    """Where the last frame is as known now (None: lost, or unanchored), how it was found (None: it was not, or begins a
-    submap of its own), and the pose graph if it was optimised since the last report."""
+    """Where the last frame is as known now (None: lost, or unanchored), how it was registered (None: it was not, or
+    begins a submap of its own), and the pose graph if it was optimised since the last report."""
 
     world_from_camera: Float64Array | None
-    found: TrackingQuality | None
+    tracking: TrackingQuality | None
     graph: GraphReport | None

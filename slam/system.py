@@ -1,63 +1,60 @@
-"""The camera's path from the frames alone: tracking against keyframes, loss and recovery, corrections."""
+"""Sparse RGB-D SLAM: frame-to-keyframe odometry, relocalisation, loop closure, pose-graph corrections."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, Pose
 from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.pose_graph import PoseGraph
-from slam.frontend.color_calibration import ColorCamera
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
 from slam.frontend.icp import IcpResult
-from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
-from slam.frontend.view_registration import Grids
-from slam.poses import Pose
+from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
+from slam.frontend.view_registration import ViewRegistration
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import angle_deg, length_m
 
-PATIENCE = 2  # frames that show something but nothing known, after which a new submap of the map is begun
-RESUME = 30  # frames after which the camera may be anywhere
-MIN_READINGS, MIN_CORNERS = 500, 50  # valid depth pixels and corners that a submap must begin with
-MIN_FEATURES = 20  # that agree, to go on where tracking was lost
-MOVED_M, MOVED_DEG = 0.002, 0.1  # a correction worth telling
-PAIRS_PER_FRAME = 1
+MIN_POINTS, MIN_CORNERS = 500, 50  # of depth and of colour that a submap must begin with: else nothing follows it
+MIN_FEATURES = 20  # that agree, to go on where tracking was lost: depth alone slides along walls
+MIN_CORRECTION_M, MIN_CORRECTION_DEG = 0.002, 0.1  # smaller ones are below what the map's voxels resolve
 
 
 @dataclass
-class _Located:
-    """A frame that was found in front of a keyframe, and the pose last told of it."""
+class _LocatedFrame:
+    """A frame in front of a keyframe, and the pose last reported for it."""
 
     keyframe: int
     keyframe_from_camera: Float64Array
-    told: Float64Array | None
+    reported: Pose | None
 
 
-@dataclass
 class SlamSystem:
-    """Odometry against keyframes, place recognition, and a pose graph (`method.md` section 2)."""
+    """Poses of frames by odometry against keyframes, place recognition, and a pose graph."""
 
-    map: KeyframeMap = field(default_factory=KeyframeMap)
-    camera: ColorCamera = field(default_factory=ColorCamera.nominal)
-
-    def __post_init__(self) -> None:
-        self._finder = FeatureExtractor()
-        self._tracking: FrameTracker | None = None
-        self._located: dict[int, _Located] = {}
-        self._lost_for = 0  # frames that show something, since the last that was found
-        self._missed = 0  # frames of any kind, since then
+    def __init__(self, config: SlamConfig = SlamConfig()) -> None:  # noqa: B008
+        self.config = config
+        self.map = KeyframeMap(config)
+        self.calibration = ColorCalibration.nominal()
+        self._extractor = FeatureExtractor(config)
+        self._registration = ViewRegistration(config)
+        self._tracker: FrameTracker | None = None
+        self._located: dict[int, _LocatedFrame] = {}
+        self._n_unknown = 0  # frames that show something, since the last that was located
+        self._n_missed = 0  # frames of any kind, since then
         self._travelled_m = 0.0
-        self._told_version = 0  # of the map's poses
+        self._corrected_version = 0  # of the map's poses
         self._reported_version = 0
         self._last_index: int | None = None
-        self._found: IcpResult | None = None
+        self._last_result: IcpResult | None = None
         self._finished = False
 
     @property
@@ -76,88 +73,88 @@ class SlamSystem:
         return self.map.n_loops
 
     def locate(self, frame: Frame) -> Pose | None:
-        """world_from_camera of a frame as far as it is known now; None = lost, or in a submap not tied to the rest."""
-        self._last_index, self._found = frame.index, None
-        turning = self._tracking.turning_rad_s(frame.stamp) if self._tracking is not None else STILL
-        view = View.of(frame, self._finder, self.camera, turning)
-        grids = view.grids()
-        tracking = self._find(view, grids)
-        if tracking is None:
+        """world_from_camera of a frame as far as it is known now; None = lost, or in an unanchored submap."""
+        self._last_index, self._last_result = frame.index, None
+        turning = STILL if self._tracker is None else self._tracker.turning_rad_s(frame.stamp)
+        view = View.of(frame, self._extractor.extract(frame, self.calibration), turning, self.config)
+        tracker = self._track(view)
+        if tracker is None:
             return None
-        here, here_from_camera = tracking.reference, tracking.reference_from_camera
-        if here.submap:
-            self.map.look_round(view, grids, here, here_from_camera, self.camera)
-        self.map.work(self.camera, PAIRS_PER_FRAME)
-        pose = self.map.pose(here.number, here_from_camera) if here.submap == 0 else None
-        self._located[frame.index] = _Located(here.number, here_from_camera, pose)
+        located = LocatedView(view, tracker.reference, tracker.reference_from_camera)
+        if located.reference.submap:
+            self.map.search_submaps(located, self.calibration)
+        self.map.close_loops(self.calibration, self.config.loop_closure.pairs_per_frame)
+        reference, from_camera = located.reference, located.reference_from_camera
+        pose = self.map.pose(reference.number, from_camera) if reference.submap == 0 else None
+        self._located[frame.index] = _LocatedFrame(reference.number, from_camera, pose)
         return pose
 
-    def _find(self, view: View, grids: Grids) -> FrameTracker | None:
-        """Track the view, or find it again, or begin a new submap with it."""
-        tracking = self._tracking
-        found = None if tracking is None else tracking.follow(view, grids, self.keyframes, self.camera)
-        if tracking is not None and found is not None:
-            return self._follow(tracking, *found, grids)
-        self._missed += 1
-        if tracking is not None and self._missed <= RESUME:
-            resumed = self._resumed(tracking, view, grids)
+    def _track(self, view: View) -> FrameTracker | None:
+        """Follow the camera to the view, or resume tracking with it, or begin a new submap."""
+        tracker, submaps = self._tracker, self.config.submaps
+        followed = None if tracker is None else tracker.follow(view, self.calibration)
+        if tracker is not None and followed is not None:
+            return self._advance(tracker, *followed)
+        self._n_missed += 1
+        if tracker is not None and self._n_missed <= submaps.resume_frames:
+            resumed = self._resume(tracker, view)
             if resumed is not None:
-                return self._track(tracking.reference, resumed.target_from_source, view, resumed)
-        if int(grids[-1].valid.sum()) < MIN_READINGS or len(view.features) < MIN_CORNERS:
+                return self._start(tracker.reference, resumed.target_from_source, view, resumed)
+        if view.pyramid.n_points < MIN_POINTS or len(view.features) < MIN_CORNERS:
             return None
-        self._lost_for += 1
-        if self.keyframes.all and self._lost_for <= PATIENCE:
+        self._n_unknown += 1
+        if self.keyframes.all and self._n_unknown <= submaps.patience_frames:
             return None
-        return self._track(self.map.begin_submap(view, grids, self._travelled_m), np.eye(4), view)
+        return self._start(self.map.begin_submap(view, self._travelled_m), np.eye(4), view)
 
-    def _track(
-        self, reference: Keyframe, reference_from_camera: Float64Array, view: View, found: IcpResult | None = None
+    def _start(
+        self, reference: Keyframe, reference_from_camera: Float64Array, view: View, result: IcpResult | None = None
     ) -> FrameTracker:
-        """Go on from a view in front of a keyframe, of whose motion nothing is known."""
-        self._tracking = FrameTracker(reference, reference_from_camera, np.eye(4), view.stamp)
-        self._found = found
-        self._lost_for = self._missed = 0
-        return self._tracking
+        """Track from a view in front of a keyframe, of whose motion nothing is known."""
+        self._tracker = FrameTracker(self.keyframes, self._registration, reference, reference_from_camera, view.stamp)
+        self._last_result = result
+        self._n_unknown = self._n_missed = 0
+        return self._tracker
 
-    def _follow(self, tracking: FrameTracker, view: View, found: IcpResult, grids: Grids) -> FrameTracker:
-        self.camera, self._found = found.camera, found
-        self._lost_for = self._missed = 0
-        tracking.advance(found.target_from_source, view.stamp)
-        self._travelled_m += length_m(tracking.step)
-        if needs_keyframe(found) and int(grids[-1].valid.sum()) >= MIN_READINGS:
-            keyframe = self.map.extend(tracking.reference, view, grids, found, self._travelled_m)
-            tracking.turn_to(keyframe, np.eye(4))
-        return tracking
+    def _advance(self, tracker: FrameTracker, view: View, result: IcpResult) -> FrameTracker:
+        self.calibration, self._last_result = result.calibration, result
+        self._n_unknown = self._n_missed = 0
+        tracker.advance(result.target_from_source, view.stamp)
+        self._travelled_m += length_m(tracker.step)
+        if needs_keyframe(result, self.config.keyframes) and view.pyramid.n_points >= MIN_POINTS:
+            keyframe = self.map.extend(tracker.reference, view, result, self._travelled_m)
+            tracker.turn_to(keyframe, np.eye(4))
+        return tracker
 
-    def _resumed(self, before: FrameTracker, view: View, grids: Grids) -> IcpResult | None:
+    def _resume(self, tracker: FrameTracker, view: View) -> IcpResult | None:
         """The view, soon after tracking was lost, in front of the same keyframe still."""
-        found = self.map.seen_from(before.reference, view, grids, before.reference_from_camera, self.camera)
-        if found is None or found.n_features < MIN_FEATURES or not before.may_move(found.target_from_source):
+        result = self.map.register(tracker.reference, view, tracker.reference_from_camera, self.calibration)
+        if result is None or result.n_features < MIN_FEATURES or not tracker.may_move(result.target_from_source):
             return None
-        return found
+        return result
 
     def corrections(self) -> Mapping[int, Pose | None]:
-        """Poses of located frames that differ from what was told of them last, those never told, and None for those
-        that were told of a submap which is not the world any more."""
-        if self._told_version == self.map.version:
+        """Poses of located frames that differ from those reported last, those never reported, and None for those
+        reported in a submap that is not the world any more."""
+        if self._corrected_version == self.map.version:
             return {}
-        self._told_version = self.map.version
+        self._corrected_version = self.map.version
         poses = self.trajectory()
         changed: dict[int, Pose | None] = {}
         for index, located in self._located.items():
-            if located.told is not None and index not in poses:
-                changed[index] = located.told = None
+            if located.reported is not None and index not in poses:
+                changed[index] = located.reported = None
         for index, pose in poses.items():
             located = self._located[index]
-            off = None if located.told is None else inverse(located.told) @ pose
-            if off is None or length_m(off) > MOVED_M or angle_deg(off) > MOVED_DEG:
-                changed[index] = located.told = pose
+            offset = None if located.reported is None else inverse(located.reported) @ pose
+            if offset is None or length_m(offset) > MIN_CORRECTION_M or angle_deg(offset) > MIN_CORRECTION_DEG:
+                changed[index] = located.reported = pose
         return changed
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop closures that proved false. The submap that
-        shows most frames is the world."""
-        self.map.finish(self.camera)
+        """Measure all pairs that overlap, smooth over everything, and drop loop closures that proved false. The submap
+        that shows most frames is the world."""
+        self.map.finish(self.calibration)
         frames = Counter(self.keyframes[located.keyframe].submap for located in self._located.values())
         if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):
             self.map.make_world(largest)
@@ -179,8 +176,9 @@ class SlamSystem:
         if self._reported_version != self.map.version:
             graph = GraphReport.of(self.keyframes.all, self.graph.edges, self.n_loops, self._covariances())
             self._reported_version = self.map.version
-        pose = None if located is None else located.told
-        return PoseReport(pose, None if self._found is None else TrackingQuality.of(self._found), graph)
+        pose = None if located is None else located.reported
+        result = self._last_result
+        return PoseReport(pose, None if result is None else TrackingQuality.of(result), graph)
 
     def _covariances(self) -> Mapping[int, Float64Array]:
         if self._finished:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
@@ -142,7 +143,7 @@ def settled(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:
     """What makes the source of poses, by the settled settings."""
-    return SlamSystem if config.input.poses == "slam" else GivenPoses
+    return partial(SlamSystem, config.slam) if config.input.poses == "slam" else GivenPoses
 
 
 def require_poses(sequence: RgbdSequence) -> None:

@@ -14,7 +14,7 @@ from rich.console import Console
 from app.console.progress import watch
 from app.pipeline.interrupt import StopRequest
 from app.pipeline.run_pipeline import selected_frames
-from app.settings.run_config import InputSettings
+from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
@@ -78,10 +78,10 @@ class TrackedPath:
         return TimedPoses(stamps[keep], np.stack(list(poses.values()))[keep], len(self.stamps))
 
 
-def tracked_path(sequence: RgbdSequence, settings: InputSettings, console: Console) -> TrackedPath:
+def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) -> TrackedPath:
     """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
-    path, slam = TrackedPath(), SlamSystem()
-    indices = selected_frames(len(sequence), settings)
+    path, slam = TrackedPath(), SlamSystem(config.slam)
+    indices = selected_frames(len(sequence), config.input)
     with StopRequest() as stop:
         for index in watch(indices, len(indices), lambda: f"{len(path.lost)} lost", console):
             if stop.requested:

@@ -82,6 +82,16 @@ class RecordingOptions(SourceOptions):
 
 @Parameter(name="*")
 @dataclass(frozen=True)
+class TrackOptions(RecordingOptions, SettingOptions):
+    """A recording, and settings of which those of the pose estimation count."""
+
+    def read(self) -> RunConfig:
+        """The settings these options lead to; raises BadInput."""
+        return read_config(self.config, self.set, self._recording_flags(), trust=self.trust)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 

@@ -1,4 +1,4 @@
-"""Every setting of a run: the method's own sections, what to read, which models, what to show."""
+"""Every setting of a run: the method's own sections, what to read, which models, pose estimation, what to show."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig
 from razer.plugins import PluginSettings
 from razer.settings import Settings
+from slam.config import SlamConfig
 
 
 class InputSettings(PluginSettings):
@@ -59,5 +60,6 @@ class RunConfig(MapperConfig):
 
     format: Literal[1] = Field(1, description="Version of this set of names.")
     input: InputSettings = InputSettings()
+    slam: SlamConfig = SlamConfig()
     run: RunSettings = RunSettings()
     timeline: TimelineConfig = TimelineConfig()

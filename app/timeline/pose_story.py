@@ -75,7 +75,7 @@ class PoseStory:
             self._lost_for = 0
 
     def _log_tracking(self, report: PoseReport, pose_ms: float) -> None:
-        log, found = self._log, report.found
+        log, found = self._log, report.tracking
         log.scalars(entities.TRACKED, [float(report.world_from_camera is not None)])
         log.scalars(entities.TRACKING_MS, [pose_ms])
         if found is None:

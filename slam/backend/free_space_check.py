@@ -1,7 +1,7 @@
-"""Whether two views can both be right: nothing may stand where the other looked through.
+"""Free-space consistency check of two views: nothing may stand where the other looked through.
 
 Places that look alike agree in most of what two views share, since only what agrees made them look alike. What gives
-them away is the rest: a door that hangs in the air in front of the corridor's end. So all of the depth is asked here,
+them away is the rest: a door that hangs in the air in front of the corridor's end. So all of the depth is compared,
 the far part too, which registration leaves out for its noise.
 """
 
@@ -13,22 +13,33 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse
+from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
-MARGIN_M, MARGIN_SHARE = 0.05, 0.03  # how far in front of a reading something must stand to contradict it
-MIN_SHARED = 50  # readings; with fewer in common there is nothing to ask
+MIN_SHARED = 50  # readings; with fewer in common there is no answer
+MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 
-def contradiction(target: View, source: View, target_from_source: Float64Array) -> float:
+def contradiction(target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings) -> float:
     """Share of the readings of one view, of those that fall on readings of the other, that stand where the other saw
-    through; the greater of both ways."""
-    return max(_standing(source, target, target_from_source), _standing(target, source, inverse(target_from_source)))
+    through; the greater of both ways.
+
+    Args:
+        target: one view.
+        source: the other.
+        target_from_source: (4, 4) the motion to be checked.
+        settings: how far in front of a reading something must stand to contradict it.
+    """
+    return max(
+        _standing_share(source, target, target_from_source, settings),
+        _standing_share(target, source, inverse(target_from_source), settings),
+    )
 
 
-def _standing(view: View, other: View, other_from_view: Float64Array) -> float:
+def _standing_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
     points = _points(view.sparse_depth, view.sparse_intrinsics) @ other_from_view[:3, :3].T + other_from_view[:3, 3]
     k = other.sparse_intrinsics
-    points = points[points[:, 2] > 0.1]
+    points = points[points[:, 2] > MIN_DEPTH_M]
     column, row = np.rint(points[:, :2] / points[:, 2:] * (k.fx, k.fy) + (k.cx, k.cy)).T.astype(int)
     inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
@@ -36,7 +47,7 @@ def _standing(view: View, other: View, other_from_view: Float64Array) -> float:
     read = other.sparse_depth[row[inside], column[inside]] > 0
     if read.sum() < MIN_SHARED:
         return 0.0
-    standing = points[inside, 2] < nearest - (MARGIN_M + MARGIN_SHARE * nearest)
+    standing = points[inside, 2] < nearest - (settings.margin_m + settings.margin_per_m * nearest)
     return float(standing[read].mean())
 
 

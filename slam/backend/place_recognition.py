@@ -1,6 +1,6 @@
-"""Which keyframes look like a view: bags of visual words.
+"""Place recognition by bags of visual words: the keyframes most similar to a view.
 
-The words are descriptors met in this very recording, added wherever nothing like them is known yet; so there is no
+The words are descriptors met in this very recording, added wherever none is near them yet; so there is no
 vocabulary to download, and the cost of a question is that of one product of a matrix and a vector (Sivic and
 Zisserman, ICCV 2003; growing vocabularies: Nicosevici and Garcia, T-RO 2012).
 """
@@ -13,13 +13,13 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, IndexArray, Uint8Array
 from slam.frontend.features import Features
 
-MAX_WORDS = 2048
+MAX_WORDS = 2048  # enough for a flat; the cost of a question grows with them
 NEW_WORD_BITS = 50  # a descriptor farther than this from every word may become one
 SAME_WORD_BITS = 50  # and one nearer is an instance of it
-WORDS_PER_VIEW = 60
-ASKED = 450  # features of a view that are looked up; more make the answer no better
-REWEIGH = 1.05  # words are weighed anew once there are so many times more keyframes
-LEAST = 1e-12  # of a squared norm, so that a view without words is like none
+WORDS_PER_VIEW = 60  # at most, so that the first views do not take them all
+MAX_LOOKED_UP = 450  # features of a view that are looked up; more make the answer no better
+REWEIGH_GROWTH = 1.05  # words get new weights once there are so many times more keyframes
+MIN_NORM = 1e-12  # of a squared norm, so that a view without words is like none
 
 
 class PlaceRecognition:
@@ -30,42 +30,42 @@ class PlaceRecognition:
         self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
         self._counts = np.zeros((64, MAX_WORDS), np.float32)
         self._norms = np.zeros(64, np.float32)
-        self._seen_in = np.zeros(MAX_WORDS, np.int64)
+        self._n_containing = np.zeros(MAX_WORDS, np.int64)
         self._weights = np.ones(MAX_WORDS, np.float32)
-        self._size = self._weighed_size = 0
+        self._size = self._size_at_weights = 0
 
     def add(self, features: Features) -> None:
         """A further keyframe."""
-        self._learn(features)
+        self._add_words(features)
         if self._size == len(self._counts):
             self._counts = np.concatenate([self._counts, np.zeros_like(self._counts)])
             self._norms = np.concatenate([self._norms, np.zeros_like(self._norms)])
         bag = self._bag(features)
         self._counts[self._size] = bag
-        self._seen_in += bag > 0
+        self._n_containing += bag > 0
         self._norms[self._size] = self._norm(bag)
         self._size += 1
-        if self._size > REWEIGH * self._weighed_size:
-            self._weigh()
+        if self._size > REWEIGH_GROWTH * self._size_at_weights:
+            self._update_weights()
 
-    def similar(self, features: Features) -> Float32Array:
+    def similarity(self, features: Features) -> Float32Array:
         """How alike (K,) each keyframe is, in [0, 1]: cosine of the bags, rare words weighing more (tf-idf)."""
         bag = self._bag(features)
         products = self._counts[: self._size] @ (bag * self._weights)
-        likeness: Float32Array = products / (self._norms[: self._size] * self._norm(bag))
-        return likeness
+        similarity: Float32Array = products / (self._norms[: self._size] * self._norm(bag))
+        return similarity
 
-    def _weigh(self) -> None:
-        """How rare words are changes slowly; so do the norms that follow from it."""
-        self._weights = np.square(np.log((1 + self._size) / (1 + self._seen_in))).astype(np.float32)
+    def _update_weights(self) -> None:
+        """Inverse document frequencies change slowly; so do the norms that follow from them."""
+        self._weights = np.square(np.log((1 + self._size) / (1 + self._n_containing))).astype(np.float32)
         counts = self._counts[: self._size]
-        self._norms[: self._size] = np.sqrt(np.maximum(np.square(counts) @ self._weights, LEAST))
-        self._weighed_size = self._size
+        self._norms[: self._size] = np.sqrt(np.maximum(np.square(counts) @ self._weights, MIN_NORM))
+        self._size_at_weights = self._size
 
     def _norm(self, bag: Float32Array) -> float:
-        return float(np.sqrt(max(float(np.square(bag) @ self._weights), LEAST)))
+        return float(np.sqrt(max(float(np.square(bag) @ self._weights), MIN_NORM)))
 
-    def _learn(self, features: Features) -> None:
+    def _add_words(self, features: Features) -> None:
         room = min(WORDS_PER_VIEW, MAX_WORDS - len(self._words))
         if room <= 0 or len(features) == 0:
             return
@@ -76,12 +76,12 @@ class PlaceRecognition:
         """The nearest word of each descriptor (N, 32) and its distance in bits."""
         if len(self._words) == 0:
             return np.zeros(len(descriptors), np.intp), np.full(len(descriptors), np.inf)
-        found = self._matcher.match(descriptors, self._words)
-        return np.array([m.trainIdx for m in found], np.intp), np.array([m.distance for m in found])
+        nearest = self._matcher.match(descriptors, self._words)
+        return np.array([m.trainIdx for m in nearest], np.intp), np.array([m.distance for m in nearest])
 
     def _bag(self, features: Features) -> Float32Array:
         if len(features) == 0 or len(self._words) == 0:
             return np.zeros(MAX_WORDS, np.float32)
-        word, bits = self._nearest(features.descriptors[:: -(-len(features) // ASKED)])
-        # What is like no word has none: else words learnt later would make all later views look alike.
+        word, bits = self._nearest(features.descriptors[:: -(-len(features) // MAX_LOOKED_UP)])
+        # A descriptor far from every word has none: else words added later would make all later views similar.
         return np.sqrt(np.bincount(word[bits <= SAME_WORD_BITS], minlength=MAX_WORDS)).astype(np.float32)

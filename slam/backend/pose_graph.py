@@ -1,4 +1,4 @@
-"""The keyframes' poses from the motions measured between them: iSAM2 while the camera moves, all at once at the end
+"""Pose graph of the keyframes: iSAM2 while the camera moves, Levenberg-Marquardt over everything at the end
 (Kaess et al., IJRR 2012; Dellaert and Kaess 2017). The only importer of GTSAM."""
 
 from __future__ import annotations
@@ -12,29 +12,30 @@ import numpy as np
 from razer.arrays import Float64Array
 from slam.se3 import adjoint
 
-# Registrations report the information of their residuals as if these were independent and all were right.
-EDGE_BELIEF = 0.003
+# Registrations report the information of their residuals as if these were independent and all were right; an edge
+# counts by this share of it.
+EDGE_SHARE = 0.003
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0
 # What tracking measured holds the chain together and is never let go, but pulls the less the more others contradict it.
 HUBER = 0.5
 # Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
 INFORMATION = (1.0, 1e7)
-ANCHOR_SIGMA = 1e-4
-ADRIFT_SIGMA = 1e1  # of the first keyframe of a submap that nothing ties to the rest
-RELINEARISE = 0.005  # radians and metres
+ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
+UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
+RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
 
 
 @dataclass(frozen=True)
 class PoseEdge:
     """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
-    (rotation, shift); `sure` where tracking led from one to the other, which needs no second opinion."""
+    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion."""
 
     a: int
     b: int
     a_from_b: Float64Array
     information: Float64Array
-    sure: bool = False
+    is_odometry: bool = False
 
 
 class PoseGraph:
@@ -55,7 +56,7 @@ class PoseGraph:
         self.poses: dict[int, Float64Array] = {}
 
     def add_keyframe(self, number: int, world_from_camera: Float64Array, unanchored: bool = False) -> None:
-        """A further keyframe at its first guess; the first one is fixed there, one unanchored hardly at all."""
+        """A further keyframe at its first guess; the first one is fixed there, an unanchored one hardly at all."""
         self._guesses[number] = world_from_camera
         self._new_values.insert(number, gtsam.Pose3(world_from_camera))
         if (not self.poses and number == 0) or unanchored:
@@ -74,7 +75,7 @@ class PoseGraph:
             self._isam.update(self._new_factors, self._new_values)
             self._isam.update()
         except RuntimeError:
-            # GTSAM's word for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
+            # GTSAM raises it for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
             self.smooth()
             self.replace(self.edges)
             return self.poses
@@ -85,11 +86,11 @@ class PoseGraph:
 
     def covariance(self, number: int) -> Float64Array | None:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
-        where iSAM2 cannot tell."""
+        where iSAM2 has none."""
         return _marginal(self._isam, number)
 
     def covariances(self) -> dict[int, Float64Array]:
-        """The marginal covariances of all keyframes at the present poses, without those that cannot be told."""
+        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed."""
         isam = _isam2()
         try:
             isam.update(*self._problem())
@@ -115,14 +116,14 @@ class PoseGraph:
         return graph, values
 
     def shift(self, poses: Mapping[int, Float64Array]) -> None:
-        """Start iSAM2 anew from other poses, as when a submap unanchored is tied to the rest."""
+        """Start iSAM2 anew from other poses, as when an unanchored submap is merged with another."""
         self.poses = dict(poses)
         for number in self._anchors:
             self._guesses[number] = self.poses[number]
         self.replace(self.edges)
 
     def fix(self, number: int) -> None:
-        """Let another keyframe, the first one of a submap unanchored, be the one whose pose is certain."""
+        """Let another keyframe, the first one of an unanchored submap, be the one whose pose is certain."""
         self._fixed = number
         self.shift(self.poses)
 
@@ -141,7 +142,7 @@ class PoseGraph:
 
 
 def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
-    """How many sigmas an edge is off at the given poses."""
+    """How many sigmas an edge differs from the given poses: its Mahalanobis distance."""
     measured = gtsam.Pose3(edge.a_from_b)
     predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
     error = np.asarray(measured.localCoordinates(predicted))
@@ -168,7 +169,7 @@ def _marginal(isam: gtsam.ISAM2, number: int) -> Float64Array | None:
 
 def _information(edge: PoseEdge) -> Float64Array:
     moved = adjoint(edge.a_from_b)
-    information = EDGE_BELIEF * moved.T @ edge.information @ moved
+    information = EDGE_SHARE * moved.T @ edge.information @ moved
     values, axes = np.linalg.eigh((information + information.T) / 2)
     bounded: Float64Array = axes * values.clip(*INFORMATION) @ axes.T
     return bounded
@@ -177,11 +178,11 @@ def _information(edge: PoseEdge) -> Float64Array:
 def _factor(edge: PoseEdge) -> gtsam.BetweenFactorPose3:
     noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(_information(edge))
     kernels = gtsam.noiseModel.mEstimator
-    kernel = kernels.Huber.Create(HUBER) if edge.sure else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
+    kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
     robust = gtsam.noiseModel.Robust.Create(kernel, noise)
     return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), robust)
 
 
 def _anchor(number: int, pose: Float64Array, unanchored: bool) -> gtsam.PriorFactorPose3:
-    noise = gtsam.noiseModel.Isotropic.Sigma(6, ADRIFT_SIGMA if unanchored else ANCHOR_SIGMA)
+    noise = gtsam.noiseModel.Isotropic.Sigma(6, UNANCHORED_SIGMA if unanchored else ANCHOR_SIGMA)
     return gtsam.PriorFactorPose3(number, gtsam.Pose3(pose), noise)

@@ -1,10 +1,10 @@
-"""Where the colour camera really looks, learnt while tracking.
+"""Online self-calibration of the colour camera against the depth camera: lens, offset, and rolling-shutter readout.
 
 Recordings promise that colour and depth share one pixel grid. Many do not keep it: the depth of 7-Scenes is not
 registered to its colour, whose focal length is a tenth shorter, and consumer colour lenses are distorted. The
-corrections are few and enter every feature's residual linearly, so the frames themselves tell them: depth gives
-the motion, features say how colour saw it. Until they are known, a feature counts only in the directions that
-they cannot explain, since they are solved for along with each pose.
+corrections are few and enter every feature's residual linearly, so the frames themselves reveal them: depth gives
+the motion, features show how colour saw it. Until the corrections are known, a feature counts only in the
+directions that they cannot explain, since they are solved for along with each pose.
 
 One of them is a time: most colour sensors are read row by row, so while the camera turns, the top of an image shows
 where it looked earlier than its bottom does.
@@ -19,16 +19,18 @@ import numpy as np
 from razer.arrays import Float64Array, FloatArray
 
 N_PARAMETERS = 7
+SCALE, BASELINE, READOUT = 0, 5, 6  # of the parameters, those that are read one by one
+MIN_DEPTH_M = 0.1  # no sensor reads nearer; a reading of 0 is none and divides nothing
 NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-# How far recordings are believed to stray: focal length 5 %, radial terms, principal point 3 % of the focal length,
+# Prior: how far recordings stray, focal length 5 %, radial terms, principal point 3 % of the focal length,
 # a baseline of a few centimetres, and a readout within a frame of video.
 PRIOR_SIGMA = np.array([0.05, 0.1, 0.1, 0.03, 0.03, 0.03, 0.03])
-# Frames that share a keyframe, and features that share a lens, err together.
-BELIEF = 0.05
+# Frames that share a keyframe, and features that share a lens, err together: their information counts by this share.
+INDEPENDENT_SHARE = 0.05
 
 
 @dataclass(frozen=True)
-class ColorCamera:
+class ColorCalibration:
     """The colour camera beside the depth camera: parameters (7,) = scale, two radial terms, offset x and y (all of
     normalised image coordinates), baseline in metres along x and seconds from the reading of the first row to that of
     the last, with their information (7, 7)."""
@@ -37,7 +39,7 @@ class ColorCamera:
     information: Float64Array
 
     @classmethod
-    def nominal(cls) -> ColorCamera:
+    def nominal(cls) -> ColorCalibration:
         """As the recording promises: one grid for both, within the usual errors."""
         return cls(NOMINAL.copy(), np.diag(PRIOR_SIGMA**-2.0))
 
@@ -48,35 +50,35 @@ class ColorCamera:
     def depth_rays(self, rays: FloatArray, depth_m: FloatArray) -> Float64Array:
         """Rays (N, 2) from the depth camera to what the colour camera saw along nominal rays at depths (N,)."""
         result = self.bearings(rays)
-        result[:, 0] -= self.parameters[5] / np.maximum(depth_m, 0.1)
+        result[:, 0] -= self.parameters[BASELINE] / np.maximum(depth_m, MIN_DEPTH_M)
         return result
 
-    def learnt(self, correction: Float64Array, likelihood: Float64Array) -> ColorCamera:
-        """The camera after a frame whose joint solution asked for `correction` (7,), with the information (7, 7) its
-        features alone hold of it; that information is believed by the share BELIEF only."""
-        information = self.information + BELIEF * likelihood
-        step = np.linalg.solve(information, BELIEF * (self.information + likelihood) @ correction)
-        return ColorCamera(self.parameters + step, information)
+    def updated(self, correction: Float64Array, likelihood: Float64Array) -> ColorCalibration:
+        """The calibration after a frame whose joint solution asked for `correction` (7,), with the information (7, 7)
+        its features alone hold of it; that information counts by INDEPENDENT_SHARE only."""
+        information = self.information + INDEPENDENT_SHARE * likelihood
+        step = np.linalg.solve(information, INDEPENDENT_SHARE * (self.information + likelihood) @ correction)
+        return ColorCalibration(self.parameters + step, information)
 
 
-def drift(rays: FloatArray, lateness: FloatArray, turning_rad_s: Float64Array) -> Float64Array:
-    """By how much the bearings (N, 2) of rays (N, 2) are off for a camera that turns at (3,) rad/s, per second of
-    readout; lateness (N,) is when each was read, -0.5 = with the first row, 0.5 = with the last."""
+def readout_flow(rays: FloatArray, row_times: FloatArray, turning_rad_s: Float64Array) -> Float64Array:
+    """Rolling-shutter displacement (N, 2) of the bearings of rays (N, 2) per second of readout, for a camera that turns
+    at (3,) rad/s; row_times (N,) are when each was read, -0.5 = with the first row, 0.5 = with the last."""
     x, y = rays.T
     wx, wy, wz = turning_rad_s
     along = wx * y - wy * x
-    return lateness[:, None] * np.column_stack([wy - wz * y - x * along, wz * x - wx - y * along])
+    return row_times[:, None] * np.column_stack([wy - wz * y - x * along, wz * x - wx - y * along])
 
 
-def bearing_derivatives(rays: FloatArray, drifts: FloatArray) -> Float64Array:
-    """Derivatives (N, 2, 7) of the bearings of nominal rays (N, 2) that drift so by the parameters; the baseline has
-    none here."""
+def bearing_derivatives(rays: FloatArray, flow: FloatArray) -> Float64Array:
+    """Derivatives (N, 2, 7) by the parameters of the bearings of nominal rays (N, 2), which move by flow (N, 2) per
+    second of readout; the baseline has none here."""
     squared = (rays**2).sum(axis=1, keepdims=True)
     result = np.zeros((len(rays), 2, N_PARAMETERS))
-    result[:, :, 0] = rays
+    result[:, :, SCALE] = rays
     result[:, :, 1] = rays * squared
     result[:, :, 2] = rays * squared**2
     result[:, 0, 3] = 1.0
     result[:, 1, 4] = 1.0
-    result[:, :, 6] = drifts
+    result[:, :, READOUT] = flow
     return result

@@ -1,4 +1,4 @@
-"""Points of one view seen again in another: matched features as a term of a registration, and as a start for it."""
+"""Feature correspondences between two views: their reprojection errors as a term of ICP, and PnP as a start for it."""
 
 from __future__ import annotations
 
@@ -7,16 +7,23 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.frontend.color_calibration import N_PARAMETERS, ColorCamera, bearing_derivatives, drift
+from slam.frontend.color_calibration import (
+    BASELINE,
+    N_PARAMETERS,
+    SCALE,
+    ColorCalibration,
+    bearing_derivatives,
+    readout_flow,
+)
 from slam.frontend.features import Features
 
-INLIER_SIGMAS = 3.0
-MIN_INLIERS = 12
+INLIER_SIGMAS = 3.0  # of the deviations of a feature; 99 in 100 true correspondences are within
+MIN_INLIERS = 12  # twice the unknowns: fewer agree by chance
+MIN_DEPTH_M = 0.05  # nearer points, and those behind the camera, are not projected
 
 
 @dataclass(frozen=True)
@@ -31,14 +38,15 @@ class ColorTerm:
 @dataclass(frozen=True)
 class Correspondences:
     """M points: target_rays (M, 2) nominal and target_depth_m (M,) where the target saw them, source_rays (M, 2) where
-    the source did, sigma (M,) of a ray, and how the rays drift (M, 2) per second of readout as the cameras turn."""
+    the source did, sigma (M,) of a ray, and how the rays move, target_flow and source_flow (M, 2), per second of
+    readout as the cameras turn."""
 
     target_rays: Float64Array
     target_depth_m: Float64Array
     source_rays: Float64Array
     sigma: Float64Array
-    target_drifts: Float64Array
-    source_drifts: Float64Array
+    target_flow: Float64Array
+    source_flow: Float64Array
 
     @classmethod
     def of(
@@ -49,55 +57,70 @@ class Correspondences:
         target_turning: Float64Array,
         source_turning: Float64Array,
     ) -> Correspondences:
-        """The sightings that matched pairs (M, 2) of features are, of cameras that turn at (3,) rad/s."""
+        """Correspondences from matched features.
+
+        Args:
+            target: features of the view with depth.
+            source: features of the view that is brought to it.
+            pairs: (M, 2) indices of matched (target, source) features.
+            target_turning: (3,) rad/s about the target camera's own axes.
+            source_turning: (3,) rad/s about the source camera's own axes.
+        """
         t, s = pairs.T
         return cls(
             target.rays[t],
             target.depth_m[t],
             source.rays[s],
             np.maximum(target.sigma[t], source.sigma[s]),
-            drift(target.rays[t], target.lateness[t], target_turning),
-            drift(source.rays[s], source.lateness[s], source_turning),
+            readout_flow(target.rays[t], target.row_times[t], target_turning),
+            readout_flow(source.rays[s], source.row_times[s], source_turning),
         )
 
     @classmethod
     def at_rest(
         cls, target_rays: Float64Array, target_depth_m: Float64Array, source_rays: Float64Array, sigma: Float64Array
     ) -> Correspondences:
-        """Sightings of cameras that do not turn."""
+        """Correspondences of cameras that do not turn.
+
+        Args:
+            target_rays: (M, 2) nominal rays of the target.
+            target_depth_m: (M,) metres, where the target has them.
+            source_rays: (M, 2) nominal rays of the source.
+            sigma: (M,) standard deviations of a ray.
+        """
         still = np.zeros((len(sigma), 2))
         return cls(target_rays, target_depth_m, source_rays, sigma, still, still)
 
     @classmethod
     def none(cls) -> Correspondences:
-        """No sightings at all."""
+        """No correspondences at all."""
         return cls.at_rest(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.sigma)
 
-    def select(self, keep: NDArray) -> Correspondences:
+    def select(self, keep: BoolArray | IndexArray) -> Correspondences:
         """Those at the given indices, or where a boolean is true."""
         return Correspondences(*(getattr(self, part.name)[keep] for part in fields(self)))
 
     @cached_property
-    def _of_target(self) -> Float64Array:
-        return bearing_derivatives(self.target_rays, self.target_drifts)
+    def _target_derivatives(self) -> Float64Array:
+        return bearing_derivatives(self.target_rays, self.target_flow)
 
     @cached_property
-    def _of_source(self) -> Float64Array:
-        return bearing_derivatives(self.source_rays, self.source_drifts)
+    def _source_derivatives(self) -> Float64Array:
+        return bearing_derivatives(self.source_rays, self.source_flow)
 
     def points(self, parameters: Float64Array) -> Float64Array:
         """The points (M, 3) in the target's depth camera."""
-        bearings = self._of_target @ parameters
+        bearings = self._target_derivatives @ parameters
         points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
-        points[:, 0] -= parameters[5]
+        points[:, 0] -= parameters[BASELINE]
         return points
 
     def source_bearings(self, parameters: Float64Array) -> Float64Array:
         """Where the source's colour camera saw them (M, 2)."""
-        bearings: Float64Array = self._of_source @ parameters
+        bearings: Float64Array = self._source_derivatives @ parameters
         return bearings
 
     def residuals(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
@@ -106,16 +129,16 @@ class Correspondences:
         Bearings are divided by the camera's scale, as rays are what was measured: else a camera that shrinks the
         whole world would shrink its errors, too.
         """
-        seen = _in_source(self.points(parameters), target_from_source)
-        seen[:, 0] += parameters[5]
-        depth = np.where(seen[:, 2:] > 0.05, seen[:, 2:], np.nan)
-        error = seen[:, :2] / depth - self.source_bearings(parameters)
-        return np.nan_to_num(error / (parameters[0] * self.sigma[:, None]), nan=np.inf)
+        predicted = _in_source(self.points(parameters), target_from_source)
+        predicted[:, 0] += parameters[BASELINE]
+        depth = np.where(predicted[:, 2:] > MIN_DEPTH_M, predicted[:, 2:], np.nan)
+        error = predicted[:, :2] / depth - self.source_bearings(parameters)
+        return np.nan_to_num(error / (parameters[SCALE] * self.sigma[:, None]), nan=np.inf)
 
     def inliers(
         self, target_from_source: Float64Array, parameters: Float64Array, sigmas: float = INLIER_SIGMAS
     ) -> BoolArray:
-        """Which sightings (M,) bool the motion explains."""
+        """Which correspondences (M,) bool the motion explains."""
         return (self.residuals(target_from_source, parameters) ** 2).sum(axis=1) < sigmas**2
 
     def term(self, target_from_source: Float64Array, parameters: Float64Array) -> ColorTerm:
@@ -123,11 +146,11 @@ class Correspondences:
         if len(self) == 0:
             return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
         residual = self.residuals(target_from_source, parameters)
-        known = np.asarray(np.isfinite(residual).all(axis=1))
-        part = self if known.all() else self.select(known)
-        residual = residual[known]
-        jacobian = part._jacobian(target_from_source, parameters) / (parameters[0] * part.sigma[:, None, None])
-        jacobian[:, :, 6] -= residual / parameters[0]
+        in_front = np.asarray(np.isfinite(residual).all(axis=1))
+        part = self if in_front.all() else self.select(in_front)
+        residual = residual[in_front]
+        jacobian = part._jacobian(target_from_source, parameters) / (parameters[SCALE] * part.sigma[:, None, None])
+        jacobian[:, :, 6 + SCALE] -= residual / parameters[SCALE]
         squared = (residual**2).sum(axis=1)
         weight = 1 / (1 + squared / 4)
         weighted = jacobian * weight[:, None, None]
@@ -139,15 +162,18 @@ class Correspondences:
     def _jacobian(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
         """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
         points = self.points(parameters)
-        seen = _in_source(points, target_from_source)
-        seen[:, 0] += parameters[5]
-        x, y, z = seen.T
+        predicted = _in_source(points, target_from_source)
+        predicted[:, 0] += parameters[BASELINE]
+        x, y, z = predicted.T
         projection = np.zeros((len(self), 2, 3))
         projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
         projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
         by_point = projection @ target_from_source[:3, :3].T
-        by_camera = self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._of_target) - self._of_source
-        by_camera[:, :, 5] = projection[:, :, 0] - by_point[:, :, 0]
+        by_camera = (
+            self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._target_derivatives)
+            - self._source_derivatives
+        )
+        by_camera[:, :, BASELINE] = projection[:, :, 0] - by_point[:, :, 0]
         return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
 
 
@@ -162,16 +188,18 @@ def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:
     return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
 
 
-def solve_pnp(sightings: Correspondences, camera: ColorCamera, tries: int) -> Float64Array | None:
-    """target_from_source by RANSAC over at most so many minimal sets of sightings (PnP); None where too few agree."""
-    if len(sightings) < MIN_INLIERS:
+def solve_pnp(correspondences: Correspondences, calibration: ColorCalibration, tries: int) -> Float64Array | None:
+    """target_from_source by RANSAC over at most so many minimal sets of correspondences (PnP); None where too few
+    agree."""
+    if len(correspondences) < MIN_INLIERS:
         return None
-    points, bearings = sightings.points(camera.parameters), sightings.source_bearings(camera.parameters)
-    found, turn, shift, inliers = cv2.solvePnPRansac(
+    points = correspondences.points(calibration.parameters)
+    bearings = correspondences.source_bearings(calibration.parameters)
+    solved, turn, shift, inliers = cv2.solvePnPRansac(
         points, bearings, np.eye(3), None, iterationsCount=tries, confidence=0.999,
-        reprojectionError=INLIER_SIGMAS * float(np.median(sightings.sigma)), flags=cv2.SOLVEPNP_AP3P,
+        reprojectionError=INLIER_SIGMAS * float(np.median(correspondences.sigma)), flags=cv2.SOLVEPNP_AP3P,
     )  # fmt: skip
-    if not found or inliers is None or len(inliers) < MIN_INLIERS:
+    if not solved or inliers is None or len(inliers) < MIN_INLIERS:
         return None
     source_from_target = np.eye(4)
     source_from_target[:3, :3] = Rotation.from_rotvec(turn.ravel()).as_matrix()

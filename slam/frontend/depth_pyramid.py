@@ -1,4 +1,4 @@
-"""A depth image as oriented points on coarse pixel grids, which is what registration works on."""
+"""Depth pyramid: a depth image as oriented points on coarse pixel grids, which is what ICP works on."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from razer.arrays import BoolArray, Float32Array
 from razer.frame import Intrinsics
 
 FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better on finer ones, only slower
-N_LEVELS = 2
-SPARSE_WIDTH = 80
-MAX_DEPTH_M = 4.0  # beyond it the noise of structured light drowns what shape there is
+N_LEVELS = 2  # the coarse one draws from afar, the fine one decides; a third changes nothing but the time
 JUMP_SHARE = 0.05  # neighbours whose depths differ by more than this share (and 3 cm) lie on two surfaces
 JUMP_M = 0.03
 
@@ -23,7 +21,7 @@ class SurfaceGrid:
     """Oriented points on the pixel grid of `intrinsics`, in camera coordinates.
 
     points and normals (3, H * W) float32 metres, normals of length one towards the camera; valid (H * W,) bool;
-    sample_points and sample_normals (3, R), those of every other valid one: all of them tell no more.
+    sample_points and sample_normals (3, R), those of every other valid one: all of them lead to the same motion.
     """
 
     intrinsics: Intrinsics
@@ -34,31 +32,52 @@ class SurfaceGrid:
     sample_normals: Float32Array
 
 
-def fine_depth(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
-    """The depth image (H, W) reduced to about FINE_WIDTH pixels across, without outliers and far readings."""
-    near = np.where(depth <= MAX_DEPTH_M, depth, np.float32(0))
+def fine_depth(depth: Float32Array, intrinsics: Intrinsics, max_depth_m: float) -> tuple[Float32Array, Intrinsics]:
+    """The depth image (H, W) reduced to about FINE_WIDTH pixels across, without outliers and readings farther than
+    max_depth_m, whose noise drowns what shape there is."""
+    near = np.where(depth <= max_depth_m, depth, np.float32(0))
     near = cv2.medianBlur(np.ascontiguousarray(near), 3)
     for _ in range(max(0, round(np.log2(intrinsics.width / FINE_WIDTH)))):
         near, intrinsics = halved(near, intrinsics)
     return near, intrinsics
 
 
-def sparse_depth(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
-    """One reading, as it is, of every few pixels of a depth image (H, W), about SPARSE_WIDTH across."""
-    step = max(1, round(intrinsics.width / SPARSE_WIDTH))
+def sparse_depth(depth: Float32Array, intrinsics: Intrinsics, width: int) -> tuple[Float32Array, Intrinsics]:
+    """One reading, as it is, of every few pixels of a depth image (H, W), about `width` across."""
+    step = max(1, round(intrinsics.width / width))
     sparse = np.ascontiguousarray(depth[step // 2 :: step, step // 2 :: step])
     k = intrinsics
     middle = (k.cx - step // 2) / step, (k.cy - step // 2) / step
     return sparse, Intrinsics(sparse.shape[1], sparse.shape[0], k.fx / step, k.fy / step, *middle)
 
 
-def depth_pyramid(fine: Float32Array, intrinsics: Intrinsics) -> tuple[SurfaceGrid, ...]:
-    """Grids of oriented points of a reduced depth image, the coarsest first."""
-    grids = [surface_grid(fine, intrinsics)]
-    for _ in range(N_LEVELS - 1):
-        fine, intrinsics = halved(fine, intrinsics)
-        grids.append(surface_grid(fine, intrinsics))
-    return tuple(reversed(grids))
+class DepthPyramid:
+    """Grids of oriented points of a reduced depth image (H, W), made when they are first asked for."""
+
+    def __init__(self, depth: Float32Array, intrinsics: Intrinsics) -> None:
+        self._depth, self._intrinsics = depth, intrinsics
+        self._levels: tuple[SurfaceGrid, ...] | None = None
+
+    @property
+    def levels(self) -> tuple[SurfaceGrid, ...]:
+        """The grids, the coarsest first."""
+        if self._levels is None:
+            depth, intrinsics = self._depth, self._intrinsics
+            grids = [surface_grid(depth, intrinsics)]
+            for _ in range(N_LEVELS - 1):
+                depth, intrinsics = halved(depth, intrinsics)
+                grids.append(surface_grid(depth, intrinsics))
+            self._levels = tuple(reversed(grids))
+        return self._levels
+
+    @property
+    def n_points(self) -> int:
+        """Oriented points of the finest grid."""
+        return int(self.levels[-1].valid.sum())
+
+    def release(self) -> None:
+        """Free the grids; they are made again, the same, when they are asked for."""
+        self._levels = None
 
 
 def halved(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
@@ -113,9 +132,9 @@ def surface_grid(depth: Float32Array, intrinsics: Intrinsics) -> SurfaceGrid:
 def _smooth(depth: Float32Array) -> BoolArray:
     """Which pixels have readings on both sides, each way, on the same surface."""
     smooth = np.zeros(depth.shape, bool)
-    here = depth[1:-1, 1:-1]
-    limit = JUMP_M + JUMP_SHARE * here
+    center = depth[1:-1, 1:-1]
+    limit = JUMP_M + JUMP_SHARE * center
     left, right, up, down = depth[1:-1, :-2], depth[1:-1, 2:], depth[:-2, 1:-1], depth[2:, 1:-1]
-    sides = (here > 0) & (left > 0) & (right > 0) & (up > 0) & (down > 0)
+    sides = (center > 0) & (left > 0) & (right > 0) & (up > 0) & (down > 0)
     smooth[1:-1, 1:-1] = sides & (np.abs(right - left) < limit) & (np.abs(down - up) < limit)
     return smooth

@@ -1,4 +1,5 @@
-"""ORB features spread over the image, with the depth they lie at, and their matches (Rublee et al., ICCV 2011)."""
+"""ORB features spread over the image, with the depth they lie at, and their matches (Rublee et al., ICCV 2011; ratio
+test: Lowe, IJCV 2004)."""
 
 from __future__ import annotations
 
@@ -10,13 +11,12 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray, Uint8Array
 from razer.frame import Frame
-from slam.frontend.color_calibration import ColorCamera
+from slam.config import FeatureSettings, SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
 
-N_FEATURES = 1000
-CELLS = (6, 8)  # rows and columns of the raster over which features are spread
-OCTAVE = 1.2
-MAX_DISTANCE = 64  # bits of 256: farther descriptors are not of the same point
-RATIO = 0.85  # the best match has to be this much nearer than the second
+OCTAVE = 1.2  # reduction from one level of ORB's image pyramid to the next, as its authors chose
+FAST_THRESHOLD = 8  # of grey levels; low, since the raster keeps the strongest corners of each cell anyway
+DETECTED_PER_KEPT = 3  # corners detected for each one kept, so that cells with weak ones get their share
 FEW = 300  # with fewer corners than this, faint ones are looked for, too
 FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shading between which they lie; contrast
 
@@ -24,27 +24,31 @@ FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shad
 @dataclass(frozen=True)
 class Features:
     """N corners of a colour image: rays (N, 2) float64, nominal x / z and y / z of the depth camera; descriptors
-    (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays; lateness (N,),
+    (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays; row_times (N,),
     when each was read, -0.5 = with the image's first row, 0.5 = with its last."""
 
     rays: Float64Array
     descriptors: Uint8Array
     depth_m: Float64Array
     sigma: Float64Array
-    lateness: Float64Array
+    row_times: Float64Array
 
     def __len__(self) -> int:
         return len(self.rays)
 
 
 class FeatureExtractor:
-    """Finds features; holds OpenCV's detector, which is costly to make."""
+    """Extracts features; holds OpenCV's detector, which is costly to make. Without a rolling shutter all rows of an
+    image are of one moment."""
 
-    def __init__(self, pixel_sigma: float = 1.5) -> None:
-        self._detector = cv2.ORB.create(nfeatures=3 * N_FEATURES, fastThreshold=8, scaleFactor=OCTAVE)
-        self._pixel_sigma = pixel_sigma
+    def __init__(self, config: SlamConfig) -> None:
+        self._settings = config.features
+        self._rolling_shutter = config.color.rolling_shutter
+        self._detector = cv2.ORB.create(
+            nfeatures=DETECTED_PER_KEPT * self._settings.count, fastThreshold=FAST_THRESHOLD, scaleFactor=OCTAVE
+        )
 
-    def find(self, frame: Frame, camera: ColorCamera) -> Features:
+    def extract(self, frame: Frame, calibration: ColorCalibration) -> Features:
         """The features of a frame, with depths where its colour camera, as far as known, saw them."""
         gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
         corners, descriptors = self._described(gray)
@@ -57,14 +61,14 @@ class FeatureExtractor:
         pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
-        sigma = (self._pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
-        lateness = (pixels[:, 1] + 0.5) / k.height - 0.5
-        return Features(rays, descriptors, depth_at(frame, camera, rays), sigma, lateness)
+        sigma = (self._settings.pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
+        row_times = (pixels[:, 1] + 0.5) / k.height - 0.5 if self._rolling_shutter else np.zeros(len(pixels))
+        return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, row_times)
 
     def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
         """Corners spread over the image, and their descriptors (N, 32)."""
-        found = spread(self._detector.detect(gray), gray.shape)
-        corners, descriptors = self._detector.compute(gray, found)
+        strongest = spread(self._detector.detect(gray), gray.shape, self._settings)
+        corners, descriptors = self._detector.compute(gray, strongest)
         if descriptors is None:
             return [], np.zeros((0, 32), np.uint8)
         return corners, descriptors.astype(np.uint8, copy=False)
@@ -80,32 +84,33 @@ def faint_texture(gray: Uint8Array) -> Uint8Array:
 
 def in_image(points: Float64Array, octaves: IndexArray, shape: tuple[int, ...]) -> Float64Array:
     """Where in the image (H, W) corners (N, 2) lie that OpenCV reports as a pixel of its pyramid times
-    the nominal reduction: off by half a pixel of the reduced image, and by what its size was rounded."""
+    the nominal reduction: wrong by half a pixel of the reduced image, and by what its size was rounded."""
     nominal = OCTAVE ** octaves[:, None]
     size = np.array(shape[::-1], np.float64)
     result: Float64Array = (points / nominal + 0.5) * (size / np.rint(size / nominal)) - 0.5
     return result
 
 
-def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...]) -> list[cv2.KeyPoint]:
+def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: FeatureSettings) -> list[cv2.KeyPoint]:
     """The strongest corners of each cell of a raster, so that a poster does not take them all."""
     if not corners:
         return []
+    rows, columns = settings.grid_rows, settings.grid_columns
     pixels = np.array([corner.pt for corner in corners])
-    row, column = (pixels[:, ::-1] * CELLS / np.array(shape)).astype(int).T
-    cell = row * CELLS[1] + column
+    row, column = (pixels[:, ::-1] * (rows, columns) / np.array(shape)).astype(int).T
+    cell = row * columns + column
     order = np.lexsort((-np.array([corner.response for corner in corners]), cell))
     start = np.searchsorted(cell[order], cell[order])
     rank = np.arange(len(order)) - start
-    return [corners[i] for i in order[rank < N_FEATURES // (CELLS[0] * CELLS[1])]]
+    return [corners[i] for i in order[rank < settings.per_cell]]
 
 
-def depth_at(frame: Frame, camera: ColorCamera, rays: Float64Array) -> Float64Array:
+def depth_at(frame: Frame, calibration: ColorCalibration, rays: Float64Array) -> Float64Array:
     """Depth (N,) in metres along the frame's axis of what the colour camera saw along nominal rays; 0 = none."""
     k = frame.intrinsics
     depth = np.full(len(rays), 2.0)
     for _ in range(2):  # with a baseline, where to read depends on what is read
-        u, v = (camera.depth_rays(rays, depth) * (k.fx, k.fy) + (k.cx, k.cy)).T
+        u, v = (calibration.depth_rays(rays, depth) * (k.fx, k.fy) + (k.cx, k.cy)).T
         column, row = np.rint(u).astype(int), np.rint(v).astype(int)
         inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
         read = np.where(inside, frame.depth[row.clip(0, k.height - 1), column.clip(0, k.width - 1)], 0.0)
@@ -116,15 +121,15 @@ def depth_at(frame: Frame, camera: ColorCamera, rays: Float64Array) -> Float64Ar
 _MATCHER = cv2.BFMatcher(cv2.NORM_HAMMING)
 
 
-def matches(target: Features, source: Features) -> IndexArray:
-    """Pairs (M, 2) of (target, source) features that look alike, of which the target has a depth."""
-    known = np.flatnonzero(target.depth_m > 0)
-    if len(known) < 2 or len(source) < 2:
+def match_features(target: Features, source: Features, settings: FeatureSettings) -> IndexArray:
+    """Pairs (M, 2) of (target, source) features with similar descriptors, of which the target has a depth."""
+    with_depth = np.flatnonzero(target.depth_m > 0)
+    if len(with_depth) < 2 or len(source) < 2:
         return np.zeros((0, 2), np.intp)
-    found = _MATCHER.knnMatch(source.descriptors, target.descriptors[known], k=2)
+    nearest_two = _MATCHER.knnMatch(source.descriptors, target.descriptors[with_depth], k=2)
     pairs = [
-        (known[best.trainIdx], best.queryIdx)
-        for best, second in found
-        if best.distance < MAX_DISTANCE and best.distance < RATIO * second.distance
+        (with_depth[best.trainIdx], best.queryIdx)
+        for best, second in nearest_two
+        if best.distance < settings.max_distance_bits and best.distance < settings.max_ratio * second.distance
     ]
     return np.array(pairs, np.intp).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""The motion between two views: depth against depth, point to plane, together with matched features.
+"""ICP: point-to-plane with projective association, together with the reprojection errors of matched features.
 
 Both are least squares in the same six unknowns, so their normal equations add up. Where the depth leaves a direction
 open, as along a bare corridor, features decide it, and the other way round.
@@ -11,30 +11,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray
-from razer.geometry import inverse
-from slam.frontend.color_calibration import N_PARAMETERS, ColorCamera
-from slam.frontend.correspondences import Correspondences
+from razer.arrays import Float32Array, Float64Array, IndexArray
+from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration
+from slam.frontend.correspondences import ColorTerm, Correspondences
+from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.se3 import exp_se3
 
 # Readings of neighbouring pixels err together, and those of one pixel alike from frame to frame, which pulls towards no
-# motion at all: thousands of them are worth a share of as many.
-DEPTH_BELIEF = 0.2
-FACING = 0.8  # least cosine between the normals of points that may be one
+# motion at all: thousands of them count as this share of as many.
+DEPTH_SHARE = 0.2
+MIN_NORMAL_COSINE = 0.8  # between the normals of points that may be one; noise alone turns normals by half as much
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
-HUBER = 1.5
-MIN_POINTS = 100
-# Squared scale of the depth residuals, in those of the sensor at rest: up to the first, nothing but noise is seen and
-# depth is not smeared; from the second on it is believed to be.
-UNSMEARED, SMEARED = 0.5, 1.0
-MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
-SOUND = 0.8  # least agreement of depth for features to tell of the colour camera
+HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level: 95 % efficient under normal noise
+MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
+MIN_CALIBRATION_AGREEMENT = 0.8  # of depth, for its motion to be known well enough to learn the colour camera from
+MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
+OVERLAP_REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
+MIN_STEP_RAD, MIN_STEP_M = 1e-4, 2e-4  # Gauss-Newton has converged: far below what a pixel resolves
 
 
 @dataclass(frozen=True)
 class Level:
-    """One level of a registration: how often to iterate at most, how far apart points may be (metres), and whether
+    """One level of the pyramid: how often to iterate at most, how far apart points may be (metres), and whether
     outliers are left out or, as long as it is not clear which ones they are, only weigh less."""
 
     iterations: int
@@ -51,9 +50,9 @@ class IcpResult:
     """Where the source view lies in the target's frame.
 
     information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
-    source's points that fall on the target's image; agreement, the share of those with a reading there that lie on
-    it; fit, the share of all its points there, each counting the less the farther off; rms of the depth residuals in
-    sigmas; n_features, inliers among the sightings; camera, with what was learnt.
+    source's points that fall on the target's image; agreement, the share of those with a reading that lie on
+    it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
+    sigmas; n_features, inliers among the correspondences; calibration, with what was learnt.
     """
 
     target_from_source: Float64Array
@@ -63,11 +62,11 @@ class IcpResult:
     fit: float
     rms: float
     n_features: int
-    camera: ColorCamera
+    calibration: ColorCalibration
 
     @property
     def score(self) -> float:
-        """Share of the source's points found on the target."""
+        """Share of the source's points that lie on the target's surface."""
         return self.overlap * self.agreement
 
     @property
@@ -92,95 +91,97 @@ def icp(
     source: Sequence[SurfaceGrid],
     target: Sequence[SurfaceGrid],
     guess: Float64Array,
-    sightings: Correspondences,
-    camera: ColorCamera,
+    correspondences: Correspondences,
+    calibration: ColorCalibration,
+    noise: DepthNoise,
     levels: Sequence[Level] = (COARSE, FINE),
-    smear: float = 0.0,
 ) -> IcpResult:
     """Refine the guess of target_from_source by Gauss-Newton, over levels of depth, the coarsest first.
 
-    `smear` is how far off depth may be since the camera turned while it was taken, metres at one metre; it counts where
-    depth is found to be off.
+    Args:
+        source: grids of the view that is moved, one for each level.
+        target: grids of the view it is brought to, one for each level.
+        guess: target_from_source (4, 4) to start from.
+        correspondences: matched features of the two views, for all levels.
+        calibration: the colour camera as known so far.
+        noise: of the depth of both views.
+        levels: how each level is iterated.
     """
-    pose, bend = guess.copy(), np.zeros(N_PARAMETERS)
+    pose, calibration_step = guess.copy(), np.zeros(N_PARAMETERS)
     for number, level in enumerate(levels):
         for _ in range(level.iterations):
-            depth = _depth_term(source[number], target[number], pose, level, smear)
-            color = sightings.term(pose, camera.parameters + bend)
-            information, gradient = _joint(depth, color.information, color.gradient, camera, bend)
+            depth = _depth_term(source[number], target[number], pose, level, noise)
+            color = correspondences.term(pose, calibration.parameters + calibration_step)
+            information, gradient = _joint(depth, color, calibration, calibration_step)
             step: Float64Array = np.linalg.solve(information, gradient).astype(np.float64)
             pose = exp_se3(step[:6]) @ pose
-            bend = bend + step[6:]
-            if np.abs(step[:3]).max() < 1e-4 and np.abs(step[3:6]).max() < 2e-4:
+            calibration_step = calibration_step + step[6:]
+            if np.abs(step[:3]).max() < MIN_STEP_RAD and np.abs(step[3:6]).max() < MIN_STEP_M:
                 break
-    return _result(pose, bend, depth, color.information, color.n_inliers, camera)
+    return _result(pose, depth, color, calibration, calibration_step)
 
 
 def _joint(
-    depth: _DepthTerm, color: Float64Array, color_gradient: Float64Array, camera: ColorCamera, bend: Float64Array
+    depth: _DepthTerm, color: ColorTerm, calibration: ColorCalibration, calibration_step: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Normal equations (13, 13) in pose and colour camera, whose present belief is the prior."""
-    information = color.copy()
-    information[:6, :6] += DEPTH_BELIEF * depth.information + 1e-6 * np.eye(6)
-    information[6:, 6:] += camera.information
-    gradient = color_gradient.copy()
-    gradient[:6] += DEPTH_BELIEF * depth.gradient
-    gradient[6:] -= camera.information @ bend
+    """Normal equations (13, 13) in pose and colour camera, whose calibration so far is the prior."""
+    information = color.information.copy()
+    information[:6, :6] += DEPTH_SHARE * depth.information + 1e-6 * np.eye(6)
+    information[6:, 6:] += calibration.information
+    gradient = color.gradient.copy()
+    gradient[:6] += DEPTH_SHARE * depth.gradient
+    gradient[6:] -= calibration.information @ calibration_step
     return information, gradient
 
 
 def _result(
-    pose: Float64Array, bend: Float64Array, depth: _DepthTerm, color: Float64Array, n_features: int, camera: ColorCamera
+    pose: Float64Array,
+    depth: _DepthTerm,
+    color: ColorTerm,
+    calibration: ColorCalibration,
+    calibration_step: Float64Array,
 ) -> IcpResult:
-    of_pose = color[:6, :6] + DEPTH_BELIEF * depth.information
-    cross, of_camera = color[:6, 6:], color[6:, 6:]
-    information = of_pose - cross @ np.linalg.solve(of_camera + camera.information, cross.T)
-    # What the features tell of the camera once the motion is accounted for.
+    of_pose = color.information[:6, :6] + DEPTH_SHARE * depth.information
+    cross, of_camera = color.information[:6, 6:], color.information[6:, 6:]
+    information = of_pose - cross @ np.linalg.solve(of_camera + calibration.information, cross.T)
+    # What the features know of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
-    learnt = camera.learnt(bend, (likelihood + likelihood.T) / 2) if depth.agreement >= SOUND else camera
+    if depth.agreement >= MIN_CALIBRATION_AGREEMENT:
+        calibration = calibration.updated(calibration_step, (likelihood + likelihood.T) / 2)
     information = (information + information.T) / 2
-    return IcpResult(pose, information, depth.overlap, depth.agreement, depth.fit, depth.rms, n_features, learnt)
+    figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
+    return IcpResult(pose, information, *figures, calibration)
 
 
-def _depth_term(source: SurfaceGrid, target: SurfaceGrid, pose: Float64Array, level: Level, smear: float) -> _DepthTerm:
+def _depth_term(
+    source: SurfaceGrid, target: SurfaceGrid, pose: Float64Array, level: Level, noise: DepthNoise
+) -> _DepthTerm:
     """Normal equations of the point-to-plane distances of points that project onto each other (Blais and Levine 1995;
-    Chen and Medioni 1992), each weighted by the sensor's noise at its depth (Nguyen et al. 2012)."""
+    Chen and Medioni 1992), each weighted by the sensor's noise at its depth."""
     points = _moved(source.sample_points, pose)
     inside, pixel = _projected(points, target)
     overlap = len(inside) / max(points.shape[1], 1)
     with_reading = np.flatnonzero(np.take(target.valid, pixel))
     inside, pixel = np.take(inside, with_reading), np.take(pixel, with_reading)
-    here, normal = _columns(points, inside), _columns(target.normals, pixel)
-    gap = _columns(target.points, pixel) - here
+    moved, normal = _columns(points, inside), _columns(target.normals, pixel)
+    gap = _columns(target.points, pixel) - moved
     distance = _dot(gap, normal)
     facing = _dot(pose[:3, :3].astype(np.float32) @ _columns(source.sample_normals, inside), normal)
     near = _dot(gap, gap) < 4 * level.reach_m**2
-    good = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > FACING))
-    agreement = len(good) / max(len(inside), 1)
-    if len(good) < MIN_POINTS:
+    matched = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > MIN_NORMAL_COSINE))
+    agreement = len(matched) / max(len(inside), 1)
+    if len(matched) < MIN_POINTS:
         return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
-    here, normal, distance = _columns(here, good), _columns(normal, good), np.take(distance, good)
-    scale = np.reciprocal(_sigma(here[2], distance, smear))
+    moved, normal, distance = _columns(moved, matched), _columns(normal, matched), np.take(distance, matched)
+    scale = np.reciprocal(noise.sigma(moved[2], distance))
     residual = distance * scale
     weight = _weight(residual, level.strict)
-    jacobian = np.concatenate([_cross(here, normal), normal]) * scale
+    jacobian = np.concatenate([_cross(moved, normal), normal]) * scale
     weighted = jacobian * weight
     rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
     information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
     fit = overlap * float(_weight(residual, strict=True).sum()) / len(inside)
     return _DepthTerm(information, gradient, overlap, agreement, fit, rms)
-
-
-def _sigma(z: Float32Array, distance: Float32Array, smear: float) -> Float32Array:
-    """Deviations of depth at z metres: the sensor's own and, as far as the distances cannot be that, its smear. Where
-    a shutter is global nothing is smeared, however fast the camera turns."""
-    sigma: Float32Array = depth_sigma(z).astype(np.float32, copy=False)
-    if smear == 0:
-        return sigma
-    scale = float(np.median(np.abs(distance[::4] / sigma[::4]))) / MEDIAN_SIGMA
-    doubt = min(max((scale**2 - UNSMEARED) / (SMEARED - UNSMEARED), 0.0), 1.0)
-    smeared: Float32Array = np.hypot(sigma, np.float32(doubt * smear) * z)
-    return smeared
 
 
 def _weight(residual: Float32Array, strict: bool) -> Float32Array:
@@ -190,25 +191,13 @@ def _weight(residual: Float32Array, strict: bool) -> Float32Array:
     return np.minimum(1, HUBER / np.maximum(np.abs(residual), np.float32(1e-6)))
 
 
-def depth_sigma(z: FloatArray) -> FloatArray:
-    """Axial noise in metres of structured-light depth at z metres (Nguyen, Izadi and Lovell, 3DIMPVT 2012)."""
-    return 0.0012 + 0.0019 * (z - 0.4) ** 2
-
-
-def overlap_of(
-    source: SurfaceGrid, target: SurfaceGrid, target_from_source: Float64Array, reach_m: float = 0.3
-) -> float:
-    """Share of the source's points that project onto readings of the target within reach."""
+def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Float64Array) -> float:
+    """Share of the source's points that project onto readings of the target within OVERLAP_REACH_M."""
     points = _moved(source.sample_points, target_from_source)
     inside, pixel = _projected(points, target)
     gap = _columns(target.points, pixel) - _columns(points, inside)
-    near = _dot(gap, gap) < reach_m**2
+    near = _dot(gap, gap) < OVERLAP_REACH_M**2
     return float((near & target.valid[pixel]).sum()) / max(points.shape[1], 1)
-
-
-def mutual_overlap(a: SurfaceGrid, b: SurfaceGrid, a_from_b: Float64Array) -> float:
-    """The smaller of the two shares of one view that the other sees."""
-    return min(overlap_of(b, a, a_from_b), overlap_of(a, b, inverse(a_from_b)))
 
 
 def _moved(points: Float32Array, pose: Float64Array) -> Float32Array:
@@ -219,7 +208,7 @@ def _moved(points: Float32Array, pose: Float64Array) -> Float32Array:
 def _projected(points: Float32Array, grid: SurfaceGrid) -> tuple[IndexArray, IndexArray]:
     """Which of the points (3, N) fall on the grid's image, and on which of its pixels."""
     k = grid.intrinsics
-    depth = np.where(points[2] > 0.1, points[2], np.float32(np.inf))
+    depth = np.where(points[2] > MIN_DEPTH_M, points[2], np.float32(np.inf))
     u = np.rint(points[0] / depth * np.float32(k.fx) + np.float32(k.cx))
     v = np.rint(points[1] / depth * np.float32(k.fy) + np.float32(k.cy))
     inside = np.flatnonzero((u >= 0) & (v >= 0) & (u < k.width) & (v < k.height) & np.isfinite(depth))

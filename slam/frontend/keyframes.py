@@ -1,4 +1,4 @@
-"""Views, and those of them that are kept as keyframes."""
+"""Views of frames, and those of them that are kept as keyframes."""
 
 from __future__ import annotations
 
@@ -9,50 +9,50 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
 from razer.frame import Frame, Intrinsics
-from slam.frontend.color_calibration import ColorCamera
-from slam.frontend.depth_pyramid import SurfaceGrid, depth_pyramid, fine_depth, sparse_depth
-from slam.frontend.features import FeatureExtractor, Features
+from slam.config import SlamConfig
+from slam.frontend.depth_pyramid import DepthPyramid, fine_depth, sparse_depth
+from slam.frontend.features import Features
 
-CACHED_GRIDS = 64
+KEPT_PYRAMIDS = 64  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
 STILL = np.zeros(3)
 
 
 @dataclass(frozen=True)
 class View:
-    """What registration needs of a frame: its depth, reduced, its features, and how the camera turned, (3,) rad/s about
+    """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
     its own axes; and a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics."""
 
     index: int
     stamp: float
     turning_rad_s: Float64Array
-    depth: Float32Array
-    intrinsics: Intrinsics
+    pyramid: DepthPyramid
     sparse_depth: Float32Array
     sparse_intrinsics: Intrinsics
     features: Features
 
     @classmethod
-    def of(
-        cls, frame: Frame, finder: FeatureExtractor, camera: ColorCamera, turning_rad_s: Float64Array = STILL
-    ) -> View:
-        """Reduce a frame."""
-        depth, intrinsics = fine_depth(frame.depth, frame.intrinsics)
-        sparse = sparse_depth(frame.depth, frame.intrinsics)
-        return cls(frame.index, frame.stamp, turning_rad_s, depth, intrinsics, *sparse, finder.find(frame, camera))
+    def of(cls, frame: Frame, features: Features, turning_rad_s: Float64Array, config: SlamConfig) -> View:
+        """Reduce a frame to what registration needs.
+
+        Args:
+            frame: colour and depth; its pose is not used.
+            features: those of the frame.
+            turning_rad_s: (3,) how the camera turns about its own axes, as far as known.
+            config: how far depth is used, and how much of it for the free-space check.
+        """
+        pyramid = DepthPyramid(*fine_depth(frame.depth, frame.intrinsics, config.depth.max_depth_m))
+        sparse = sparse_depth(frame.depth, frame.intrinsics, config.free_space.image_width)
+        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, *sparse, features)
 
     def turning(self, turning_rad_s: Float64Array) -> View:
-        """The same view of a camera that turned otherwise."""
+        """The same view of a camera that turned otherwise; the pyramid is shared."""
         return replace(self, turning_rad_s=turning_rad_s)
-
-    def grids(self) -> tuple[SurfaceGrid, ...]:
-        """Its oriented points, the coarsest grid first."""
-        return depth_pyramid(self.depth, self.intrinsics)
 
 
 @dataclass
 class Keyframe:
-    """A view that others are measured against: its number in the order of taking, the submap of the map it belongs to,
-    its pose as known now, and how far the camera had travelled when it was taken, metres."""
+    """A view that others are registered to: its number in the order of taking, the submap it belongs to, its pose as
+    known now, and how far the camera had travelled when it was taken, metres."""
 
     number: int
     submap: int
@@ -61,12 +61,21 @@ class Keyframe:
     travelled_m: float
 
 
+@dataclass(frozen=True)
+class LocatedView:
+    """A view, and where it lies in front of a keyframe."""
+
+    view: View
+    reference: Keyframe
+    reference_from_camera: Float64Array
+
+
 class Keyframes:
-    """All keyframes; the points of those used last are kept at hand, the others are made again from their depth."""
+    """All keyframes; the depth pyramids of those used last are kept, the others are made again from their depth."""
 
     def __init__(self) -> None:
         self.all: list[Keyframe] = []
-        self._grids: OrderedDict[int, tuple[SurfaceGrid, ...]] = OrderedDict()
+        self._kept: OrderedDict[int, DepthPyramid] = OrderedDict()
 
     def __len__(self) -> int:
         return len(self.all)
@@ -74,33 +83,28 @@ class Keyframes:
     def __getitem__(self, number: int) -> Keyframe:
         return self.all[number]
 
-    def add(
-        self,
-        view: View,
-        grids: tuple[SurfaceGrid, ...],
-        world_from_camera: Float64Array,
-        submap: int,
-        travelled_m: float,
-    ) -> Keyframe:
-        """Keep a view."""
+    def add(self, view: View, world_from_camera: Float64Array, submap: int, travelled_m: float) -> Keyframe:
+        """Keep a view.
+
+        Args:
+            view: the view.
+            world_from_camera: (4, 4) its pose as known now.
+            submap: the submap it belongs to.
+            travelled_m: how far the camera has travelled, metres.
+        """
         keyframe = Keyframe(len(self.all), submap, view, world_from_camera, travelled_m)
         self.all.append(keyframe)
-        self._remember(keyframe.number, grids)
+        self.view(keyframe)
         return keyframe
 
-    def grids(self, number: int) -> tuple[SurfaceGrid, ...]:
-        """The oriented points of a keyframe."""
-        if number in self._grids:
-            self._grids.move_to_end(number)
-            return self._grids[number]
-        grids = self.all[number].view.grids()
-        self._remember(number, grids)
-        return grids
-
-    def _remember(self, number: int, grids: tuple[SurfaceGrid, ...]) -> None:
-        self._grids[number] = grids
-        if len(self._grids) > CACHED_GRIDS:
-            self._grids.popitem(last=False)
+    def view(self, keyframe: Keyframe) -> View:
+        """The view of a keyframe, to be registered: its pyramid is now the one that was used last."""
+        self._kept[keyframe.number] = keyframe.view.pyramid
+        self._kept.move_to_end(keyframe.number)
+        if len(self._kept) > KEPT_PYRAMIDS:
+            _, unused = self._kept.popitem(last=False)
+            unused.release()
+        return keyframe.view
 
     def poses(self) -> Float64Array:
         """world_from_camera (K, 4, 4) of all of them."""

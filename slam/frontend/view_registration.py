@@ -1,24 +1,24 @@
-"""Two views brought together: from guesses and look-alike features to one trusted motion, or none."""
+"""Registration of two views: ICP from guesses and from PnP on matched features; one trusted motion, or none."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.frontend.color_calibration import ColorCamera
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import Correspondences, solve_pnp
-from slam.frontend.depth_pyramid import SurfaceGrid
-from slam.frontend.features import matches
+from slam.frontend.depth_noise import DepthNoise
+from slam.frontend.features import match_features
 from slam.frontend.icp import COARSE, FINE, IcpResult, icp
 from slam.frontend.keyframes import View
 from slam.se3 import angle_deg, length_m
 
-Grids = tuple[SurfaceGrid, ...]
-
-# Sightings within this many sigmas of a guess take part: the guess is only a guess.
+# Correspondences within this many sigmas of a guess take part: the guess is only a guess.
 NEAR_SIGMAS = 8.0
 # Colour and depth are not taken at one moment, and neither is all of an image: tens of milliseconds are usual. While
 # the camera turns, depth therefore lies off the pose, which is that of the colour image.
@@ -27,81 +27,117 @@ EXPOSURE_GAP_S = 0.05
 # lead to different places are all followed to the end.
 SAME_M, SAME_DEG = 0.003, 0.1
 SAME_FIT = 0.003  # what noise may account for
-TRIES, MANY_TRIES = 100, 1000  # to find sightings that agree; many where views are far apart and most matches wrong
+# RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
+TRIES, MANY_TRIES = 100, 1000
+# What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
+# is left open.
+MIN_SCORE, MIN_FEATURES = 0.25, 30
+MIN_AGREEMENT = 0.5  # where views overlap and most readings disagree, one of them is elsewhere
+MAX_RMS = 2.0  # sigmas; surfaces that do not fit each other have more
+MAX_SIGMA_RAD, MAX_SIGMA_M = 0.02, 0.03  # along the least certain axes; tracking goes on from anything better
 
 
-def register_views(
-    target: View,
-    target_grids: Grids,
-    source: View,
-    source_grids: Grids,
-    guesses: Sequence[Float64Array],
-    camera: ColorCamera,
-    tries: int = TRIES,
-) -> IcpResult | None:
-    """The motion target_from_source from the best of the guesses and of what the features alone say, found in so many
-    tries; None where there is nothing to start from."""
-    sightings, smear = _sightings(target, source), _smear(target, source)
-    start = solve_pnp(sightings, camera, tries)
-    guesses = [*guesses, *([] if start is None else [start])]
-    starts = _distinct([_coarse(target_grids, source_grids, guess, sightings, camera, smear) for guess in guesses])
-    found = [_fine(target_grids, source_grids, start, sightings, camera, smear) for start in starts]
-    return _most_plausible(found) if found else None
+@dataclass(frozen=True)
+class _ViewPair:
+    """All that the registration of one view to another starts from."""
+
+    target: View
+    source: View
+    correspondences: Correspondences
+    calibration: ColorCalibration
+    noise: DepthNoise
+
+    def coarse(self, guess: Float64Array) -> Float64Array:
+        """target_from_source after the coarse level alone."""
+        source, target = self.source.pyramid.levels[:1], self.target.pyramid.levels[:1]
+        near = self._near(guess)
+        return icp(source, target, guess, near, self.calibration, self.noise, (COARSE,)).target_from_source
+
+    def fine(self, start: Float64Array) -> IcpResult:
+        """The motion after the fine level."""
+        source, target = self.source.pyramid.levels[1:], self.target.pyramid.levels[1:]
+        return icp(source, target, start, self._near(start), self.calibration, self.noise, (FINE,))
+
+    def _near(self, guess: Float64Array) -> Correspondences:
+        return self.correspondences.select(
+            self.correspondences.inliers(guess, self.calibration.parameters, NEAR_SIGMAS)
+        )
 
 
-def refine_registration(
-    target: View, target_grids: Grids, source: View, source_grids: Grids, guess: Float64Array, camera: ColorCamera
-) -> IcpResult:
-    """The motion target_from_source from a guess that is all but right."""
-    smear = _smear(target, source)
-    return _fine(target_grids, source_grids, guess, _sightings(target, source), camera, smear)
+@dataclass(frozen=True)
+class ViewRegistration:
+    """Brings views together, under the settings of features and depth."""
 
+    config: SlamConfig
 
-def _sightings(target: View, source: View) -> Correspondences:
-    pairs = matches(target.features, source.features)
-    return Correspondences.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
+    def register(
+        self,
+        target: View,
+        source: View,
+        guesses: Sequence[Float64Array],
+        calibration: ColorCalibration,
+        tries: int = TRIES,
+    ) -> IcpResult | None:
+        """The motion target_from_source from the best of the guesses and of what the features alone say; None where
+        there is nothing to start from.
 
+        Args:
+            target: the view that stays.
+            source: the view that is brought to it.
+            guesses: target_from_source (4, 4) to start from, possibly none.
+            calibration: the colour camera as known so far.
+            tries: RANSAC's iterations to find features that agree.
+        """
+        pair = self._pair(target, source, calibration)
+        start = solve_pnp(pair.correspondences, calibration, tries)
+        guesses = [*guesses, *([] if start is None else [start])]
+        starts = _distinct([pair.coarse(guess) for guess in guesses])
+        results = [pair.fine(start) for start in starts]
+        return _most_plausible(results) if results else None
 
-def _smear(target: View, source: View) -> float:
-    return EXPOSURE_GAP_S * max(float(np.linalg.norm(view.turning_rad_s)) for view in (target, source))
+    def refine(self, target: View, source: View, guess: Float64Array, calibration: ColorCalibration) -> IcpResult:
+        """The motion target_from_source from a guess that is all but right.
 
+        Args:
+            target: the view that stays.
+            source: the view that is brought to it.
+            guess: target_from_source (4, 4).
+            calibration: the colour camera as known so far.
+        """
+        return self._pair(target, source, calibration).fine(guess)
 
-def _coarse(
-    target: Grids, source: Grids, guess: Float64Array, sightings: Correspondences, camera: ColorCamera, smear: float
-) -> Float64Array:
-    near = sightings.select(sightings.inliers(guess, camera.parameters, NEAR_SIGMAS))
-    return icp(source[:1], target[:1], guess, near, camera, (COARSE,), smear).target_from_source
-
-
-def _fine(
-    target: Grids, source: Grids, start: Float64Array, sightings: Correspondences, camera: ColorCamera, smear: float
-) -> IcpResult:
-    near = sightings.select(sightings.inliers(start, camera.parameters, NEAR_SIGMAS))
-    return icp(source[1:], target[1:], start, near, camera, (FINE,), smear)
+    def _pair(self, target: View, source: View, calibration: ColorCalibration) -> _ViewPair:
+        matches = match_features(target.features, source.features, self.config.features)
+        correspondences = Correspondences.of(
+            target.features, source.features, matches, target.turning_rad_s, source.turning_rad_s
+        )
+        smear = EXPOSURE_GAP_S * max(float(np.linalg.norm(view.turning_rad_s)) for view in (target, source))
+        return _ViewPair(target, source, correspondences, calibration, DepthNoise(self.config.depth, smear))
 
 
 def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:
     """Those that differ from all before them by more than the fine level bridges surely."""
     kept: list[Float64Array] = []
     for motion in motions:
-        off = [inverse(other) @ motion for other in kept]
-        if all(length_m(o) > SAME_M or angle_deg(o) > SAME_DEG for o in off):
+        offsets = [inverse(earlier) @ motion for earlier in kept]
+        if all(length_m(offset) > SAME_M or angle_deg(offset) > SAME_DEG for offset in offsets):
             kept.append(motion)
     return kept
 
 
-def _most_plausible(starts: Sequence[IcpResult]) -> IcpResult:
+def _most_plausible(results: Sequence[IcpResult]) -> IcpResult:
     """The one whose depth fits best, and the first unless another is better. Features do not decide: where colour is
     not registered they are wrong in consistent sets, and the colour camera bends to explain them at a wrong motion; a
     wrong depth seldom fits."""
-    best = max(starts, key=lambda start: start.fit)
-    return best if best.fit > starts[0].fit + SAME_FIT else starts[0]
+    best = max(results, key=lambda result: result.fit)
+    return best if best.fit > results[0].fit + SAME_FIT else results[0]
 
 
-def is_trusted(found: IcpResult, min_score: float = 0.25, min_features: int = 30) -> bool:
+def is_trusted(result: IcpResult, min_score: float = MIN_SCORE, min_features: int = MIN_FEATURES) -> bool:
     """Whether depth or features agree well enough, and leave no direction open."""
-    turn, shift = found.sigma
-    depth_agrees = found.score >= min_score and found.agreement >= 0.5 and found.rms <= 2.0
-    if found.overlap >= min_score and found.agreement < 0.5:
+    turn_rad, shift_m = result.sigma
+    depth_agrees = result.score >= min_score and result.agreement >= MIN_AGREEMENT and result.rms <= MAX_RMS
+    if result.overlap >= min_score and result.agreement < MIN_AGREEMENT:
         return False
-    return (depth_agrees or found.n_features >= min_features) and turn <= 0.02 and shift <= 0.03
+    is_certain = turn_rad <= MAX_SIGMA_RAD and shift_m <= MAX_SIGMA_M
+    return (depth_agrees or result.n_features >= min_features) and is_certain

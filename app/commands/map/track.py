@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from app.commands.measure.eval import write_atomically
 from app.console.streams import progress_console, result_console
-from app.settings.options import Flag, RecordingOptions
+from app.settings.options import Flag, TrackOptions
 
 INTERRUPTED = 130
 
@@ -21,12 +21,12 @@ def track(
     *,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     live_poses: Path | None = None,
-    options: RecordingOptions = RecordingOptions(),  # noqa: B008
+    options: TrackOptions = TrackOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Estimate the camera's path: odometry, loop closure, smoothing at the end.
 
-    Poses that come with the recording are not used, but errors against them are told.
+    Poses that come with the recording are not used, but errors against them are reported.
     Ctrl-C smooths and writes what was tracked until then; the exit code is 130.
 
     Parameters
@@ -41,14 +41,14 @@ def track(
     json:
         One line of JSON.
     """
-    settings = options.input_settings()
+    config = options.read()
 
     # Late, as in `razer run`.
     from app.frames.open_recording import open_unchecked
     from app.pipeline.track_only import tracked_path
     from app.run_folder.save_run import tum_text
 
-    found = tracked_path(open_unchecked(folder, settings), settings, progress_console())
+    found = tracked_path(open_unchecked(folder, config.input), config, progress_console())
     for path, poses in ((out, found.final), (live_poses, found.live)):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -80,8 +80,8 @@ def test_every_keyframe_is_a_point_at_its_final_position(run):
 
 def test_every_edge_is_a_line_between_its_keyframes(run):
     positions = run.slam.keyframes.poses()[:, :3, 3]
-    for entity, sure in ((paths.ODOMETRY, True), (paths.CLOSURES, False)):
-        edges = [(edge.a, edge.b) for edge in run.slam.graph.edges if edge.sure is sure]
+    for entity, is_odometry in ((paths.ODOMETRY, True), (paths.CLOSURES, False)):
+        edges = [(edge.a, edge.b) for edge in run.slam.graph.edges if edge.is_odometry is is_odometry]
         assert len(edges) > 1
         np.testing.assert_allclose(strips(run, entity), positions[np.array(edges)], atol=1e-6)
 
@@ -134,7 +134,7 @@ def test_loss_and_recovery_are_told_once_each(run):
 
 def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was_not(run):
     for look in run.looks[:-1]:
-        found = look.report.found
+        found = look.report.tracking
         if found is None:
             assert look.index == 0 or look.report.world_from_camera is None
             continue
@@ -146,7 +146,7 @@ def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was
         ):
             assert [r["scalars"] for r in run.recording[entity] if r.get("frame") == look.index] == [values]
     cleared = {row["frame"] for row in run.recording[paths.SIGMA] if "is_recursive" in row}
-    assert cleared == {look.index for look in run.looks[:-1] if look.report.found is None}
+    assert cleared == {look.index for look in run.looks[:-1] if look.report.tracking is None}
     ms = [row["scalars"][0] for row in run.recording[paths.TRACKING_MS] if "scalars" in row]
     assert ms == [look.stage_ms["pose"] for look in run.looks[:-1]]
     sizes = [len(run.slam.keyframes), len(run.slam.graph.edges), run.slam.n_loops, 0]
@@ -201,7 +201,7 @@ def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
         return Keyframe(number, submap, view, pose_at(number), 0.0)
 
     keyframes = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
-    edges = [PoseEdge(1, 2, np.eye(4), np.eye(6), sure=True), PoseEdge(0, 3, np.eye(4), np.eye(6))]
+    edges = [PoseEdge(1, 2, np.eye(4), np.eye(6), is_odometry=True), PoseEdge(0, 3, np.eye(4), np.eye(6))]
     graph = GraphReport.of(keyframes, edges, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
     assert graph.frames.tolist() == [0, 30]
     assert graph.n_unanchored == 2

@@ -1,0 +1,33 @@
+"""Depth and features as one least-squares problem."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from razer.frame import Intrinsics
+from razer.geometry import inverse
+from slam.config import DepthSettings
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.correspondences import Correspondences
+from slam.frontend.depth_noise import DepthNoise
+from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
+from slam.frontend.icp import icp
+from slam.frontend.view_registration import is_trusted
+from slam.se3 import exp_se3, length_m
+
+
+def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
+    camera = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
+    wall = np.full((480, 640), 2.0, np.float32)
+    grids = DepthPyramid(*fine_depth(wall, camera, max_depth_m=4.0)).levels
+    noise = DepthNoise(DepthSettings())
+    truth = exp_se3(np.array([0, 0, 0, 0.03, -0.02, 0.0]))
+    rays = rng.uniform(-0.5, 0.5, (80, 2))
+    points = np.column_stack([rays, np.ones(80)]) * 2.0
+    source_rays = (points - truth[:3, 3])[:, :2] / 2.0
+    correspondences = Correspondences.at_rest(rays, np.full(80, 2.0), source_rays, np.full(80, 1.5 / 525))
+    alone = icp(grids, grids, np.eye(4), Correspondences.none(), ColorCalibration.nominal(), noise)
+    assert not is_trusted(alone)
+    result = icp(grids, grids, np.eye(4), correspondences, ColorCalibration.nominal(), noise)
+    assert length_m(inverse(truth) @ result.target_from_source) < 0.002
+    assert is_trusted(result)

@@ -1,0 +1,48 @@
+"""Keyframes: the depth pyramids of those used last are kept, the others are made again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam.frontend import keyframes as module
+from slam.frontend.depth_pyramid import DepthPyramid
+from slam.frontend.keyframes import Keyframes
+
+
+class CountingPyramid(DepthPyramid):
+    """Knows whether its grids are in memory."""
+
+    @property
+    def is_kept(self):
+        return self._levels is not None
+
+
+@pytest.fixture
+def make_view(views):
+    view = views[10]
+    return lambda: replace(view, pyramid=CountingPyramid(view.pyramid._depth, view.pyramid._intrinsics))
+
+
+def test_pyramids_used_last_are_kept_and_others_are_made_again_the_same(make_view, monkeypatch):
+    monkeypatch.setattr(module, "KEPT_PYRAMIDS", 2)
+    keyframes, views = Keyframes(), [make_view() for _ in range(3)]
+    first = views[0].pyramid.levels
+    for view in views:
+        assert view.pyramid.levels is view.pyramid.levels
+        keyframes.add(view, np.eye(4), 0, 0.0)
+    assert [view.pyramid.is_kept for view in views] == [False, True, True]
+    again = keyframes.view(keyframes[0]).pyramid.levels
+    assert [view.pyramid.is_kept for view in views] == [True, False, True]
+    for before, after in zip(first, again, strict=True):
+        assert (before.points == after.points).all()
+        assert (before.sample_normals == after.sample_normals).all()
+
+
+def test_a_view_that_turned_otherwise_shares_its_pyramid(make_view):
+    view = make_view()
+    turned = view.turning(np.array([0.0, 1.0, 0.0]))
+    assert turned.pyramid is view.pyramid
+    assert (turned.turning_rad_s == [0, 1, 0]).all()
