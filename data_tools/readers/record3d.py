@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from data_tools.readers.record3d_images import ArchiveImages, FolderImages, opened
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.source_sequence import SourceSequence, source_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
 
@@ -58,7 +58,7 @@ def is_record3d(path: Path) -> bool:
     return b'"poses"' in content and (b'"K"' in content or b'"perFrameIntrinsicCoeffs"' in content)
 
 
-def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
+def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """An export in one of these forms; raises BadInput, also where a package that it takes is missing."""
     metadata = _metadata(folder)
     try:
@@ -76,7 +76,7 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> SourceSe
     source = images(folder, numbers, tuple(stamps[n] for n in numbers), depth_size)
     source.require_packages()
     pose_of = ArkitPoses(tuple(poses[n] if n < len(poses) else () for n in numbers)) if use_poses and poses else None
-    return source_sequence(folder, source, declared.or_else(told), pose_of)
+    return recorded_sequence(folder, source, declared.or_else(told), pose_of)
 
 
 def _metadata(path: Path) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.images import decode_rgb, read_depth, read_rgb, short_name
+from data_tools.recordings.recorded_sequence import ImageSource
 from razer.arrays import Float32Array, Uint8Array
 from razer.errors import BadInput, UnusableFrame
 
@@ -29,7 +30,7 @@ def opened(path: Path) -> ZipFile:
 
 
 @dataclass(frozen=True, slots=True)
-class ArchiveImages:
+class ArchiveImages(ImageSource):
     """rgbd/0.jpg, .depth and .conf of a .r3d archive or of its unpacked folder; depth_size 0, 0 = not told."""
 
     path: Path
@@ -96,7 +97,7 @@ class ArchiveImages:
 
 
 @dataclass(frozen=True, slots=True)
-class FolderImages:
+class FolderImages(ImageSource):
     """rgb/0.jpg (or .png) and depth/0.exr (metres) or .png (millimetres) of an EXR + JPG export."""
 
     path: Path

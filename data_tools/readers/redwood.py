@@ -13,9 +13,10 @@ import re
 from pathlib import Path
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_file
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.pose_log import LogPoses, is_pose_log, read_pose_log
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from razer.errors import BadInput
 
 MILLIMETRES = 1000.0
@@ -30,15 +31,15 @@ def is_redwood(folder: Path) -> bool:
     return (folder / "depth").is_dir() and bool(_color_folders(folder)) and _log(folder) is not None
 
 
-def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: depth in millimetres, poses world_from_camera; raises BadInput."""
     color_folder = _color_folders(folder)[0]
     color, depth = _numbered(color_folder), _numbered(folder / "depth")
     numbers = sorted(color.keys() | depth.keys())
     if not numbers:
         raise BadInput(f"{folder} holds no frames: its images need a number in their names")
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             color.get(n, color_folder / f"{n}.*"),
             depth.get(n, folder / "depth" / f"{n}.png"),
             (n - numbers[0]) / FRAMES_PER_SECOND,
@@ -50,7 +51,7 @@ def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     if log:
         entries = read_pose_log(log)
         poses = LogPoses(log.name, entries, _pose_numbers(numbers, sorted(entries)))
-    return file_sequence(folder, shots, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_told(folder)), poses)
 
 
 def _color_folders(folder: Path) -> list[Path]:

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
 
@@ -48,14 +49,14 @@ def is_replica(folder: Path) -> bool:
     return all(_numbered(folder, kind) for kind in _NAMES)
 
 
-def read_replica(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_replica(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout; the camera is in cam_params.json here or one folder up, or else NICE-SLAM's; raises
     BadInput. Stamps are number / 30 s."""
     colors, depths = _numbered(folder, "frame"), _numbered(folder, "depth")
     numbers = sorted(colors.keys() | depths.keys())
     results = folder / "results"
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             colors.get(n, results / f"frame{n:06d}.jpg"),
             depths.get(n, results / f"depth{n:06d}.png"),
             n / FRAMES_PER_SECOND,
@@ -64,7 +65,7 @@ def read_replica(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     )
     path = folder / "traj.txt"
     poses = PoseLines(path.name, _lines(path), tuple(numbers)) if use_poses and path.is_file() else None
-    return file_sequence(folder, shots, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_told(folder)), poses)
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:

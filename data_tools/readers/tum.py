@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_file
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import InterpolatedPoses, read_trajectory
 from razer.arrays import Float64Array
 from razer.errors import BadInput
@@ -31,7 +32,7 @@ def is_tum(folder: Path) -> bool:
     return (folder / "rgb.txt").is_file() and (folder / "depth.txt").is_file()
 
 
-def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_tum(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: colour and depth matched by time, poses interpolated at the time of depth,
     depth in 1/5000 m; an intrinsics.json of the project's own layout may tell the camera; raises BadInput."""
     color_stamps, color_files = _read_list(folder / "rgb.txt")
@@ -39,15 +40,18 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
     pairs = associate(color_stamps, depth_stamps, MAX_DIFFERENCE_S)
     if not pairs:
         raise BadInput(f"{folder}: no colour image in rgb.txt is within {MAX_DIFFERENCE_S} s of one in depth.txt")
-    shots = tuple(Shot(folder / color_files[c], folder / depth_files[d], float(depth_stamps[d])) for c, d in pairs)
+    stamps = tuple(float(depth_stamps[d]) for _, d in pairs)
+    paths = tuple(
+        ImagePaths(folder / color_files[c], folder / depth_files[d], stamp)
+        for (c, d), stamp in zip(pairs, stamps, strict=True)
+    )
     truth = folder / "groundtruth.txt"
     trajectory = read_trajectory(truth) if use_poses and truth.is_file() else None
-
-    poses = InterpolatedPoses(trajectory, tuple(shot.stamp for shot in shots)) if trajectory else None
+    poses = InterpolatedPoses(trajectory, stamps) if trajectory else None
     beside = folder / "intrinsics.json"
     told = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
     defaults = told.or_else(Declared(depth_scale=DEPTH_SCALE))
-    return file_sequence(folder, shots, declared.or_else(defaults), poses)
+    return file_sequence(folder, paths, declared.or_else(defaults), poses)
 
 
 def associate(a: Float64Array, b: Float64Array, max_difference: float) -> list[tuple[int, int]]:

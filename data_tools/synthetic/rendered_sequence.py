@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from data_tools.recordings.sequence import FrameIteration
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
@@ -27,7 +28,7 @@ class Move:
     thing: Thing
 
 
-class RenderedSequence:
+class RenderedSequence(FrameIteration):
     """A recording of things (instance id -> Thing) along poses world_from_camera (N, 4, 4); frames are a pure
     function of the arguments and the index. `made_by` makes the same film again, in another process."""
 

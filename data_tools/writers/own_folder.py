@@ -6,9 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.trajectories import tum_line
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_objects, write_truth
-from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth, write_ids
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth, write_ids
 from data_tools.writers.unfinished import unfinished
 from razer.frame import Frame
 
@@ -39,7 +40,7 @@ def _write_frames(sequence: RgbdSequence, folder: Path, suffix: str) -> list[tup
     stamps: list[str] = []
     poses: list[str] = []
     classes: dict[int, str] = {}
-    for frame in usable_frames(sequence, skipped):
+    for frame in frames_to_write(sequence, skipped):
         _write_images(frame, folder, f"{len(stamps):06d}", suffix)
         stamps.append(f"{frame.stamp:.6f}")
         classes.update(frame.instance_classes)

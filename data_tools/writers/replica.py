@@ -14,7 +14,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
 from data_tools.truth.replica_truth import INFO, MESH
-from data_tools.writers.frame_files import usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 from razer.arrays import Float32Array, Int32Array
 from razer.frame import Intrinsics
@@ -36,7 +36,7 @@ def write_replica(
     skipped: list[tuple[int, str]] = []
     poses = []
     with unfinished(folder) as hidden:
-        for number, frame in enumerate(usable_frames(sequence, skipped)):
+        for number, frame in enumerate(frames_to_write(sequence, skipped)):
             suffix = "png" if lossless else "jpg"
             write_color(hidden / "results" / f"frame{number:06d}.{suffix}", frame.rgb)
             write_depth(hidden / "results" / f"depth{number:06d}.png", frame.depth, UNITS_PER_M)

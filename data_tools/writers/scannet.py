@@ -13,7 +13,7 @@ import numpy as np
 
 from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
-from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, matrix_lines, write_color, write_depth
 from data_tools.writers.scannet_truth import write_scannet_truth
 from data_tools.writers.sens_file import write_sens_file
 from data_tools.writers.unfinished import unfinished
@@ -41,7 +41,7 @@ def write_scannet(
     scene, suffix = Path(folder).name, ".png" if lossless else ".jpg"
     skipped: list[tuple[int, str]] = []
     with unfinished(folder) as hidden:
-        frames, camera = usable_frames(sequence, skipped), sequence.intrinsics
+        frames, camera = frames_to_write(sequence, skipped), sequence.intrinsics
         if sens:
             path = hidden / f"{scene}.sens"
             options = {"sensor": sequence.name, "suffix": suffix}

@@ -14,7 +14,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
-from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, matrix_lines, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 from razer.vocabulary import vocabulary
 
@@ -32,7 +32,7 @@ def write_scenenn(
     skipped: list[tuple[int, str]] = []
     stamps, poses = [], []
     with unfinished(folder) as hidden:
-        for number, frame in enumerate(usable_frames(sequence, skipped), start=1):
+        for number, frame in enumerate(frames_to_write(sequence, skipped), start=1):
             write_color(hidden / "image" / f"image{number:05d}.png", frame.rgb)
             write_depth(hidden / "depth" / f"depth{number:05d}.png", frame.depth, UNITS_PER_M)
             microseconds = round(frame.stamp * 1e6)

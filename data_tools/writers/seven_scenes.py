@@ -10,7 +10,7 @@ from pathlib import Path
 from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_truth
-from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, matrix_lines, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 
 UNITS_PER_M = 1000.0
@@ -28,7 +28,7 @@ def write_seven_scenes(
     own layout."""
     skipped: list[tuple[int, str]] = []
     with unfinished(folder) as hidden:
-        for number, frame in enumerate(usable_frames(sequence, skipped)):
+        for number, frame in enumerate(frames_to_write(sequence, skipped)):
             name = hidden / f"frame-{number:06d}"
             write_color(name.with_suffix(".color.png"), frame.rgb)
             write_depth(name.with_suffix(".depth.png"), frame.depth, UNITS_PER_M, none=NO_READING)

@@ -9,9 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.trajectories import tum_line
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_truth
-from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 
 UNITS_PER_M = 5000.0
@@ -28,7 +29,7 @@ def write_tum(
     skipped: list[tuple[int, str]] = []
     images, poses = [], []
     with unfinished(folder) as hidden:
-        for frame in usable_frames(sequence, skipped):
+        for frame in frames_to_write(sequence, skipped):
             stamp = f"{frame.stamp:.6f}"
             write_color(hidden / "rgb" / f"{stamp}.png", frame.rgb)
             write_depth(hidden / "depth" / f"{stamp}.png", frame.depth, UNITS_PER_M)

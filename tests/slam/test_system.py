@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.cli import main
 from app.frames.frame_packet import END, LATE, NOTHING_LEFT
 from app.frames.locator import Locator
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics
@@ -221,7 +221,7 @@ class TwoPieces:
 
 def test_frames_of_a_piece_that_is_tied_later_come_late_at_their_final_poses(room):
     locator = Locator(TwoPieces(room), SlamSystem)
-    looks = [locator(index) for index in range(len(locator.sequence.shots))]
+    looks = [locator(index) for index in range(len(locator.sequence))]
     lost = [look.index for look in looks if look.lost]
     assert set(range(20, 28)) < set(lost)
     locator(END)

@@ -39,7 +39,7 @@ def inspect(
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     from app.frames.open_recording import open_unchecked
     from data_tools.checks.inspection import inspect_sequence
-    from data_tools.open_sequence import recognise
+    from data_tools.registry import recognise
 
     settings = options.input_settings()
     found = inspect_sequence(open_unchecked(folder, settings))

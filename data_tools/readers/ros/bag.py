@@ -18,7 +18,7 @@ from data_tools.readers.ros.images import color_of, depth_of, is_depth
 from data_tools.readers.ros.transforms import camera_poses, fixed_between, read_links
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.source_sequence import SourceSequence, source_sequence
+from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput
 
@@ -29,7 +29,7 @@ _NO_CAMERA = ("infra", "confidence", "mask", "label", "segment", "debug", "fishe
 
 
 @dataclass(frozen=True, slots=True)
-class BagImages:
+class BagImages(ImageSource):
     """Pairs of colour and depth messages."""
 
     bag: Bag
@@ -60,7 +60,7 @@ def is_ros_bag(path: Path) -> bool:
     return (path / "metadata.yaml").is_file() and any([*path.glob("*.db3*"), *path.glob("*.mcap*")])
 
 
-def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
+def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A bag with colour and depth images; poses come from its transforms, odometry or poses. Reads through the bag
     when it is opened, to know where each image is; raises BadInput, also where rosbags is not installed."""
     bag = Bag(folder)
@@ -82,7 +82,7 @@ def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSeq
         told = replace(told, color_from_depth=fixed_between(links, color_frame, depth_frame))
     stamps = tuple(entry.stamp for _, entry in pairs)
     poses = camera_poses(bag, links, depth_frame, stamps) if use_poses else None
-    return source_sequence(folder, source, declared.or_else(told), poses)
+    return recorded_sequence(folder, source, declared.or_else(told), poses)
 
 
 def _image_topics(bag: Bag) -> tuple[str, str]:

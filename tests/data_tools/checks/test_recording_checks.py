@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from data_tools import open_sequence
 from data_tools.checks.inspection import Inspection, inspect_sequence
 from data_tools.checks.pose_check import check_poses
 from data_tools.checks.pose_conventions import AS_WRITTEN, conventions
 from data_tools.checks.registration_check import check_rgbd_alignment
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame

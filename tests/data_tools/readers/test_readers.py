@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence, recognise
 from data_tools.readers.tum import CAMERAS, associate
 from data_tools.recordings.trajectories import PROJECTED
+from data_tools.registry import open_sequence, recognise
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
 from razer.plugins import FULL_TRUST

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.rendered_sequence import RenderedSequence
 from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene

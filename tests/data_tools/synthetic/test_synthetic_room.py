@@ -9,7 +9,7 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.synthetic.camera.hand_held import walk_round
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS, SIZE
