@@ -18,8 +18,9 @@ from data_tools.checks.registration_check import check_rgbd_alignment
 from data_tools.checks.sample import Sample
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, inverse, is_rigid
+from razer.geometry import inverse, is_rigid
 from tests.support.spoilt import Spoilt, as_is, depth_moved, mirrored, posed, scaled
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -61,14 +62,14 @@ def spoilt(sample: Sample, change: Callable[[Frame], Frame]) -> Sample:
     return replace(sample, groups=tuple(tuple(change(frame) for frame in group) for group in sample.groups))
 
 
-def quaternion_order(pose: Array) -> Array:
+def quaternion_order(pose: Float64Array) -> Float64Array:
     wrong = pose.copy()
     # Written w x y z, read as x y z w.
     wrong[:3, :3] = Rotation.from_quat(np.roll(Rotation.from_matrix(pose[:3, :3]).as_quat(), 1)).as_matrix()
     return wrong
 
 
-def turned(pose: Array) -> Array:
+def turned(pose: Float64Array) -> Float64Array:
     """A camera held upright whose images are taken for lying ones: x and y swapped."""
     swap = np.eye(4)
     swap[:2, :2] = [[0, 1], [-1, 0]]
