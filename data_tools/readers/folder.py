@@ -1,4 +1,4 @@
-"""The project's own layout, and any folder with a color/ and a depth/ folder of images in it."""
+"""Reader of the project's own layout, and of any folder with a color/ and a depth/ folder of images in it."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def read_folder(folder: Path, declared: Declared, use_poses: bool) -> RecordedSe
         for pair, stamp in zip(pairs, stamps, strict=True)
     )
     camera_file = folder / "intrinsics.json"
-    told = read_camera_file(camera_file) if camera_file.exists() else Declared()
-    declared = declared.or_else(told).or_else(Declared(depth_scale=MILLIMETRES))
+    recorded = read_camera_file(camera_file) if camera_file.exists() else Declared()
+    declared = declared.or_else(recorded).or_else(Declared(depth_scale=MILLIMETRES))
     pose_of = _poses(folder, [pair.key for pair in pairs], stamps, clocked) if use_poses else None
     return file_sequence(folder, paths, declared, pose_of, _class_names(folder))
 

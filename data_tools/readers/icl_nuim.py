@@ -1,4 +1,4 @@
-"""The layout of ICL-NUIM, in its version that looks like TUM RGB-D: rgb/, depth/, associations.txt, *.gt.freiburg.
+"""Reader of ICL-NUIM, in its version that looks like TUM RGB-D: rgb/, depth/, associations.txt, *.gt.freiburg.
 
 Images and poses share one count of frames; poses begin at 1, so that image 0 has none. The published camera has a
 negative fy: its y axis points up, and poses are written for it. Mirroring y on both sides, F T F with F = diag(1,

@@ -1,4 +1,4 @@
-"""Folders of Redwood and of Open3D's reconstruction system: color/ and depth/ images with a .log trajectory.
+"""Reader of Redwood and of Open3D's reconstruction system: color/ and depth/ images with a .log trajectory.
 
 The camera is a JSON file with Open3D's column-major intrinsic_matrix, or an intrinsics.json of the project's own
 layout, or else the PrimeSense camera that Open3D takes as its default.
@@ -51,7 +51,7 @@ def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
     if log:
         entries = read_pose_log(log)
         poses = LogPoses(log.name, entries, _pose_numbers(numbers, sorted(entries)))
-    return file_sequence(folder, paths, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_camera(folder)), poses)
 
 
 def _color_folders(folder: Path) -> list[Path]:
@@ -68,7 +68,7 @@ def _log(folder: Path) -> Path | None:
 def _numbered(folder: Path) -> dict[int, Path]:
     """Images by the first number in their names: 0000012-000000400400.png is the image 12 of a Redwood scan."""
     images = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in IMAGE_SUFFIXES)
-    return {int(found[0]): path for path in images if (found := re.search(r"\d+", path.stem))}
+    return {int(digits[0]): path for path in images if (digits := re.search(r"\d+", path.stem))}
 
 
 def _pose_numbers(images: list[int], poses: list[int]) -> tuple[int, ...]:
@@ -80,7 +80,7 @@ def _pose_numbers(images: list[int], poses: list[int]) -> tuple[int, ...]:
     return tuple(n - shift for n in images)
 
 
-def _told(folder: Path) -> Declared:
+def _camera(folder: Path) -> Declared:
     """What a JSON file with an intrinsic_matrix beside the images says, else the default camera."""
     for path in sorted(folder.glob("*.json")):
         try:

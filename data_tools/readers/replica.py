@@ -1,7 +1,7 @@
-"""Replica as NICE-SLAM rendered it: results/frame000000.jpg, results/depth000000.png, traj.txt, cam_params.json.
+"""Reader of Replica as NICE-SLAM rendered it: images in results/, traj.txt, cam_params.json.
 
-Line n of traj.txt holds the 16 numbers of world_from_camera of frame n, row by row, with OpenCV's camera axes. One
-cam_params.json lies beside all scenes. Source: https://github.com/cvg/nice-slam
+Images are results/frame000000.jpg and results/depth000000.png. Line n of traj.txt holds the 16 numbers of
+world_from_camera of frame n, row by row, with OpenCV's camera axes. One cam_params.json lies beside all scenes. Source: https://github.com/cvg/nice-slam
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ def read_replica(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
     )
     path = folder / "traj.txt"
     poses = PoseLines(path.name, _lines(path), tuple(numbers)) if use_poses and path.is_file() else None
-    return file_sequence(folder, paths, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_camera(folder)), poses)
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:
-    found = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / "results").glob(f"{kind}*"))
-    return {int(match[1]): path for path, match in found if match}
+    matches = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / "results").glob(f"{kind}*"))
+    return {int(match[1]): path for path, match in matches if match}
 
 
 def _lines(path: Path) -> tuple[tuple[float, ...], ...]:
@@ -85,7 +85,7 @@ def _number(word: str) -> float:
         return np.nan
 
 
-def _told(folder: Path) -> Declared:
+def _camera(folder: Path) -> Declared:
     path = next((p for place in (folder, folder.parent) if (p := place / "cam_params.json").is_file()), None)
     if path is None:
         return Declared(CAMERA, depth_scale=DEPTH_SCALE)

@@ -1,4 +1,4 @@
-"""The layout of SceneNN once its videos are extracted: image/image00001.png, depth/depth00001.png, trajectory.log.
+"""Reader of SceneNN with its videos extracted: image/image00001.png, depth/depth00001.png, trajectory.log.
 
 The dataset's playback tool numbers images from 1 and writes timestamp.txt (image, stamp of colour, stamp of depth
 in microseconds); the log counts from 0, so that pose n belongs to image n + 1, as the tools of others have it.
@@ -48,8 +48,8 @@ def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:
-    found = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / kind).glob("*"))
-    return {int(match[1]): path for path, match in found if match}
+    matches = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / kind).glob("*"))
+    return {int(match[1]): path for path, match in matches if match}
 
 
 def _log(folder: Path) -> Path | None:

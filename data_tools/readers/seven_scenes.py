@@ -1,4 +1,4 @@
-"""The layout of 7-Scenes and of tools that write like it: frame-000000.color.jpg, .depth.png, .pose.txt."""
+"""Reader of 7-Scenes and of tools that write like it: frame-000000.color.jpg, .depth.png, .pose.txt."""
 
 from __future__ import annotations
 

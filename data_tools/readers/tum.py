@@ -1,4 +1,4 @@
-"""The layout of the TUM RGB-D benchmark: rgb.txt, depth.txt, groundtruth.txt with time stamps."""
+"""Reader of the TUM RGB-D benchmark: rgb.txt, depth.txt, groundtruth.txt with time stamps."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def is_tum(folder: Path) -> bool:
 
 def read_tum(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: colour and depth matched by time, poses interpolated at the time of depth,
-    depth in 1/5000 m; an intrinsics.json of the project's own layout may tell the camera; raises BadInput."""
+    depth in 1/5000 m; an intrinsics.json of the project's own layout may hold the camera; raises BadInput."""
     color_stamps, color_files = _read_list(folder / "rgb.txt")
     depth_stamps, depth_files = _read_list(folder / "depth.txt")
     pairs = associate(color_stamps, depth_stamps, MAX_DIFFERENCE_S)
@@ -49,8 +49,8 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> RecordedSeque
     trajectory = read_trajectory(truth) if use_poses and truth.is_file() else None
     poses = InterpolatedPoses(trajectory, stamps) if trajectory else None
     beside = folder / "intrinsics.json"
-    told = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
-    defaults = told.or_else(Declared(depth_scale=DEPTH_SCALE))
+    recorded = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
+    defaults = recorded.or_else(Declared(depth_scale=DEPTH_SCALE))
     return file_sequence(folder, paths, declared.or_else(defaults), poses)
 
 
@@ -94,5 +94,5 @@ def _known_camera(folder: Path) -> Camera | None:
         for line in (folder / name).read_text().splitlines()
         if line.lstrip().startswith("#")
     ]
-    found = re.search(r"(?:freiburg|\bfr)([123])", "\n".join([folder.name, *comments]).replace("_", " "))
-    return CAMERAS[found[1]] if found else None
+    number = re.search(r"(?:freiburg|\bfr)([123])", "\n".join([folder.name, *comments]).replace("_", " "))
+    return CAMERAS[number[1]] if number else None

@@ -1,4 +1,4 @@
-"""A recording kept as one colour and one depth file a frame: what all folder layouts come down to."""
+"""Image files as an image source: one colour and one depth file a frame, as all folder layouts have them."""
 
 from __future__ import annotations
 

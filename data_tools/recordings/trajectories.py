@@ -1,4 +1,4 @@
-"""Poses at the door: 4x4 matrices and TUM trajectories, checked before anything is fused with them."""
+"""Camera poses from 4x4 matrices and TUM trajectories, checked before anything is fused with them."""
 
 from __future__ import annotations
 

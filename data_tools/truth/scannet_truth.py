@@ -116,8 +116,10 @@ def read_benchmark_ids(path: Path) -> Int64Array:
 
 def _scene(folder: Path) -> str:
     """The scene that a folder is called by, or else the first that it holds."""
-    found = [path.name.removesuffix(end) for end in (_FULL_OBJECTS, OBJECTS) for path in sorted(folder.glob(f"*{end}"))]
-    return folder.name if folder.name in found or not found else found[0]
+    scenes = [
+        path.name.removesuffix(end) for end in (_FULL_OBJECTS, OBJECTS) for path in sorted(folder.glob(f"*{end}"))
+    ]
+    return folder.name if folder.name in scenes or not scenes else scenes[0]
 
 
 def _files(folder: Path, scene: str) -> tuple[Path, Path, Path]:
@@ -140,16 +142,16 @@ def _categories(
     counts = Counter(each.label for each in objects)
     notes = []
     if label_map is None:
-        found = {label: category_of(label, classes) for label in counts}
-        unknown, source = [label for label in counts if not found[label]], classes.name
+        category_by_label = {label: category_of(label, classes) for label in counts}
+        unknown, source = [label for label in counts if not category_by_label[label]], classes.name
         notes.append(f"no {FILE_NAME} in the folder or above it: classes by their names alone")
     else:
-        found = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
-        unknown, source = [label for label in counts if label not in found], label_map.path.name
+        category_by_label = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
+        unknown, source = [label for label in counts if label not in category_by_label], label_map.path.name
     if unknown:
         number, named = sum(counts[label] for label in unknown), ", ".join(sorted(unknown)[:5])
         notes.append(f"{number} objects have no class, as their names are not in {source}: {named}")
-    return found, tuple(notes)
+    return category_by_label, tuple(notes)
 
 
 def _owners(segments: Int64Array, objects: tuple[Annotated, ...]) -> tuple[IndexArray, int]:

@@ -1,4 +1,4 @@
-"""The frames of a recording one by one, and their images as files: what the writers of all layouts share."""
+"""Encoding of colour, depth and instance ids as image files, for the writers of all layouts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, in the project's own folder layout."""
+"""Writer of the project's own folder layout, with the ground truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a recording in the layout in which NICE-SLAM rendered Replica, with the truth as Replica itself has it.
+"""Writer of the layout in which NICE-SLAM rendered Replica, with the ground truth as Replica itself has it.
 
 Sources: https://github.com/cvg/nice-slam, https://github.com/facebookresearch/Replica-Dataset
 """

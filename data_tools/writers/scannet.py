@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, as a scene of ScanNet.
+"""Writer of ScanNet scenes, extracted or as a .sens file, with the ground truth.
 
 Sources: SensReader and the list of files in https://github.com/ScanNet/ScanNet, the metadata file in
 http://scan-net.org/ScanNet/ScannerApp

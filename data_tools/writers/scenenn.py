@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, in the layout of SceneNN.
+"""Writer of the layout of SceneNN, with the ground truth.
 
 Sources: the playback tool and the list of files in https://github.com/hkust-vgd/scenenn
 """

@@ -1,4 +1,4 @@
-"""Writing a .sens file of ScanNet, version 4, frame by frame."""
+"""Writer of .sens files of ScanNet, version 4, frame by frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a recording in the layout of 7-Scenes.
+"""Writer of the layout of 7-Scenes.
 
 Source: https://www.microsoft.com/en-us/research/project/rgb-d-dataset-7-scenes/
 """

@@ -1,4 +1,4 @@
-"""The layouts a recording can be written in."""
+"""Registry of dataset writers: the layouts a recording can be written in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a recording in the layout of the TUM RGB-D benchmark.
+"""Writer of the layout of the TUM RGB-D benchmark.
 
 Source: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """

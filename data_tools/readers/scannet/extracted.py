@@ -1,4 +1,4 @@
-"""Scenes of ScanNet once SensReader extracted them: color/0.jpg, depth/0.png, pose/0.txt and intrinsic/.
+"""Reader of ScanNet scenes that SensReader extracted: color/0.jpg, depth/0.png, pose/0.txt and intrinsic/.
 
 Depth is in millimetres, poses are world_from_camera of the depth camera, -inf where the reconstruction lost track.
 Colour has 1296x968 pixels, depth 640x480; each has its 4x4 intrinsic matrix, and an extrinsic one that leads from it
@@ -54,7 +54,7 @@ def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
         names = [(colors.get(n) or depths[n]).stem for n in numbers]
         poses = PoseFiles(tuple(frames / "pose" / f"{name}.txt" for name in names))
     if declared.depth_camera is None:
-        declared = declared.or_else(_told(frames, paths, declared))
+        declared = declared.or_else(_cameras(frames, paths, declared))
     return file_sequence(folder, paths, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
 
 
@@ -83,8 +83,8 @@ def _numbered(folder: Path) -> dict[int, Path]:
     return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdigit()}
 
 
-def _told(frames: Path, paths: tuple[ImagePaths, ...], declared: Declared) -> Declared:
-    """The cameras that the matrices beside the images tell, and how colour lies to depth."""
+def _cameras(frames: Path, paths: tuple[ImagePaths, ...], declared: Declared) -> Declared:
+    """The cameras of the matrices beside the images, and how colour lies to depth."""
     depth = pinhole(_matrix(_matrix_file(frames, _INTRINSICS, "depth") or frames))
     file = _matrix_file(frames, _INTRINSICS, "color")
     if file is None:
