@@ -31,8 +31,14 @@ def clearly_better(agreements: Float64Array) -> int:
 
 
 def depth_agreement(a: Frame, b: Frame, b_from_a: Float64Array, depth_factor: float = 1.0) -> float:
-    """Share of a's readings that b_from_a (4, 4) moves to within 4 % of what b reads at the same place, with the
-    depth of both times a factor; 0 where a has none."""
+    """Share of a's readings that b_from_a moves to within 4 % of what b reads at the same pixel; 0 where a has none.
+
+    Args:
+        a: the frame whose depth is moved.
+        b: the frame whose depth it is compared with.
+        b_from_a: (4, 4) rigid, metres.
+        depth_factor: by which the depth of both is multiplied.
+    """
     v, u = _STEP * np.array(np.nonzero(a.depth[::_STEP, ::_STEP]))
     points = back_project(u, v, a.depth[v, u] * depth_factor, a.intrinsics.matrix)
     x, y, z = project(transform_points(b_from_a, points), b.intrinsics.matrix)

@@ -1,7 +1,8 @@
 """Reader of Replica as NICE-SLAM rendered it: images in results/, traj.txt, cam_params.json.
 
 Images are results/frame000000.jpg and results/depth000000.png. Line n of traj.txt holds the 16 numbers of
-world_from_camera of frame n, row by row, with OpenCV's camera axes. One cam_params.json lies beside all scenes. Source: https://github.com/cvg/nice-slam
+world_from_camera of frame n, row by row, with OpenCV's camera axes. One cam_params.json lies beside all scenes.
+Source: https://github.com/cvg/nice-slam
 """
 
 from __future__ import annotations

@@ -45,10 +45,20 @@ def is_scannet_truth(folder: Path, scene: str | None = None) -> bool:
 def read_scannet_truth(
     folder: Path, vocabulary_name: str = "scannet200", *, scene: str | None = None, labels: Path | None = None
 ) -> GroundTruth:
-    """The annotated mesh of a scene; raises BadInput naming the file that is missing or does not fit.
+    """The annotated mesh of a scene.
 
-    Raw names get classes by the label map `labels`, else by the one in the folder or above it, else by their names
-    alone, which the notes say. A name that is in no list leaves its objects without class, and is in the notes."""
+    Raw names get classes by the label map, or where there is none by their names alone, which the notes say. A name
+    that is in no list leaves its objects without class, and is in the notes.
+
+    Args:
+        folder: where the files of the scene are.
+        vocabulary_name: the list whose classes the objects get.
+        scene: which, where the folder holds several; None = the one it is called by, else the first.
+        labels: the label map; None = the one in the folder or above it.
+
+    Raises:
+        BadInput: naming the file that is missing or does not fit.
+    """
     mesh_file, segments_file, objects_file = _files(folder, scene or _scene(folder))
     mesh = read_ply(mesh_file)
     points, segment_of = mesh.points(mesh_file), read_segments(segments_file)

@@ -38,7 +38,14 @@ def encoded_color(rgb: Uint8Array, suffix: str) -> bytes:
 
 
 def write_depth(path: Path, depth: Float32Array, units_per_metre: float, none: int = 0) -> None:
-    """The units of depth_units as 16-bit PNG."""
+    """Write depth in the units of depth_units as 16-bit PNG.
+
+    Args:
+        path: the file.
+        depth: (H, W) metres, 0 = no reading.
+        units_per_metre: of the file.
+        none: what is written where there is no reading.
+    """
     _write(path, _encoded(depth_units(depth, units_per_metre, none), path.suffix))
 
 

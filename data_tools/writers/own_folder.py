@@ -21,9 +21,17 @@ def write_folder(
 ) -> list[tuple[int, str]]:
     """Write every usable frame of a recording, numbered anew, and return (index, reason) of the others.
 
-    Colour becomes JPEG of quality 95, or PNG if lossless; depth 16-bit PNG in millimetres (beyond 65.5 m: none); ids
-    16-bit PNG. The folder appears under its name only when complete. Raises BadInput where it exists already, or
-    where no frame can be used."""
+    Depth becomes 16-bit PNG in millimetres (beyond 65.5 m: none), ids 16-bit PNG.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG of quality 95.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     with unfinished(folder) as hidden:
         for part in ("color", "depth"):
             (hidden / part).mkdir()

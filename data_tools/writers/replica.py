@@ -27,12 +27,21 @@ _UNKNOWN_POSE = np.full((4, 4), np.nan)
 def write_replica(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others.
 
     results/ holds frame000000.jpg (.png if lossless) and depth000000.png in 1/6553.5 m, so that what is beyond 10 m
     becomes none; traj.txt a line for each frame, nan where its pose is unknown. cam_params.json, which the dataset
-    has once for all scenes, stands in the folder. A truth becomes habitat/: objects on faces, by their corners."""
+    has once for all scenes, stands in the folder. A truth becomes habitat/: objects on faces, by their corners.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     poses = []
     with unfinished(folder) as hidden:

@@ -31,13 +31,23 @@ def write_scannet(
     lossless: bool = False,
     sens: bool = False,
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others.
 
     The frames become color/0.jpg (.png if lossless), depth/0.png in millimetres (beyond 65.5 m: none), pose/0.txt
-    (-inf where one is unknown) and intrinsic/, or if `sens` one file named by the scene, which keeps stamps. The
-    scene is called as the folder. Colour is written as it comes, on the grid of depth. A truth becomes mesh, segments,
-    aggregation and label map."""
+    (-inf where one is unknown) and intrinsic/, or one .sens file, which keeps stamps. The scene is called as the
+    folder. Colour is written as it comes, on the grid of depth. A truth becomes mesh, segments, aggregation and label
+    map.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+        sens: one .sens file named by the scene instead of image files.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     scene, suffix = Path(folder).name, ".png" if lossless else ".jpg"
     skipped: list[tuple[int, str]] = []
     with unfinished(folder) as hidden:
@@ -58,7 +68,17 @@ def write_scannet(
 def write_scannet_sens(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write a scene with a .sens file."""
+    """Write a scene with a .sens file, as write_scannet does, and return (index, reason) of frames that cannot be used.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     return write_scannet(sequence, folder, truth=truth, lossless=lossless, sens=True)
 
 

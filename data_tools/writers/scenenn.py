@@ -24,11 +24,20 @@ UNITS_PER_M = 1000.0
 def write_scenenn(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 1, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 1, and return (index, reason) of the others.
 
-    Colour is PNG, whatever `lossless` says; depth is in millimetres (beyond 65.5 m: none); timestamp.txt holds
-    microseconds; pose n of trajectory.log belongs to image n + 1. A truth becomes a mesh with labels and an xml."""
+    Depth is in millimetres (beyond 65.5 m: none); timestamp.txt holds microseconds; pose n of trajectory.log belongs
+    to image n + 1. A truth becomes a mesh with labels and an xml.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: without effect: colour is always PNG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     stamps, poses = [], []
     with unfinished(folder) as hidden:

@@ -20,12 +20,20 @@ NO_READING = 65535
 def write_seven_scenes(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew, and return (index, reason) of the others; raises BadInput where the
-    folder exists.
+    """Write every usable frame, numbered anew, and return (index, reason) of the others.
 
-    Colour is PNG, whatever `lossless` says; depth is in millimetres with 65535 where there is none. The layout
-    counts frames and knows no stamps; the camera is in camera-intrinsics.txt, a truth in truth/ as in the project's
-    own layout."""
+    Depth is in millimetres with 65535 where there is none. The layout counts frames and knows no stamps; the camera
+    is in camera-intrinsics.txt, a truth in truth/ as in the project's own layout.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: without effect: colour is always PNG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     with unfinished(folder) as hidden:
         for number, frame in enumerate(frames_to_write(sequence, skipped)):

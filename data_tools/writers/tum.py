@@ -21,11 +21,21 @@ UNITS_PER_M = 5000.0
 def write_tum(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame and return (index, reason) of the others; raises BadInput where the folder exists.
+    """Write every usable frame and return (index, reason) of the others.
 
-    rgb/ and depth/ hold PNG files named by their stamp, whatever `lossless` says; depth is in 1/5000 m, so that what
-    is beyond 13.1 m becomes none. The layout knows neither cameras nor labels: they stand beside it in
-    intrinsics.json and truth/, as in the project's own layout."""
+    rgb/ and depth/ hold PNG files named by their stamp; depth is in 1/5000 m, so that what is beyond 13.1 m becomes
+    none. The layout knows neither cameras nor labels: they stand beside it in intrinsics.json and truth/, as in the
+    project's own layout.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: without effect: colour is always PNG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     images, poses = [], []
     with unfinished(folder) as hidden:

@@ -75,8 +75,17 @@ def _transforms(message: Any, time_ns: int) -> Iterable[tuple[str, str, tuple[fl
 
 
 def camera_poses(bag: Bag, links: dict[str, Link], camera: str, stamps: tuple[float, ...]) -> PoseSource | None:
-    """Poses of the frame `camera` in the root of its transforms; where nothing moves there, the first topic with
-    poses or odometry is taken for the camera's own; None where there is neither."""
+    """Poses of a camera in the root of its transforms.
+
+    Where nothing moves there, the first topic with poses or odometry is taken for the camera's own; None where there
+    is neither.
+
+    Args:
+        bag: whose topics are searched.
+        links: its transforms, as read_links returns them.
+        camera: the frame of the camera.
+        stamps: of the images, seconds.
+    """
     chain = chain_of(links, camera)
     if any(not link.constant for link in chain):
         return ChainPoses(tuple(chain), stamps)

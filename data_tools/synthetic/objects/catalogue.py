@@ -1,4 +1,4 @@
-"""All furniture by ScanNet200 name."""
+"""Catalogue of objects by their name in ScanNet200."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.scenes.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.synthetic.truth.true_surface import ground_truth
-from data_tools.synthetic.truth.visibility import CameraView, Vantage
+from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from razer.errors import BadInput
 from razer.geometry import inverse, project, transform_points
 from tests.support.frames import world_points
@@ -113,7 +113,7 @@ def test_a_moved_chair_stands_elsewhere_from_the_middle_on() -> None:
     chair = truth.vertices[truth.instances == number]
     assert np.linalg.norm(chair.mean(axis=0)[:2] - centers[20][:2]) < 0.25
     # Only views from after the move count for the chair.
-    late = [Vantage(room[i].pose, scene_of(layout.after_move().things)) for i in range(20, 40)]
+    late = [Viewpoint(room[i].pose, scene_of(layout.after_move().things)) for i in range(20, 40)]
     view = CameraView(room.intrinsics, (0.1, 5.0))
     expected = ground_truth(layout.after_move().things, late, view, 0.05).visible
     own = truth.instances == number

@@ -1,4 +1,4 @@
-"""Odd things that stand on the floor: one maker per class, each varies size, proportions and colours."""
+"""Free-standing objects: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 

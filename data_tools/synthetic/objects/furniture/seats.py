@@ -1,4 +1,4 @@
-"""What people sit on: one maker per class, each varies size, proportions and colours."""
+"""Seats: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What hangs on walls or fills openings: the back plane at y = 0, facing +y, the lower edge at z = 0."""
+"""Wall-mounted objects, doors and windows: the back plane at y = 0, facing +y, the lower edge at z = 0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies about on desks and shelves: one maker per class, each varies size, proportions and colours."""
+"""Desk items: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 

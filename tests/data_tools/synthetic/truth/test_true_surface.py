@@ -16,7 +16,7 @@ from data_tools.synthetic.shapes.solids import box
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.synthetic.truth.tessellation import tessellate
 from data_tools.synthetic.truth.true_surface import ground_truth
-from data_tools.synthetic.truth.visibility import TOLERANCE_M, CameraView, Vantage
+from data_tools.synthetic.truth.visibility import TOLERANCE_M, CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import read_truth, write_truth
 from razer.errors import BadInput
@@ -73,7 +73,7 @@ def test_visible_equals_a_look_at_every_vertex() -> None:
     poses = list(walk_round(240, (1.75, 1.3), 5)[100:150:5])
     scene = scene_of(things)
     view = CameraView(camera, (0.1, 2.8))
-    found = ground_truth(things, [Vantage(p, scene) for p in poses], view, 0.2, {9: 5})
+    found = ground_truth(things, [Viewpoint(p, scene) for p in poses], view, 0.2, {9: 5})
     surface = tessellate(things, 0.2)
     counts = np.zeros(len(surface.vertices), int)
     for number, pose in enumerate(poses):
