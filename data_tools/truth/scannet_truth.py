@@ -113,17 +113,6 @@ def read_objects(path: Path) -> tuple[Annotated, ...]:
     return objects
 
 
-def read_benchmark_ids(path: Path) -> Int64Array:
-    """A ground truth as the benchmark's scripts take it, (V,): a line for each vertex with class * 1000 + instance,
-    instances from 1, 0 = unannotated; raises BadInput naming the file."""
-    try:
-        return np.array(path.read_text().split(), dtype=np.int64)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    except (ValueError, OverflowError):
-        raise BadInput(f"{path} must hold one whole number a line: class * 1000 + instance") from None
-
-
 def _scene(folder: Path) -> str:
     """The scene that a folder is called by, or else the first that it holds."""
     scenes = [

@@ -13,6 +13,7 @@ from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from razer.errors import BadInput
 from razer.geometry import inverse, project, transform_points
 from tests.support.frames import world_points
+from tests.support.solids import after_move
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +114,8 @@ def test_a_moved_chair_stands_elsewhere_from_the_middle_on() -> None:
     chair = truth.vertices[truth.instances == number]
     assert np.linalg.norm(chair.mean(axis=0)[:2] - centers[20][:2]) < 0.25
     # Only views from after the move count for the chair.
-    late = [Viewpoint(room[i].pose, scene_of(layout.after_move().things)) for i in range(20, 40)]
+    late = [Viewpoint(room[i].pose, scene_of(after_move(layout))) for i in range(20, 40)]
     view = CameraView(room.intrinsics, (0.1, 5.0))
-    expected = ground_truth(layout.after_move().things, late, view, 0.05).visible
+    expected = ground_truth(after_move(layout), late, view, 0.05).visible
     own = truth.instances == number
     assert np.array_equal(truth.visible[own], expected[own])

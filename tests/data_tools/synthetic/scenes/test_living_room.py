@@ -12,7 +12,7 @@ from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.scenes.living_room import HEIGHT_M, LENGTH_M, WIDTH_M, living_room
 from data_tools.synthetic.shapes.solids import quad_normals
 from data_tools.synthetic.truth.tessellation import tessellate
-from tests.support.solids import signed_volume
+from tests.support.solids import after_move, signed_volume
 
 SHELL = {1: "floor", 2: "ceiling", 3: "wall", 4: "wall", 5: "wall", 6: "wall"}
 
@@ -29,7 +29,7 @@ def test_every_solid_but_the_shell_is_right_side_out(seed: int) -> None:
 @pytest.mark.parametrize("moved", [False, True])
 def test_nothing_stands_inside_another_thing(seed: int, moved: bool) -> None:
     layout = living_room(seed)
-    things = layout.after_move().things if moved else layout.things
+    things = after_move(layout) if moved else layout.things
     surface = tessellate(things, 0.04)
     inside_room = np.array([LENGTH_M / 2, WIDTH_M / 2, HEIGHT_M]) + 1e-6
     assert (np.abs(surface.vertices) <= inside_room).all()

@@ -12,6 +12,7 @@ from data_tools.synthetic.rendering.procedural_textures import PAINTERS
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.shapes import primitives as shapes
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import fitted, stretched, turned
 from razer.frame import Intrinsics
 from tests.support.solids import signed_volume
 
@@ -39,7 +40,7 @@ def octagon(width: float, depth: float, cut: float) -> float:
         (shapes.rounded((0, 0, 0), (2, 3, 4), "z", 0.5, GREY), 4 * octagon(2, 3, 0.5)),
         (shapes.tetrahedron([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], GREY), 1 / 6),
         (shapes.beam((1, 2, 3), (2, 4, 5), 0.2, 0.1, GREY), 3 * 0.02),
-        (shapes.stretched(shapes.block(0, 0, 0, (1, 1, 1), GREY), (2, 3, 4)), 24),
+        (stretched(shapes.block(0, 0, 0, (1, 1, 1), GREY), (2, 3, 4)), 24),
     ],
 )
 def test_solids_enclose_the_volume_that_geometry_says(solid: Solid, expected: float) -> None:
@@ -92,14 +93,14 @@ def test_bars_join_the_points_in_turn() -> None:
 
 
 def test_turning_x_by_minus_ninety_brings_up_to_front() -> None:
-    raised = shapes.turned(shapes.block(0, 0, 1, (0.2, 0.2, 1), GREY), "x", -90, (5, 0, 0))
+    raised = turned(shapes.block(0, 0, 1, (0.2, 0.2, 1), GREY), "x", -90, (5, 0, 0))
     assert Thing("x", (raised,)).bounds == (pytest.approx((4.9, 1, -0.1)), pytest.approx((5.1, 2, 0.1)))
     plate = Thing("x", (shapes.disc(0.5, 0.1, (1, 2, 3), GREY),))
     assert plate.bounds == (pytest.approx((0.5, 2, 2.5)), pytest.approx((1.5, 2.1, 3.5)))
 
 
 def test_a_fitted_landscape_stands_upright_for_who_faces_it() -> None:
-    sheet = shapes.fitted(shapes.block(0, 0, 0, (1, 0.1, 1), Material("landscape", (0, 0, 0), (255, 255, 255))))
+    sheet = fitted(shapes.block(0, 0, 0, (1, 0.1, 1), Material("landscape", (0, 0, 0), (255, 255, 255))))
     # A camera at y = 3 that looks along -y: its x axis is the world's -x, its y axis points down.
     world_from_camera = np.eye(4)
     world_from_camera[:3, :3] = np.array([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]).T
