@@ -178,7 +178,7 @@ def test_without_texture_depth_alone_tells(room: list[Frame]) -> None:
     assert check_poses(Sample.of(Spoilt(room, grey))).convention is AS_WRITTEN
     report = check_poses(Sample.of(Spoilt(room, grey_inverted)))
     assert "invert" in report.convention.fix
-    assert np.isnan(report.miss_px[0])
+    assert np.isnan(report.error_px[0])
     assert not check_rgbd_alignment(Sample.of(Spoilt(room, grey)).frames).clear
     found = inspect_sequence(Spoilt(room, lambda frame: grey(scaled(5.0)(frame)), 200.0))
     assert [issue.fix for issue in found.issues] == ["try --depth-scale 1000"]
