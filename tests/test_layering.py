@@ -101,7 +101,7 @@ def direction_error(room: str, module: str) -> bool:
 def test_rule_of_direction_on_known_cases():
     assert direction_error("razer", "slam.system")
     assert direction_error("razer", "app.cli")
-    assert direction_error("slam", "data_tools.open_sequence")
+    assert direction_error("slam", "data_tools.registry")
     assert direction_error("data_tools", "razer.volume.voxel_map")
     assert direction_error("slam", "razer")
     assert direction_error("app", "tests.test_cli")

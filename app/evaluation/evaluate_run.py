@@ -9,8 +9,9 @@ import numpy as np
 
 from app.evaluation.prediction import Meaning, Naming, read_prediction
 from app.run_folder.timed_poses import timed_poses
-from data_tools.open_sequence import open_sequence
-from data_tools.recordings.file_sequence import FileSequence
+from data_tools import open_sequence
+from data_tools.recordings.image_files import ImageFiles
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import open_truth
 from razer.errors import BadInput, UnusableFrame
@@ -91,17 +92,17 @@ def true_poses(folder: Path) -> TimedPoses | None:
             sequence = open_sequence(place)
         except BadInput:
             continue
-        if isinstance(sequence, FileSequence) and sequence.pose_of is not None:
+        if isinstance(sequence, RecordedSequence) and isinstance(sequence.images, ImageFiles) and sequence.has_poses:
             return _poses_of(sequence)
     return None
 
 
-def _poses_of(sequence: FileSequence) -> TimedPoses | None:
+def _poses_of(sequence: RecordedSequence) -> TimedPoses | None:
     assert sequence.pose_of is not None
     found = {}
-    for index, shot in enumerate(sequence.shots):
+    for index in range(len(sequence)):
         try:
-            found[shot.stamp] = sequence.pose_of(index)[0]
+            found[sequence.images.stamp(index)] = sequence.pose_of(index)[0]
         except UnusableFrame:
             continue
     stamps = sorted(found)

@@ -7,10 +7,10 @@ from pathlib import Path
 from rich.console import Console
 
 from app.settings.run_config import InputSettings
+from data_tools import open_sequence
 from data_tools.checks.depth_scale import check_depth_scale
 from data_tools.checks.pose_check import check_poses
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from rich.console import Console
 
 from app.console.progress import watch
-from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.sequence import FrameIteration, RgbdSequence
 from razer.frame import Frame, Intrinsics
 
 
 @dataclass(frozen=True)
-class Selection:
+class Selection(FrameIteration):
     """The frames `indices` of a sequence as a sequence of their own; reading them in order moves the progress."""
 
     sequence: RgbdSequence

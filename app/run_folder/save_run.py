@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from app.frames.frame_accounting import FrameAccounting
 from app.render.glb import instance_names, write_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
+from data_tools.recordings.trajectories import read_trajectory, tum_line
 from razer.arrays import Float64Array
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
@@ -56,9 +56,7 @@ def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
 def tum_text(stamps: list[float], poses: list[Float64Array]) -> str:
     """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
     lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
-    for stamp, pose in zip(stamps, poses, strict=True):
-        numbers = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True))
-        lines.append(f"{stamp:.6f} " + " ".join(f"{number:.9f}" for number in numbers))
+    lines += [tum_line(stamp, pose, canonical=True) for stamp, pose in zip(stamps, poses, strict=True)]
     return "\n".join(lines) + "\n"
 
 
@@ -79,10 +77,7 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
 
 def read_tum(path: Path) -> list[Float64Array]:
     """The poses (4, 4) of a trajectory that `tum_text` wrote."""
-    rows = np.loadtxt(path, ndmin=2)
-    poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    poses[:, :3, 3], poses[:, :3, :3] = rows[:, 1:4], Rotation.from_quat(rows[:, 4:]).as_matrix()
-    return list(poses)
+    return list(read_trajectory(path).matrices())
 
 
 def camera_up(poses: list[Float64Array]) -> Float64Array:

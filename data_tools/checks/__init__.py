@@ -1,1 +1,1 @@
-"""What one can tell about a recording before mapping it."""
+"""Checks of a recording before it is mapped: poses, depth scale, alignment of colour and depth."""

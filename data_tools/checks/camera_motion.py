@@ -1,4 +1,4 @@
-"""The camera's motion measured from the images alone, to hold against declared poses."""
+"""Visual odometry between two frames (ORB features, PnP with RANSAC), to check declared poses against."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from razer.geometry import back_project
 _FEATURES = 600
 _INLIER_PIXELS = 3.0
 _MIN_INLIERS = 30
-_LEAST_PIXEL_ERROR = 0.5  # no keypoint is better than that
+_MIN_PIXEL_ERROR = 0.5  # no keypoint is better than that
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Motion:
     translation: Float64Array
     information: Float64Array
     points: Float64Array
-    seen: Float64Array
+    pixels: Float64Array
 
     def length(self, vector: Float64Array) -> float:
         """Length of a (3,) vector in standard deviations."""
@@ -69,21 +69,21 @@ def measure_motion(a: Landmarks, b: Landmarks, camera: Intrinsics) -> Motion | N
     solved = _solve_pnp(points, b.pixels[pairs[:, 1]], camera.matrix)
     if solved is None:
         return None
-    return Motion(solved.translation * unit, solved.information / unit**2, solved.points * unit, solved.seen)
+    return Motion(solved.translation * unit, solved.information / unit**2, solved.points * unit, solved.pixels)
 
 
-def _solve_pnp(points: Float64Array, seen: Float64Array, matrix: Float64Array) -> Motion | None:
+def _solve_pnp(points: Float64Array, pixels: Float64Array, matrix: Float64Array) -> Motion | None:
     cv2.setRNGSeed(0)
-    found, rotation, translation, inliers = cv2.solvePnPRansac(
-        points, seen, matrix, None, iterationsCount=200, reprojectionError=_INLIER_PIXELS, flags=cv2.SOLVEPNP_EPNP
+    succeeded, rotation, translation, inliers = cv2.solvePnPRansac(
+        points, pixels, matrix, None, iterationsCount=200, reprojectionError=_INLIER_PIXELS, flags=cv2.SOLVEPNP_EPNP
     )  # fmt: skip
-    if not found or inliers is None or len(inliers) < _MIN_INLIERS:
+    if not succeeded or inliers is None or len(inliers) < _MIN_INLIERS:
         return None
-    points, seen = points[inliers[:, 0]], seen[inliers[:, 0]]
-    rotation, translation = cv2.solvePnPRefineLM(points, seen, matrix, None, rotation, translation)
+    points, pixels = points[inliers[:, 0]], pixels[inliers[:, 0]]
+    rotation, translation = cv2.solvePnPRefineLM(points, pixels, matrix, None, rotation, translation)
     projected, jacobian = cv2.projectPoints(points, rotation, translation, matrix, None)
-    variance = max(float(np.mean((projected[:, 0] - seen) ** 2)), _LEAST_PIXEL_ERROR**2)
+    variance = max(float(np.mean((projected[:, 0] - pixels) ** 2)), _MIN_PIXEL_ERROR**2)
     hessian = jacobian[:, :6].T @ jacobian[:, :6] / variance
     coupling = hessian[:3, 3:]
     information = hessian[3:, 3:] - coupling.T @ np.linalg.solve(hessian[:3, :3], coupling)
-    return Motion(translation[:, 0], information, points, seen)
+    return Motion(translation[:, 0], information, points, pixels)

@@ -1,4 +1,4 @@
-"""How much of one frame's depth lies on another's when it is moved there: the reprojection test of poses."""
+"""Depth reprojection test of relative poses: how much of one frame's depth lies on that of another."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STEP = 6
 _TOLERANCE = 0.04
 
 
-def of_overlapping(agreements: Float64Array) -> Float64Array:
+def overlapping_only(agreements: Float64Array) -> Float64Array:
     """Of agreements (P, H) of P pairs under H hypotheses, those of the pairs that overlap well under any of them."""
     return agreements[agreements.max(axis=1, initial=0) > _FITS]
 
@@ -31,12 +31,18 @@ def clearly_better(agreements: Float64Array) -> int:
 
 
 def depth_agreement(a: Frame, b: Frame, b_from_a: Float64Array, depth_factor: float = 1.0) -> float:
-    """Share of a's readings that b_from_a (4, 4) moves to within 4 % of what b reads at the same place, with the
-    depth of both times a factor; 0 where a has none."""
+    """Share of a's readings that b_from_a moves to within 4 % of what b reads at the same pixel; 0 where a has none.
+
+    Args:
+        a: the frame whose depth is moved.
+        b: the frame whose depth it is compared with.
+        b_from_a: (4, 4) rigid, metres.
+        depth_factor: by which the depth of both is multiplied.
+    """
     v, u = _STEP * np.array(np.nonzero(a.depth[::_STEP, ::_STEP]))
     points = back_project(u, v, a.depth[v, u] * depth_factor, a.intrinsics.matrix)
     x, y, z = project(transform_points(b_from_a, points), b.intrinsics.matrix)
     inside = (x > -0.5) & (x < b.intrinsics.width - 0.5) & (y > -0.5) & (y < b.intrinsics.height - 0.5)
     column, row = np.rint(x[inside]).astype(int), np.rint(y[inside]).astype(int)
-    there = b.depth[row, column] * depth_factor
-    return float(np.sum(np.abs(there - z[inside]) < _TOLERANCE * z[inside]) / max(len(u), 1))
+    depth_b = b.depth[row, column] * depth_factor
+    return float(np.sum(np.abs(depth_b - z[inside]) < _TOLERANCE * z[inside]) / max(len(u), 1))

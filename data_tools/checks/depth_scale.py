@@ -1,6 +1,6 @@
-"""Whether a recording's declared depth scale can be right, and which one is likely if not.
+"""Check of the declared depth scale, and which one is likely if it is wrong.
 
-Witnesses, strongest first: how far the camera moved according to images and depth against how far according to
+Evidence, strongest first: how far the camera moved according to images and depth against how far according to
 the poses (reprojection), or where images show no motion, whether depths of two frames agree once moved; the steps
 between depth readings, which a structured-light sensor's geometry fixes; and whether the median depth is one that
 an indoor camera sees.
@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
+from data_tools.checks.depth_overlap import clearly_better, depth_agreement, overlapping_only
 from data_tools.checks.sample import Sample
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
@@ -87,22 +87,22 @@ def check_depth_scale(sequence: RgbdSequence, sample: Sample | None = None) -> D
 
 
 def _judge(declared: float, moved: Estimate | None, steps: Estimate | None, median_m: float) -> DepthScaleReport:
-    seen = f"the median depth is {median_m:.3g} m"
+    median_text = f"the median depth is {median_m:.3g} m"
     if moved and not moved.contradicts:
         return DepthScaleReport("ok", declared, None, "depth agrees with the motion of the poses")
     if moved:
-        reason = f"images and depth show {1 / moved.factor:.2g} times the motion that the poses claim; {seen}"
+        reason = f"images and depth show {1 / moved.factor:.2g} times the motion that the poses claim; {median_text}"
         if steps and abs(np.log(steps.factor)) < np.log(_LIKELY_TOLERANCE):
             reason += "; the steps between depth readings fit, so perhaps the poses are not in metres"
             return DepthScaleReport("suspicious", declared, None, reason)
         return DepthScaleReport("suspicious", declared, _likely_scale(declared, moved), reason)
     if steps and steps.contradicts and (stepped := _known_scale(declared / steps.factor)):
-        reason = f"the steps between depth readings fit a structured-light camera at another scale; {seen}"
+        reason = f"the steps between depth readings fit a structured-light camera at another scale; {median_text}"
         return DepthScaleReport("suspicious", declared, stepped, reason)
     if not MIN_MEDIAN_M <= median_m <= MAX_MEDIAN_M:
         guess = _plausible_scale(declared * median_m)
-        return DepthScaleReport("suspicious", declared, guess, f"{seen}, which no room is")
-    return DepthScaleReport("ok", declared, None, f"{seen}; no motion to measure it by")
+        return DepthScaleReport("suspicious", declared, guess, f"{median_text}, which no room is")
+    return DepthScaleReport("ok", declared, None, f"{median_text}; no motion to measure it by")
 
 
 def factor_from_motion(sample: Sample) -> Estimate | None:
@@ -110,7 +110,7 @@ def factor_from_motion(sample: Sample) -> Estimate | None:
     frames within each stretch; None where motion or agreement is too small to tell."""
     if not sample.has_poses:
         return None
-    rows = [row for group in sample.groups for row in _shares(sample, group)]
+    rows = [row for group in sample.groups for row in _translation_ratios(sample, group)]
     clear = np.array([row for row in rows if row[3] >= _MIN_MOTION_SIGMA])
     if len(clear) < _MIN_PAIRS:
         return None
@@ -132,7 +132,7 @@ def _scale_by_overlap(sample: Sample, declared: float) -> float | None:
     agreements = [
         [depth_agreement(a, b, inverse(b.pose) @ a.pose, declared / scale) for scale in scales] for a, b in pairs
     ]
-    best = clearly_better(of_overlapping(np.array(agreements)))
+    best = clearly_better(overlapping_only(np.array(agreements)))
     return scales[best] if best else None
 
 
@@ -153,7 +153,7 @@ def factor_from_steps(frames: Sequence[Frame]) -> Estimate | None:
     return Estimate(float(middle), float(low), float(high))
 
 
-def _shares(sample: Sample, group: Sequence[Frame]) -> list[tuple[float, float, float, float]]:
+def _translation_ratios(sample: Sample, group: Sequence[Frame]) -> list[tuple[float, float, float, float]]:
     """For the pairs of frames that moved most: the share s of the declared translation t that fits the
     measured m, its weight, and in standard deviations what is left, |m - s t|, of |m|."""
     rows = []

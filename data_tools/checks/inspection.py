@@ -1,4 +1,4 @@
-"""What a look at a few frames tells about a recording, and what is likely wrong with it."""
+"""Inspection of a recording: statistics over a few of its frames, and likely mistakes in how it was made."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 
 from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
 from data_tools.checks.pose_check import PoseCheck, check_poses
-from data_tools.checks.registration_check import RgbdAlignmentReport, check_rgbd_alignment
+from data_tools.checks.rgbd_alignment_check import RgbdAlignmentReport, check_rgbd_alignment
 from data_tools.checks.sample import Sample
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 
-_LOOKS = 40
+_N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
 
@@ -43,13 +43,13 @@ class DepthStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """What was found; `looked` frames were read for it: `bad` (index, reason) could not be used, `posed` have a
-    pose. rate_hz and duration_s by the stamps, path_m along the poses looked at; None = not known."""
+    """The result; `inspected` frames were read for it: `bad` (index, reason) could not be used, `posed` have a
+    pose. rate_hz and duration_s by the stamps, path_m along those poses; None = not known."""
 
     name: str
     n_frames: int
     intrinsics: Intrinsics
-    looked: int
+    inspected: int
     posed: int
     bad: tuple[tuple[int, str], ...]
     rate_hz: float | None
@@ -58,29 +58,29 @@ class Inspection:
     depth: DepthStatistics | None
     depth_scale: DepthScaleReport
     poses: PoseCheck
-    registration: RgbdAlignmentReport
-    findings: tuple[Issue, ...]
+    rgbd_alignment: RgbdAlignmentReport
+    issues: tuple[Issue, ...]
 
 
 def inspect_sequence(sequence: RgbdSequence) -> Inspection:
     """Look at about sixty frames of a recording; takes a few seconds."""
-    usable, bad = _look(sequence)
+    usable, bad = _read_spread(sequence)
     sample = Sample.of(sequence)
     poses = check_poses(sample)
     depth_scale = check_depth_scale(sequence, sample.reposed(poses.convention) if poses.wrong else sample)
-    registration = check_rgbd_alignment(sample.frames)
+    rgbd_alignment = check_rgbd_alignment(sample.frames)
     posed = [frame for frame in usable if frame.world_from_camera is not None]
-    findings = [
-        *_frame_findings(bad, len(usable) + len(bad)),
-        *_pose_findings(poses),
-        *_scale_findings(depth_scale),
-        *_registration_findings(registration, sequence.intrinsics),
+    issues = [
+        *_frame_issues(bad, len(usable) + len(bad)),
+        *_pose_issues(poses),
+        *_scale_issues(depth_scale),
+        *_alignment_issues(rgbd_alignment, sequence.intrinsics),
     ]
     return Inspection(
         name=sequence.name,
         n_frames=len(sequence),
         intrinsics=sequence.intrinsics,
-        looked=len(usable) + len(bad),
+        inspected=len(usable) + len(bad),
         posed=len(posed),
         bad=tuple(bad),
         rate_hz=_rate_hz(sample),
@@ -89,16 +89,16 @@ def inspect_sequence(sequence: RgbdSequence) -> Inspection:
         depth=_depth_statistics(usable),
         depth_scale=depth_scale,
         poses=poses,
-        registration=registration,
-        findings=tuple(findings),
+        rgbd_alignment=rgbd_alignment,
+        issues=tuple(issues),
     )
 
 
-def _look(sequence: RgbdSequence) -> tuple[list[Frame], list[tuple[int, str]]]:
+def _read_spread(sequence: RgbdSequence) -> tuple[list[Frame], list[tuple[int, str]]]:
     """Frames spread over all of the recording, and which of them cannot be used."""
     usable: list[Frame] = []
     bad: list[tuple[int, str]] = []
-    for index in dict.fromkeys(np.linspace(0, len(sequence) - 1, _LOOKS).round().astype(int).tolist()):
+    for index in dict.fromkeys(np.linspace(0, len(sequence) - 1, _N_FRAMES).round().astype(int).tolist()):
         try:
             usable.append(sequence[index])
         except UnusableFrame as error:
@@ -106,36 +106,36 @@ def _look(sequence: RgbdSequence) -> tuple[list[Frame], list[tuple[int, str]]]:
     return usable, bad
 
 
-def _frame_findings(bad: Sequence[tuple[int, str]], looked: int) -> list[Issue]:
+def _frame_issues(bad: Sequence[tuple[int, str]], inspected: int) -> list[Issue]:
     # File names and numbers differ from frame to frame; what is wrong with them is said after.
     reasons = Counter(reason.rpartition(": ")[2] for _, reason in bad)
-    if len(bad) < _MANY_BAD * looked:
+    if len(bad) < _MANY_BAD * inspected:
         return []
     reason, count = reasons.most_common(1)[0]
-    problem = f"{len(bad)} of {looked} frames cannot be used; the commonest reason ({count} times): {reason}"
+    problem = f"{len(bad)} of {inspected} frames cannot be used; the commonest reason ({count} times): {reason}"
     if _MIRRORED in reason:
         return [Issue("poses", problem, "an axis of the camera is flipped: negate one column of each rotation")]
     return [Issue("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
 
 
-def _pose_findings(report: PoseCheck) -> list[Issue]:
+def _pose_issues(report: PoseCheck) -> list[Issue]:
     if not report.wrong:
         return []
-    (depth_now, depth_then), (px_now, px_then) = report.agreement, report.miss_px
-    problem = f"moved by the poses, {depth_now:.0%} of the depth agrees between frames, {depth_then:.0%} after the fix"
+    (depth_now, depth_fixed), (px_now, px_fixed) = report.agreement, report.error_px
+    problem = f"moved by the poses, {depth_now:.0%} of the depth agrees between frames, {depth_fixed:.0%} after the fix"
     if np.isfinite(px_now):
-        problem += f"; features are missed by {px_now:.0f} pixels, then {px_then:.0f}"
+        problem += f"; features are missed by {px_now:.0f} pixels, then {px_fixed:.0f}"
     return [Issue("poses", problem, report.convention.fix)]
 
 
-def _scale_findings(report: DepthScaleReport) -> list[Issue]:
+def _scale_issues(report: DepthScaleReport) -> list[Issue]:
     if report.verdict == "ok":
         return []
     problem = f"the depth scale of {report.declared:g} units per metre looks wrong: {report.reason}"
     return [Issue("depth scale", problem, report.advice)]
 
 
-def _registration_findings(report: RgbdAlignmentReport, camera: Intrinsics) -> list[Issue]:
+def _alignment_issues(report: RgbdAlignmentReport, camera: Intrinsics) -> list[Issue]:
     if not report.wrong:
         return []
     if report.mirrored:

@@ -1,7 +1,7 @@
-"""Whether a recording's poses are meant as they are read: camera to world, x right, y down, z forward.
+"""Check of the pose convention: camera to world, x right, y down, z forward, or another one.
 
-Two witnesses, over pairs of nearby frames: where features are seen again, and how much of the one frame's depth
-lies on the depth of the other. Another convention is named only if it does clearly better.
+Two measures over pairs of nearby frames: the reprojection error of matched features, and how much of the one frame's
+depth lies on the depth of the other. Another convention is named only if it does clearly better.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.checks.camera_motion import Motion
-from data_tools.checks.depth_overlap import clearly_better, depth_agreement, of_overlapping
+from data_tools.checks.depth_overlap import clearly_better, depth_agreement, overlapping_only
 from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
 from data_tools.checks.sample import Sample
 from razer.arrays import Float64Array
@@ -23,7 +23,7 @@ _MIN_PAIRS = 4
 _POINTS = 40
 # Depth may be wrong too: each convention is judged at the scale that suits it best.
 _FACTORS = np.array([1.0, 5.0, 0.2, 10.0, 0.1, 1000.0, 0.001])
-_SUSPICIOUS = 0.012  # median miss of features, share of the image's width
+_SUSPICIOUS = 0.012  # median error of features, share of the image's width
 _CLEARLY_BETTER = 0.4
 _TIE = 1.3
 
@@ -31,12 +31,12 @@ _TIE = 1.3
 @dataclass(frozen=True, slots=True)
 class PoseCheck:
     """What the poses seem to be: the convention, AS_WRITTEN if nothing is clearly better or nothing can be told;
-    pairs of frames judged; for the poses as written and as meant, the median miss of features (pixels) and the
+    pairs of frames judged; for the poses as written and as meant, the median error of features (pixels) and the
     share of depth that agrees."""
 
     convention: Convention
     n_pairs: int
-    miss_px: tuple[float, float] = (float("nan"), float("nan"))
+    error_px: tuple[float, float] = (float("nan"), float("nan"))
     agreement: tuple[float, float] = (float("nan"), float("nan"))
 
     @property
@@ -52,22 +52,22 @@ def check_poses(sample: Sample) -> PoseCheck:
     measured = [(a, b, motion) for a, b in sample.neighbours() if (motion := sample.motion(a, b))]
     if len(measured) < _MIN_PAIRS:
         return _judge_by_depth(list(sample.neighbours()))
-    (miss,), (factor,) = _misses(measured, (AS_WRITTEN,))
+    (error,), (factor,) = _reprojection_errors(measured, (AS_WRITTEN,))
     agreement = _agreement(measured, AS_WRITTEN, factor)
-    if miss <= _SUSPICIOUS * measured[0][0].intrinsics.width:
-        return PoseCheck(AS_WRITTEN, len(measured), (miss, miss), (agreement, agreement))
-    meant, better_px, better = _best(measured)
-    if better_px > _CLEARLY_BETTER * miss or better <= agreement:
-        meant, better_px, better = AS_WRITTEN, miss, agreement
-    return PoseCheck(meant, len(measured), (miss, better_px), (agreement, better))
+    if error <= _SUSPICIOUS * measured[0][0].intrinsics.width:
+        return PoseCheck(AS_WRITTEN, len(measured), (error, error), (agreement, agreement))
+    meant, best_error_px, better = _best(measured)
+    if best_error_px > _CLEARLY_BETTER * error or better <= agreement:
+        meant, best_error_px, better = AS_WRITTEN, error, agreement
+    return PoseCheck(meant, len(measured), (error, best_error_px), (agreement, better))
 
 
 def _best(pairs: Sequence[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:
-    """The convention that fits best, the first, so commonest, of those that cannot be told apart; its median miss in
+    """The convention that fits best, the first, so commonest, of those that cannot be told apart; its median error in
     pixels, and its agreement of depth."""
-    misses, factors = _misses(pairs, conventions())
-    i = next(i for i, miss in enumerate(misses) if miss <= _TIE * min(misses))
-    return conventions()[i], misses[i], _agreement(pairs, conventions()[i], factors[i])
+    errors, factors = _reprojection_errors(pairs, conventions())
+    i = next(i for i, error in enumerate(errors) if error <= _TIE * min(errors))
+    return conventions()[i], errors[i], _agreement(pairs, conventions()[i], factors[i])
 
 
 def _judge_by_depth(pairs: Sequence[tuple[Frame, Frame]]) -> PoseCheck:
@@ -75,7 +75,7 @@ def _judge_by_depth(pairs: Sequence[tuple[Frame, Frame]]) -> PoseCheck:
     if not pairs:
         return PoseCheck(AS_WRITTEN, 0)
     common = conventions()[:N_COMMON]
-    agreements = of_overlapping(
+    agreements = overlapping_only(
         np.array([[depth_agreement(a, b, _moved(each, a, b)) for each in common] for a, b in pairs])
     )
     if not len(agreements):
@@ -85,13 +85,15 @@ def _judge_by_depth(pairs: Sequence[tuple[Frame, Frame]]) -> PoseCheck:
     return PoseCheck(common[best], len(agreements), agreement=(float(means[0]), float(means[best])))
 
 
-def _misses(
+def _reprojection_errors(
     pairs: Sequence[tuple[Frame, Frame, Motion]], every: Sequence[Convention]
 ) -> tuple[list[float], list[float]]:
     """For each convention the median over pairs of the median distance, pixels, between where b should see a's
     features and where it does, at the depth factor that suits best; and that factor."""
-    misses = np.array([[_miss(_moved(convention, a, b), a, motion) for convention in every] for a, b, motion in pairs])
-    typical = np.median(misses, axis=0)
+    errors = np.array(
+        [[_reprojection_error(_moved(convention, a, b), a, motion) for convention in every] for a, b, motion in pairs]
+    )
+    typical = np.median(errors, axis=0)
     return typical.min(axis=1).tolist(), _FACTORS[typical.argmin(axis=1)].tolist()
 
 
@@ -100,12 +102,12 @@ def _moved(convention: Convention, a: Frame, b: Frame) -> Float64Array:
     return inverse(convention.world_from_camera(b.pose)) @ convention.world_from_camera(a.pose)
 
 
-def _miss(b_from_a: Float64Array, a: Frame, motion: Motion) -> Float64Array:
+def _reprojection_error(b_from_a: Float64Array, a: Frame, motion: Motion) -> Float64Array:
     """The median distance in pixels, cut off at the image's width, at each of _FACTORS."""
-    points, seen = motion.points[:_POINTS], motion.seen[:_POINTS]
+    points, pixels = motion.points[:_POINTS], motion.pixels[:_POINTS]
     scaled = points * _FACTORS[:, None, None]
     u, v, _ = project(transform_points(b_from_a, scaled), a.intrinsics.matrix)
-    distance = np.hypot(u - seen[:, 0], v - seen[:, 1])
+    distance = np.hypot(u - pixels[:, 0], v - pixels[:, 1])
     width = a.intrinsics.width
     return np.median(np.nan_to_num(distance, nan=width).clip(0, width), axis=1)
 

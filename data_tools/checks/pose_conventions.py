@@ -1,4 +1,4 @@
-"""The ways in which poses get written that are not camera-to-world with x right, y down, z forward."""
+"""Pose conventions: the ways in which poses get written that are not camera-to-world, x right, y down, z forward."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A few frames spread over a recording, in short stretches that overlap, shared by the checks."""
+"""Sampling of a recording: a few frames in short overlapping stretches, shared by the checks."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Sample:
         """The camera's motion between two frames as the images show it; None where too little agrees."""
         key = a.index, b.index
         if key not in self._motions:
-            self._motions[key] = measure_motion(self._seen_in(a), self._seen_in(b), a.intrinsics)
+            self._motions[key] = measure_motion(self._landmarks_of(a), self._landmarks_of(b), a.intrinsics)
         return self._motions[key]
 
     def reposed(self, convention: Convention) -> Sample:
@@ -64,7 +64,7 @@ class Sample:
         meant = tuple(tuple(frame.at(convention.world_from_camera(frame.pose)) for frame in g) for g in self.groups)
         return replace(self, groups=meant)
 
-    def _seen_in(self, frame: Frame) -> Landmarks:
+    def _landmarks_of(self, frame: Frame) -> Landmarks:
         if frame.index not in self._landmarks:
             self._landmarks[frame.index] = find_landmarks(frame)
         return self._landmarks[frame.index]

@@ -1,1 +1,1 @@
-"""What other systems predict, read from their files."""
+"""Predictions of other systems, read from their files."""

@@ -1,4 +1,4 @@
-"""A prediction as the ScanNet benchmark takes it: a list of mask files with a class and a confidence each."""
+"""Predicted instances as submitted to the ScanNet benchmark: mask files with a class and a confidence each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A prediction as one label for each vertex of the truth's mesh."""
+"""Predicted instances as one label for each vertex of the ground-truth mesh."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SUFFIXES = (".txt", ".npy", ".ply")
 @dataclass(frozen=True, slots=True)
 class VertexLabels:
     """instances (V,) with 0 for nobody; classes (V,) class numbers with 0 for none, or None where the file says
-    nothing of them; class_names: the names of class numbers, where a file beside tells them."""
+    nothing of them; class_names: the names of class numbers, where a file beside it has them."""
 
     instances: Int64Array
     classes: Int64Array | None = None

@@ -1,4 +1,4 @@
-"""The project's own layout, and any folder with a color/ and a depth/ folder of images in it."""
+"""Reader of the project's own layout, and of any folder with a color/ and a depth/ folder of images in it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from pathlib import Path
 
 from data_tools.readers.pairing import Pair, pair_images
 from data_tools.recordings.camera import Declared, read_camera_file
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import InterpolatedPoses, NearestPoses, PoseFiles, PoseSource, read_trajectory
 from razer.errors import BadInput
 
@@ -22,14 +23,14 @@ def is_folder(folder: Path) -> bool:
     return (folder / "depth").is_dir() and any((folder / name).is_dir() for name in _COLOR_FOLDERS)
 
 
-def read_folder(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_folder(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: intrinsics.json, color/, depth/, and optionally trajectory.txt (or pose/ with
     a 4x4 matrix a frame), stamps.txt, ids/ with truth/objects.json; raises BadInput."""
     color_folder = next(path for name in _COLOR_FOLDERS if (path := folder / name).is_dir())
     pairs, clocked = pair_images(folder, _images(color_folder), _images(folder / "depth"))
     stamps = _stamps(folder, pairs)
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             pair.color or color_folder / f"{pair.key}.*",
             pair.depth or folder / "depth" / f"{pair.key}.png",
             stamp,
@@ -38,10 +39,10 @@ def read_folder(folder: Path, declared: Declared, use_poses: bool) -> FileSequen
         for pair, stamp in zip(pairs, stamps, strict=True)
     )
     camera_file = folder / "intrinsics.json"
-    told = read_camera_file(camera_file) if camera_file.exists() else Declared()
-    declared = declared.or_else(told).or_else(Declared(depth_scale=MILLIMETRES))
+    recorded = read_camera_file(camera_file) if camera_file.exists() else Declared()
+    declared = declared.or_else(recorded).or_else(Declared(depth_scale=MILLIMETRES))
     pose_of = _poses(folder, [pair.key for pair in pairs], stamps, clocked) if use_poses else None
-    return file_sequence(folder, shots, declared, pose_of, _class_names(folder))
+    return file_sequence(folder, paths, declared, pose_of, _class_names(folder))
 
 
 def _images(folder: Path) -> dict[str, Path]:

@@ -1,4 +1,4 @@
-"""The layout of ICL-NUIM, in its version that looks like TUM RGB-D: rgb/, depth/, associations.txt, *.gt.freiburg.
+"""Reader of ICL-NUIM, in its version that looks like TUM RGB-D: rgb/, depth/, associations.txt, *.gt.freiburg.
 
 Images and poses share one count of frames; poses begin at 1, so that image 0 has none. The published camera has a
 negative fy: its y axis points up, and poses are written for it. Mirroring y on both sides, F T F with F = diag(1,
@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import NearestPoses, PoseWithNotes, read_trajectory
 from razer.errors import BadInput
 
@@ -47,17 +48,17 @@ def is_icl_nuim(folder: Path) -> bool:
     return bool(named) or any(folder.glob("*.gt.freiburg"))
 
 
-def read_icl_nuim(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_icl_nuim(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: depth in 1/5000 m, poses world_from_camera with a mirrored y; raises BadInput."""
     rows = _associations(folder)
     counted = all(stamp == int(stamp) for stamp, _, _ in rows)
     seconds = 1 / FRAMES_PER_SECOND if counted else 1.0
-    shots = tuple(Shot(folder / color, folder / depth, stamp * seconds) for stamp, color, depth in rows)
+    paths = tuple(ImagePaths(folder / color, folder / depth, stamp * seconds) for stamp, color, depth in rows)
     truth = next(iter(sorted(folder.glob("*.gt.freiburg"))), None) if use_poses else None
     poses = None
     if truth:
         poses = MirroredPoses(NearestPoses(read_trajectory(truth), tuple(stamp for stamp, _, _ in rows)))
-    return file_sequence(folder, shots, declared.or_else(Declared(CAMERA, depth_scale=DEPTH_SCALE)), poses)
+    return file_sequence(folder, paths, declared.or_else(Declared(CAMERA, depth_scale=DEPTH_SCALE)), poses)
 
 
 def _associations(folder: Path) -> list[tuple[float, str, str]]:

@@ -1,4 +1,4 @@
-"""Which depth image belongs to which colour image, by their names or by two lists of stamps."""
+"""Association of colour with depth images, by their names or by two lists of stamps."""
 
 from __future__ import annotations
 
@@ -115,8 +115,8 @@ def _numbers(files: Images) -> Stamps:
 
 
 def _last_number(stem: str) -> int | None:
-    found = re.findall(r"\d+", stem)
-    return int(found[-1]) if found else None
+    numbers = re.findall(r"\d+", stem)
+    return int(numbers[-1]) if numbers else None
 
 
 def _step(numbers: Stamps) -> float:

@@ -1,4 +1,4 @@
-"""Exports of the Record3D app: a .r3d archive, or a folder with rgb/ and depth/ images (its "EXR + JPG" export).
+"""Reader of Record3D exports: a .r3d archive, or a folder with rgb/ and depth/ images (its "EXR + JPG" export).
 
 The metadata holds K (column by column, pixels of the colour image), w, h, fps, poses [qx qy qz qw tx ty tz] and
 frameTimestamps. Poses are ARKit's: world_from_camera of a camera with y up and z backwards. Depth is in metres, of
@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from data_tools.readers.record3d_images import ArchiveImages, FolderImages, opened
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.source_sequence import SourceSequence, source_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
 
@@ -51,18 +51,18 @@ def is_record3d(path: Path) -> bool:
         return path.suffix.lower() == ".r3d"
     if (path / "metadata").is_file():
         return (path / "rgbd").is_dir()
-    told = path / "metadata.json"
-    if not (told.is_file() and (path / "rgb").is_dir() and (path / "depth").is_dir()):
+    metadata = path / "metadata.json"
+    if not (metadata.is_file() and (path / "rgb").is_dir() and (path / "depth").is_dir()):
         return False
-    content = told.read_bytes()
+    content = metadata.read_bytes()
     return b'"poses"' in content and (b'"K"' in content or b'"perFrameIntrinsicCoeffs"' in content)
 
 
-def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
+def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """An export in one of these forms; raises BadInput, also where a package that it takes is missing."""
     metadata = _metadata(folder)
     try:
-        told = Declared(_camera(metadata))
+        recorded = Declared(_camera(metadata))
         poses = tuple(tuple(float(x) for x in row) for row in metadata.get("poses", ()))
         depth_size = (int(metadata.get("dw", 0)), int(metadata.get("dh", 0)))
         stamps = tuple(float(stamp) for stamp in metadata.get("frameTimestamps", ()))
@@ -76,7 +76,7 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> SourceSe
     source = images(folder, numbers, tuple(stamps[n] for n in numbers), depth_size)
     source.require_packages()
     pose_of = ArkitPoses(tuple(poses[n] if n < len(poses) else () for n in numbers)) if use_poses and poses else None
-    return source_sequence(folder, source, declared.or_else(told), pose_of)
+    return recorded_sequence(folder, source, declared.or_else(recorded), pose_of)
 
 
 def _metadata(path: Path) -> dict[str, Any]:

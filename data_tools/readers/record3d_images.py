@@ -1,4 +1,4 @@
-"""The images of Record3D's exports: JPEG colour; depth as lzfse-compressed float32, as EXR or as 16-bit PNG."""
+"""Images of Record3D's exports: JPEG colour; depth as lzfse-compressed float32, as EXR or as 16-bit PNG."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.images import decode_rgb, read_depth, read_rgb, short_name
+from data_tools.recordings.recorded_sequence import ImageSource
 from razer.arrays import Float32Array, Uint8Array
 from razer.errors import BadInput, UnusableFrame
 
@@ -29,8 +30,8 @@ def opened(path: Path) -> ZipFile:
 
 
 @dataclass(frozen=True, slots=True)
-class ArchiveImages:
-    """rgbd/0.jpg, .depth and .conf of a .r3d archive or of its unpacked folder; depth_size 0, 0 = not told."""
+class ArchiveImages(ImageSource):
+    """rgbd/0.jpg, .depth and .conf of a .r3d archive or of its unpacked folder; depth_size 0, 0 = not known."""
 
     path: Path
     numbers: tuple[int, ...]
@@ -67,8 +68,8 @@ class ArchiveImages:
         return depth
 
     def _size_of(self, count: int, name: str) -> tuple[int, int]:
-        told = [self.depth_size] if all(self.depth_size) else []
-        for width, height in [*told, *_USUAL_SIZES]:
+        sizes = [self.depth_size] if all(self.depth_size) else []
+        for width, height in [*sizes, *_USUAL_SIZES]:
             if width * height == count:
                 return width, height
         raise UnusableFrame(f"{name} has {count} depths, not {self.depth_size[0]}x{self.depth_size[1]}")
@@ -96,7 +97,7 @@ class ArchiveImages:
 
 
 @dataclass(frozen=True, slots=True)
-class FolderImages:
+class FolderImages(ImageSource):
     """rgb/0.jpg (or .png) and depth/0.exr (metres) or .png (millimetres) of an EXR + JPG export."""
 
     path: Path
@@ -127,8 +128,8 @@ class FolderImages:
 
     def _file(self, part: str, index: int, suffixes: tuple[str, ...]) -> Path:
         stem = self.path / part / str(self.numbers[index])
-        found = (path for suffix in suffixes if (path := stem.with_suffix(suffix)).is_file())
-        return next(found, stem.with_suffix(suffixes[0]))
+        existing = (path for suffix in suffixes if (path := stem.with_suffix(suffix)).is_file())
+        return next(existing, stem.with_suffix(suffixes[0]))
 
 
 def _read_exr(path: Path) -> Float32Array:

@@ -1,4 +1,4 @@
-"""Folders of Redwood and of Open3D's reconstruction system: color/ and depth/ images with a .log trajectory.
+"""Reader of Redwood and of Open3D's reconstruction system: color/ and depth/ images with a .log trajectory.
 
 The camera is a JSON file with Open3D's column-major intrinsic_matrix, or an intrinsics.json of the project's own
 layout, or else the PrimeSense camera that Open3D takes as its default.
@@ -13,9 +13,10 @@ import re
 from pathlib import Path
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_file
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.pose_log import LogPoses, is_pose_log, read_pose_log
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from razer.errors import BadInput
 
 MILLIMETRES = 1000.0
@@ -30,15 +31,15 @@ def is_redwood(folder: Path) -> bool:
     return (folder / "depth").is_dir() and bool(_color_folders(folder)) and _log(folder) is not None
 
 
-def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: depth in millimetres, poses world_from_camera; raises BadInput."""
     color_folder = _color_folders(folder)[0]
     color, depth = _numbered(color_folder), _numbered(folder / "depth")
     numbers = sorted(color.keys() | depth.keys())
     if not numbers:
         raise BadInput(f"{folder} holds no frames: its images need a number in their names")
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             color.get(n, color_folder / f"{n}.*"),
             depth.get(n, folder / "depth" / f"{n}.png"),
             (n - numbers[0]) / FRAMES_PER_SECOND,
@@ -50,7 +51,7 @@ def read_redwood(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     if log:
         entries = read_pose_log(log)
         poses = LogPoses(log.name, entries, _pose_numbers(numbers, sorted(entries)))
-    return file_sequence(folder, shots, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_camera(folder)), poses)
 
 
 def _color_folders(folder: Path) -> list[Path]:
@@ -67,7 +68,7 @@ def _log(folder: Path) -> Path | None:
 def _numbered(folder: Path) -> dict[int, Path]:
     """Images by the first number in their names: 0000012-000000400400.png is the image 12 of a Redwood scan."""
     images = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in IMAGE_SUFFIXES)
-    return {int(found[0]): path for path in images if (found := re.search(r"\d+", path.stem))}
+    return {int(digits[0]): path for path in images if (digits := re.search(r"\d+", path.stem))}
 
 
 def _pose_numbers(images: list[int], poses: list[int]) -> tuple[int, ...]:
@@ -79,7 +80,7 @@ def _pose_numbers(images: list[int], poses: list[int]) -> tuple[int, ...]:
     return tuple(n - shift for n in images)
 
 
-def _told(folder: Path) -> Declared:
+def _camera(folder: Path) -> Declared:
     """What a JSON file with an intrinsic_matrix beside the images says, else the default camera."""
     for path in sorted(folder.glob("*.json")):
         try:

@@ -1,7 +1,8 @@
-"""Replica as NICE-SLAM rendered it: results/frame000000.jpg, results/depth000000.png, traj.txt, cam_params.json.
+"""Reader of Replica as NICE-SLAM rendered it: images in results/, traj.txt, cam_params.json.
 
-Line n of traj.txt holds the 16 numbers of world_from_camera of frame n, row by row, with OpenCV's camera axes. One
-cam_params.json lies beside all scenes. Source: https://github.com/cvg/nice-slam
+Images are results/frame000000.jpg and results/depth000000.png. Line n of traj.txt holds the 16 numbers of
+world_from_camera of frame n, row by row, with OpenCV's camera axes. One cam_params.json lies beside all scenes.
+Source: https://github.com/cvg/nice-slam
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
 
@@ -48,14 +50,14 @@ def is_replica(folder: Path) -> bool:
     return all(_numbered(folder, kind) for kind in _NAMES)
 
 
-def read_replica(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_replica(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout; the camera is in cam_params.json here or one folder up, or else NICE-SLAM's; raises
     BadInput. Stamps are number / 30 s."""
     colors, depths = _numbered(folder, "frame"), _numbered(folder, "depth")
     numbers = sorted(colors.keys() | depths.keys())
     results = folder / "results"
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             colors.get(n, results / f"frame{n:06d}.jpg"),
             depths.get(n, results / f"depth{n:06d}.png"),
             n / FRAMES_PER_SECOND,
@@ -64,12 +66,12 @@ def read_replica(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     )
     path = folder / "traj.txt"
     poses = PoseLines(path.name, _lines(path), tuple(numbers)) if use_poses and path.is_file() else None
-    return file_sequence(folder, shots, declared.or_else(_told(folder)), poses)
+    return file_sequence(folder, paths, declared.or_else(_camera(folder)), poses)
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:
-    found = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / "results").glob(f"{kind}*"))
-    return {int(match[1]): path for path, match in found if match}
+    matches = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / "results").glob(f"{kind}*"))
+    return {int(match[1]): path for path, match in matches if match}
 
 
 def _lines(path: Path) -> tuple[tuple[float, ...], ...]:
@@ -84,7 +86,7 @@ def _number(word: str) -> float:
         return np.nan
 
 
-def _told(folder: Path) -> Declared:
+def _camera(folder: Path) -> Declared:
     path = next((p for place in (folder, folder.parent) if (p := place / "cam_params.json").is_file()), None)
     if path is None:
         return Declared(CAMERA, depth_scale=DEPTH_SCALE)

@@ -1,4 +1,4 @@
-"""The layout of SceneNN once its videos are extracted: image/image00001.png, depth/depth00001.png, trajectory.log.
+"""Reader of SceneNN with its videos extracted: image/image00001.png, depth/depth00001.png, trajectory.log.
 
 The dataset's playback tool numbers images from 1 and writes timestamp.txt (image, stamp of colour, stamp of depth
 in microseconds); the log counts from 0, so that pose n belongs to image n + 1, as the tools of others have it.
@@ -11,8 +11,9 @@ import re
 from pathlib import Path
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_matrix
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.pose_log import LogPoses, read_pose_log
+from data_tools.recordings.recorded_sequence import RecordedSequence
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0
@@ -25,14 +26,14 @@ def is_scenenn(folder: Path) -> bool:
     return all(_numbered(folder, kind) for kind in _NAMES)
 
 
-def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: depth in millimetres, poses world_from_camera; the camera is the dataset's unless
     intrinsic.txt holds another 3x3 matrix; raises BadInput."""
     images, depths = _numbered(folder, "image"), _numbered(folder, "depth")
     numbers = sorted(images.keys() | depths.keys())
     stamps = _stamps(folder / "timestamp.txt")
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             images.get(n, folder / "image" / f"image{n:05d}.png"),
             depths.get(n, folder / "depth" / f"depth{n:05d}.png"),
             stamps.get(n, (n - 1) / FRAMES_PER_SECOND),
@@ -43,12 +44,12 @@ def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
     poses = _poses(log, numbers) if log else None
     path = folder / "intrinsic.txt"
     defaults = Declared(read_camera_matrix(path) if path.is_file() else CAMERA, depth_scale=MILLIMETRES)
-    return file_sequence(folder, shots, declared.or_else(defaults), poses)
+    return file_sequence(folder, paths, declared.or_else(defaults), poses)
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:
-    found = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / kind).glob("*"))
-    return {int(match[1]): path for path, match in found if match}
+    matches = ((path, _NAMES[kind].fullmatch(path.name)) for path in (folder / kind).glob("*"))
+    return {int(match[1]): path for path, match in matches if match}
 
 
 def _log(folder: Path) -> Path | None:

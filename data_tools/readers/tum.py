@@ -1,4 +1,4 @@
-"""The layout of the TUM RGB-D benchmark: rgb.txt, depth.txt, groundtruth.txt with time stamps."""
+"""Reader of the TUM RGB-D benchmark: rgb.txt, depth.txt, groundtruth.txt with time stamps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared, read_camera_file
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import InterpolatedPoses, read_trajectory
 from razer.arrays import Float64Array
 from razer.errors import BadInput
@@ -31,23 +32,26 @@ def is_tum(folder: Path) -> bool:
     return (folder / "rgb.txt").is_file() and (folder / "depth.txt").is_file()
 
 
-def read_tum(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_tum(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: colour and depth matched by time, poses interpolated at the time of depth,
-    depth in 1/5000 m; an intrinsics.json of the project's own layout may tell the camera; raises BadInput."""
+    depth in 1/5000 m; an intrinsics.json of the project's own layout may hold the camera; raises BadInput."""
     color_stamps, color_files = _read_list(folder / "rgb.txt")
     depth_stamps, depth_files = _read_list(folder / "depth.txt")
     pairs = associate(color_stamps, depth_stamps, MAX_DIFFERENCE_S)
     if not pairs:
         raise BadInput(f"{folder}: no colour image in rgb.txt is within {MAX_DIFFERENCE_S} s of one in depth.txt")
-    shots = tuple(Shot(folder / color_files[c], folder / depth_files[d], float(depth_stamps[d])) for c, d in pairs)
+    stamps = tuple(float(depth_stamps[d]) for _, d in pairs)
+    paths = tuple(
+        ImagePaths(folder / color_files[c], folder / depth_files[d], stamp)
+        for (c, d), stamp in zip(pairs, stamps, strict=True)
+    )
     truth = folder / "groundtruth.txt"
     trajectory = read_trajectory(truth) if use_poses and truth.is_file() else None
-
-    poses = InterpolatedPoses(trajectory, tuple(shot.stamp for shot in shots)) if trajectory else None
+    poses = InterpolatedPoses(trajectory, stamps) if trajectory else None
     beside = folder / "intrinsics.json"
-    told = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
-    defaults = told.or_else(Declared(depth_scale=DEPTH_SCALE))
-    return file_sequence(folder, shots, declared.or_else(defaults), poses)
+    recorded = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
+    defaults = recorded.or_else(Declared(depth_scale=DEPTH_SCALE))
+    return file_sequence(folder, paths, declared.or_else(defaults), poses)
 
 
 def associate(a: Float64Array, b: Float64Array, max_difference: float) -> list[tuple[int, int]]:
@@ -90,5 +94,5 @@ def _known_camera(folder: Path) -> Camera | None:
         for line in (folder / name).read_text().splitlines()
         if line.lstrip().startswith("#")
     ]
-    found = re.search(r"(?:freiburg|\bfr)([123])", "\n".join([folder.name, *comments]).replace("_", " "))
-    return CAMERAS[found[1]] if found else None
+    number = re.search(r"(?:freiburg|\bfr)([123])", "\n".join([folder.name, *comments]).replace("_", " "))
+    return CAMERAS[number[1]] if number else None

@@ -1,4 +1,4 @@
-"""What is declared about the cameras of a recording, by its files or by the user."""
+"""Camera calibration as it is declared, by the files of a recording or by the user."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ class Declared:
         """These declarations, with the gaps filled from `fallback`; a camera brings its own partner."""
         cameras = self if self.depth_camera else fallback
         scale = fallback.depth_scale if self.depth_scale is None else self.depth_scale
-        moved = fallback.color_from_depth if self.color_from_depth is None else self.color_from_depth
-        return Declared(cameras.depth_camera, cameras.color_camera, scale, moved)
+        color_from_depth = fallback.color_from_depth if self.color_from_depth is None else self.color_from_depth
+        return Declared(cameras.depth_camera, cameras.color_camera, scale, color_from_depth)
 
 
 def declare(
@@ -80,12 +80,12 @@ def declare(
 ) -> Declared:
     """What the user says on the command line: `camera` is fx,fy,cx,cy[,k1,k2,p1,p2,k3] or a JSON file;
     raises BadInput."""
-    told = Declared() if camera is None else _parse_camera(camera)
+    declared = Declared() if camera is None else _parse_camera(camera)
     if depth_scale is not None:
-        told = replace(told, depth_scale=depth_scale)
+        declared = replace(declared, depth_scale=depth_scale)
     if depth_to_color is not None:
-        told = replace(told, color_from_depth=_read_extrinsic(depth_to_color))
-    return told
+        declared = replace(declared, color_from_depth=_read_extrinsic(depth_to_color))
+    return declared
 
 
 def read_camera_file(path: Path) -> Declared:

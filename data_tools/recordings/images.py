@@ -1,4 +1,4 @@
-"""Image files: colour, depth and instance ids. Decoding runs in OpenCV, which lets other threads work."""
+"""Decoding of image files: colour, depth and instance ids, in OpenCV, which lets other threads work."""
 
 from __future__ import annotations
 

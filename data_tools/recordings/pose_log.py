@@ -1,4 +1,4 @@
-"""Trajectories in the .log format of Redwood, which Open3D and SceneNN use too.
+"""Trajectories in the .log format of Redwood, used by Open3D and SceneNN too.
 
 Each pose is five lines: three whole numbers, the first of which counts the frames from 0, and the four rows of
 world_from_camera in metres. Source: http://redwood-data.org/indoor/fileformat.html
@@ -54,11 +54,13 @@ def read_pose_log(path: Path) -> dict[int, Float64Array]:
     lines = [(i, line) for i, line in enumerate(path.read_text(errors="replace").splitlines(), 1) if line.strip()]
     numbers, poses = [], []
     for first in range(0, len(lines) - 4, 5):
-        at, header = lines[first]
-        found = _HEADER.fullmatch(header)
-        if not found:
-            raise BadInput(f"{path}, line {at}: expected three whole numbers before each 4x4 pose, got '{header[:40]}'")
-        numbers.append(int(found[1]))
+        line_number, header = lines[first]
+        header_match = _HEADER.fullmatch(header)
+        if not header_match:
+            raise BadInput(
+                f"{path}, line {line_number}: expected three whole numbers before each 4x4 pose, got '{header[:40]}'"
+            )
+        numbers.append(int(header_match[1]))
         poses.append(np.array([_row(line) for _, line in lines[first + 1 : first + 5]]))
     if not poses:
         raise BadInput(f"{path} holds no pose: it needs three whole numbers and then a 4x4 matrix for each frame")

@@ -1,4 +1,4 @@
-"""Bringing colour and depth onto one undistorted pixel grid: that of the depth image."""
+"""RGB-D alignment: colour and depth on one undistorted pixel grid, that of the depth image."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class RgbdAlignment:
     warp: Warp | None = None
 
     def color(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:
-        """Colour on the grid of the registered `depth`."""
+        """Colour on the grid of the aligned `depth`."""
         if self.warp is None and self.color_size != self.depth_size:
             shrinks = self.color_size[0] > self.depth_size[0]
             rgb = cv2.resize(rgb, self.depth_size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
@@ -105,7 +105,7 @@ class RgbdAlignment:
 
 
 def make_rgbd_alignment(declared: Declared, color_size: Size, depth_size: Size) -> RgbdAlignment:
-    """The registration that follows from what is declared; raises BadInput when it does not follow."""
+    """The alignment that follows from what is declared; raises BadInput when it does not follow."""
     if declared.depth_camera is None:
         raise BadInput(f"the camera is unknown: give {HOW_TO_DECLARE}")
     depth_camera = declared.depth_camera

@@ -1,4 +1,4 @@
-"""Poses at the door: 4x4 matrices and TUM trajectories, checked before anything is fused with them."""
+"""Camera poses from 4x4 matrices and TUM trajectories, checked before anything is fused with them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from data_tools.recordings.images import short_name
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, Pose
 from razer.errors import BadInput, UnusableFrame
 from razer.geometry import is_rigid, nearest_rotation, rotation_error
 
@@ -99,6 +99,12 @@ class Trajectory:
         position = (1 - share) * self.positions[before] + share * self.positions[after]
         return checked_pose(_matrix(Slerp([0.0, 1.0], ends)(share).as_matrix(), position), self.source)
 
+    def matrices(self) -> Float64Array:
+        """Every pose as world_from_camera (N, 4, 4)."""
+        poses = np.tile(np.eye(4), (len(self.stamps), 1, 1))
+        poses[:, :3, 3], poses[:, :3, :3] = self.positions, Rotation.from_quat(self.quaternions).as_matrix()
+        return poses
+
     def _rotation(self, i: int) -> Rotation:
         norm = float(np.linalg.norm(self.quaternions[i]))
         if not abs(norm - 1) <= _QUATERNION_TOLERANCE:  # also refuses nan
@@ -120,6 +126,13 @@ def read_trajectory(path: Path) -> Trajectory:
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return Trajectory(path.name, rows[:, 0], rows[:, 1:4], rows[:, 4:])
+
+
+def tum_line(stamp: float, world_from_camera: Pose, *, canonical: bool = False) -> str:
+    """The line `stamp tx ty tz qx qy qz qw` of a pose (4, 4): seconds to six digits, metres and quaternion to nine.
+    canonical: of the two quaternions of a rotation the one with qw >= 0."""
+    quaternion = Rotation.from_matrix(world_from_camera[:3, :3]).as_quat(canonical=canonical)
+    return " ".join([f"{stamp:.6f}", *(f"{number:.9f}" for number in (*world_from_camera[:3, 3], *quaternion))])
 
 
 def _matrix(rotation: Float64Array, position: Float64Array) -> Float64Array:

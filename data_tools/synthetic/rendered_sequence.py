@@ -1,16 +1,17 @@
-"""A world as a camera films it: RGB-D frames with poses and instance ids, rendered on demand, and the truth."""
+"""Rendered RGB-D sequence of a synthetic world: frames with poses and instance ids on demand, and the truth."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from data_tools.recordings.sequence import FrameIteration
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.truth.true_surface import ground_truth
-from data_tools.synthetic.truth.visibility import CameraView, Vantage
+from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
 from razer.arrays import Float64Array
 from razer.frame import Frame, Intrinsics
@@ -27,9 +28,20 @@ class Move:
     thing: Thing
 
 
-class RenderedSequence:
-    """A recording of things (instance id -> Thing) along poses world_from_camera (N, 4, 4); frames are a pure
-    function of the arguments and the index. `made_by` makes the same film again, in another process."""
+class RenderedSequence(FrameIteration):
+    """A recording of things along a camera path; frames are a pure function of the arguments and the index.
+
+    Args:
+        name: what to call the recording.
+        things: instance id -> Thing.
+        poses: (N, 4, 4) world_from_camera.
+        camera: of colour and depth.
+        sensor: what its images suffer.
+        seed: of textures and of the sensor.
+        made_by: makes the same sequence again, in another process.
+        move: an instance that changes its place; None = none.
+        frames_per_s: of the stamps.
+    """
 
     has_poses = True
     depth_scale = 1.0
@@ -80,9 +92,9 @@ class RenderedSequence:
     def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
         """The surface as it is at the end, sampled every spacing_m metres; visible = seen within range_m
         (metres along the optical axis) in at least 3 frames."""
-        vantages = [Vantage(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
+        viewpoints = [Viewpoint(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
-        return ground_truth(self._final, vantages, CameraView(self.intrinsics, range_m), spacing_m, late)
+        return ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
 
     def _renderer_at(self, index: int) -> RayRenderer:
         return self._after if self.move and index >= self.move.frame else self._before

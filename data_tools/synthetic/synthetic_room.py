@@ -19,9 +19,19 @@ _RADII_M = (1.75, 1.3)
 class SyntheticRoom(RenderedSequence):
     """A room rendered on demand; frames are a pure function of the arguments and the index.
 
-    seed varies colours, furniture and the hand that holds the camera; `moved` puts one chair about a metre away in
-    the middle of the recording, which then shows the same views before and after; `sensor` is what looks at it,
-    `noise` short for SensorModel.plain(). Raises BadInput for an empty recording."""
+    Args:
+        seed: varies colours, furniture and the hand that holds the camera.
+        n_frames: at 15 a second.
+        width: of the images, pixels.
+        height: of the images, pixels.
+        moved: puts one chair about a metre away in the middle of the recording, which then shows the same views
+            before and after.
+        noise: short for SensorModel.plain().
+        sensor: what its images suffer; None = by `noise`.
+
+    Raises:
+        BadInput: for an empty recording.
+    """
 
     def __init__(
         self,

@@ -29,9 +29,19 @@ SCENES: dict[str, Callable[[int], World]] = {
 class SyntheticScene(RenderedSequence):
     """One of SCENES rendered on demand; frames are a pure function of the arguments and the index.
 
-    The seed varies what stands where, colours and the hand that holds the camera. n_frames are spread evenly over
-    the whole walk, as many as make 15 frames/s if None or 0; stamps are those of a hand-held camera in any case.
-    Raises BadInput for an unknown scene or a recording of fewer than 0 frames."""
+    Stamps are those of a hand-held camera, however many frames there are.
+
+    Args:
+        scene: a name in SCENES.
+        seed: varies what stands where, colours and the hand that holds the camera.
+        n_frames: spread evenly over the whole walk; None or 0 = as many as make 15 frames/s.
+        width: of the images, pixels.
+        height: of the images, pixels.
+        sensor: what its images suffer; None = nothing.
+
+    Raises:
+        BadInput: for an unknown scene or a recording of fewer than 0 frames.
+    """
 
     def __init__(
         self,

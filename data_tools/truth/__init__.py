@@ -1,1 +1,1 @@
-"""What is true of a scene, and the files datasets keep it in."""
+"""Ground truth of a scene, and the files in which datasets keep it."""

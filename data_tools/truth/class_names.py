@@ -1,4 +1,4 @@
-"""The same class under the names of different lists: Replica's, ScanNet's and those of NYU40."""
+"""Mapping of class names between vocabularies: Replica's, ScanNet's and those of NYU40."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def category_of(name: str, classes: Vocabulary) -> Category | None:
     """The class of a list that a name of any list means: by the name, then where the list has NYU40's numbers by the
     number that the name has, elsewhere by what ScanNet or Replica call it; None where there is none."""
     plain = name.strip().lower()
-    if found := _first(_spellings(plain), classes):
-        return found
+    if category := _first(_spellings(plain), classes):
+        return category
     if classes.name in ("nyu40", "scannet20"):
         return classes.by_id.get(nyu40_number(plain))
     return _first(_other_names(plain), classes)
@@ -52,8 +52,8 @@ def category_of(name: str, classes: Vocabulary) -> Category | None:
 def nyu40_number(name: str) -> int:
     """The number of a class among those of NYU40, 0 where the name is in no list or belongs to none."""
     lists = [vocabulary(known) for known in ("nyu40", "scannet200", "replica")]
-    found = (_first(names(name), known) for names in (_spellings, _other_names) for known in lists)
-    return next((category.nyu40 for category in found if category), 0)
+    matches = (_first(names(name), known) for names in (_spellings, _other_names) for known in lists)
+    return next((category.nyu40 for category in matches if category), 0)
 
 
 def _first(names: tuple[str, ...], classes: Vocabulary) -> Category | None:

@@ -1,4 +1,4 @@
-"""What is true of a scene: its surface as labelled points, and which of them a recording could see."""
+"""Ground truth of a scene: its surface as labelled points, and which of them a recording could see."""
 
 from __future__ import annotations
 
@@ -33,5 +33,5 @@ class GroundTruth:
     def instance_classes(self) -> dict[int, str]:
         """The class name of each instance id; those of class 0 have none."""
         ids, first = np.unique(self.instances, return_index=True)
-        found = zip(ids.tolist(), self.classes[first].tolist(), strict=True)
-        return {i: self.class_names[c] for i, c in found if i > 0 and c > 0}
+        pairs = zip(ids.tolist(), self.classes[first].tolist(), strict=True)
+        return {i: self.class_names[c] for i, c in pairs if i > 0 and c > 0}

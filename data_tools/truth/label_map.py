@@ -1,4 +1,4 @@
-"""scannetv2-labels.combined.tsv: what ScanNet's annotators wrote, and the class it belongs to.
+"""Label map of ScanNet, scannetv2-labels.combined.tsv: from an annotator's name for an object to its class.
 
 The column id holds the numbers of ScanNet200, nyu40id those of NYU40 and ScanNet20. Source: ScanNet's benchmark
 scripts, https://github.com/ScanNet/ScanNet/tree/master/BenchmarkScripts

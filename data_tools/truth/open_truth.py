@@ -1,4 +1,4 @@
-"""What is true of a scene, read from whatever layout a folder keeps it in."""
+"""Registry of ground-truth layouts: the truth of a scene is read from whatever layout a folder has."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def open_truth(folder: Path, *, vocabulary: str | None = None, scene: str | None
 
     vocabulary: whose classes a dataset's names are turned into, None = those it is annotated with (nyu40 for SceneNN,
     scannet200 for ScanNet); scene: which one, where the folder holds several, as folders or as files of that name
-    (Replica's room_0 is found as room0 too)."""
+    (Replica's room_0 is read as room0 too)."""
     folder = Path(folder).absolute()
     if not folder.is_dir():
         raise BadInput(f"{folder} is not a folder: give the folder with the ground truth")

@@ -1,4 +1,4 @@
-"""PLY files of any flavour: the properties of vertices, and triangles with the properties of their faces."""
+"""Reader of PLY files, ASCII and binary: properties of vertices, and triangles with the properties of their faces."""
 
 from __future__ import annotations
 
@@ -198,11 +198,11 @@ def _triangles(face: Mapping[str, NDArray]) -> tuple[Int32Array, Int32Array, dic
     if corners.dtype != object:
         fans = max(corners.shape[1] - 2, 0) if corners.ndim == 2 else 0
         parts = [corners[:, [0, i + 1, i + 2]] for i in range(fans)]
-        found = np.stack(parts, axis=1).reshape(-1, 3) if parts else np.zeros((0, 3))
+        triangles = np.stack(parts, axis=1).reshape(-1, 3) if parts else np.zeros((0, 3))
         of_triangle = np.repeat(np.arange(len(corners), dtype=np.int32), fans)
     else:
         fans_of = [max(len(each) - 2, 0) for each in corners]
-        found = np.array([[c[0], c[i + 1], c[i + 2]] for c in corners for i in range(len(c) - 2)]).reshape(-1, 3)
+        triangles = np.array([[c[0], c[i + 1], c[i + 2]] for c in corners for i in range(len(c) - 2)]).reshape(-1, 3)
         of_triangle = np.repeat(np.arange(len(corners), dtype=np.int32), fans_of)
     rest = {name: column for name, column in face.items() if name not in _CORNERS and column.ndim == 1}
-    return found.astype(np.int32), of_triangle, {name: column[of_triangle] for name, column in rest.items()}
+    return triangles.astype(np.int32), of_triangle, {name: column[of_triangle] for name, column in rest.items()}

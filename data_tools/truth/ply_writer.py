@@ -1,4 +1,4 @@
-"""Writing a mesh with labels as binary PLY."""
+"""Writer of labelled meshes as binary PLY."""
 
 from __future__ import annotations
 
@@ -20,7 +20,15 @@ def write_ply(
     triangles: Int32Array,
     of_face: Mapping[str, NDArray] | None = None,
 ) -> None:
-    """Write points (V, 3) with a column (V,) for each further property, and triangles (T, 3) with columns (T,)."""
+    """Write a mesh as little-endian binary PLY.
+
+    Args:
+        path: the file.
+        points: (V, 3) metres, written as float32.
+        properties: further columns (V,) by name.
+        triangles: (T, 3) numbers of vertices.
+        of_face: columns (T,) by name; None = none.
+    """
     columns = {name: points[:, i].astype("<f4") for i, name in enumerate("xyz")} | dict(properties)
     corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
     corners["count"], corners["corners"] = 3, triangles

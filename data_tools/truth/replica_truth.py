@@ -80,10 +80,10 @@ def _classes(
     if vocabulary_name is None:
         return named, ()
     classes = vocabulary(vocabulary_name)
-    found = {i: category_of(each.name, classes) for i, each in named.items()}
-    lacking = sorted({named[i].name for i, category in found.items() if category is None})
+    category_by_object = {i: category_of(each.name, classes) for i, each in named.items()}
+    lacking = sorted({named[i].name for i, category in category_by_object.items() if category is None})
     notes = (f"classes that are not in {classes.name}: {', '.join(lacking[:5])}",) if lacking else ()
-    return {i: ObjectClass(category.id, category.name) for i, category in found.items() if category}, notes
+    return {i: ObjectClass(category.id, category.name) for i, category in category_by_object.items() if category}, notes
 
 
 def majority_of_faces(mesh: Ply, labels: Int64Array, count: int) -> Int64Array:

@@ -45,10 +45,20 @@ def is_scannet_truth(folder: Path, scene: str | None = None) -> bool:
 def read_scannet_truth(
     folder: Path, vocabulary_name: str = "scannet200", *, scene: str | None = None, labels: Path | None = None
 ) -> GroundTruth:
-    """The annotated mesh of a scene; raises BadInput naming the file that is missing or does not fit.
+    """The annotated mesh of a scene.
 
-    Raw names get classes by the label map `labels`, else by the one in the folder or above it, else by their names
-    alone, which the notes say. A name that is in no list leaves its objects without class, and is in the notes."""
+    Raw names get classes by the label map, or where there is none by their names alone, which the notes say. A name
+    that is in no list leaves its objects without class, and is in the notes.
+
+    Args:
+        folder: where the files of the scene are.
+        vocabulary_name: the list whose classes the objects get.
+        scene: which, where the folder holds several; None = the one it is called by, else the first.
+        labels: the label map; None = the one in the folder or above it.
+
+    Raises:
+        BadInput: naming the file that is missing or does not fit.
+    """
     mesh_file, segments_file, objects_file = _files(folder, scene or _scene(folder))
     mesh = read_ply(mesh_file)
     points, segment_of = mesh.points(mesh_file), read_segments(segments_file)
@@ -103,21 +113,12 @@ def read_objects(path: Path) -> tuple[Annotated, ...]:
     return objects
 
 
-def read_benchmark_ids(path: Path) -> Int64Array:
-    """A ground truth as the benchmark's scripts take it, (V,): a line for each vertex with class * 1000 + instance,
-    instances from 1, 0 = unannotated; raises BadInput naming the file."""
-    try:
-        return np.array(path.read_text().split(), dtype=np.int64)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    except (ValueError, OverflowError):
-        raise BadInput(f"{path} must hold one whole number a line: class * 1000 + instance") from None
-
-
 def _scene(folder: Path) -> str:
     """The scene that a folder is called by, or else the first that it holds."""
-    found = [path.name.removesuffix(end) for end in (_FULL_OBJECTS, OBJECTS) for path in sorted(folder.glob(f"*{end}"))]
-    return folder.name if folder.name in found or not found else found[0]
+    scenes = [
+        path.name.removesuffix(end) for end in (_FULL_OBJECTS, OBJECTS) for path in sorted(folder.glob(f"*{end}"))
+    ]
+    return folder.name if folder.name in scenes or not scenes else scenes[0]
 
 
 def _files(folder: Path, scene: str) -> tuple[Path, Path, Path]:
@@ -140,16 +141,16 @@ def _categories(
     counts = Counter(each.label for each in objects)
     notes = []
     if label_map is None:
-        found = {label: category_of(label, classes) for label in counts}
-        unknown, source = [label for label in counts if not found[label]], classes.name
+        category_by_label = {label: category_of(label, classes) for label in counts}
+        unknown, source = [label for label in counts if not category_by_label[label]], classes.name
         notes.append(f"no {FILE_NAME} in the folder or above it: classes by their names alone")
     else:
-        found = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
-        unknown, source = [label for label in counts if label not in found], label_map.path.name
+        category_by_label = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
+        unknown, source = [label for label in counts if label not in category_by_label], label_map.path.name
     if unknown:
         number, named = sum(counts[label] for label in unknown), ", ".join(sorted(unknown)[:5])
         notes.append(f"{number} objects have no class, as their names are not in {source}: {named}")
-    return found, tuple(notes)
+    return category_by_label, tuple(notes)
 
 
 def _owners(segments: Int64Array, objects: tuple[Annotated, ...]) -> tuple[IndexArray, int]:

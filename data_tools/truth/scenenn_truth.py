@@ -1,4 +1,4 @@
-"""Ground truth of SceneNN: 005.ply with a label on each vertex, and 005.xml that says what each label is.
+"""Ground truth of SceneNN: 005.ply with a label on each vertex, and 005.xml with the object of each label.
 
 In the xml, <label id="2" text="chair" nyu_class="chair" .../> names an object freely in text and by a class of
 NYU40 in nyu_class, with a few names of its own; label 0 is nobody's. Source: https://github.com/hkust-vgd/scenenn
@@ -18,7 +18,7 @@ from data_tools.truth.ply import read_ply
 from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
-# What the xml files write for some classes of NYU40, as those who trained on them found.
+# What the xml files write for some classes of NYU40, as published training code maps them.
 _NYU40_BY_SCENENN = {
     "prop": "otherprop",
     "furniture": "otherfurniture",
@@ -55,7 +55,7 @@ def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTr
     category_of = {number: _category(label, classes) for number, label in labels.items()}
     known, where = np.unique(of_vertex, return_inverse=True)
     instances = np.array([i if i in labels else 0 for i in known.tolist()], np.int32)
-    numbers = np.array([found.id if (found := category_of.get(i)) else 0 for i in known.tolist()], np.int32)
+    numbers = np.array([category.id if (category := category_of.get(i)) else 0 for i in known.tolist()], np.int32)
     names = {category.id: category.name for category in category_of.values() if category}
     visible = np.ones(len(of_vertex), np.bool_)
     return GroundTruth(mesh.points(scene), mesh.triangles, instances[where], numbers[where], names, visible)
@@ -64,10 +64,10 @@ def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTr
 def read_labels(path: Path) -> Mapping[int, Label]:
     """What an xml says of each label above 0; raises BadInput naming the file."""
     try:
-        found = ElementTree.parse(path).getroot().iter("label")
+        items = ElementTree.parse(path).getroot().iter("label")
         return {
             number: Label(item.get("text", "").strip().lower(), _nyu40_name(item.get("nyu_class", "")))
-            for item in found
+            for item in items
             if (number := int(item.get("id", "0"))) > 0
         }
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The truth/ folder of a recording: mesh.ply with instance and class per vertex, classes.json, objects.json."""
+"""Ground truth as a folder truth/: mesh.ply with instance and class per vertex, classes.json, objects.json."""
 
 from __future__ import annotations
 

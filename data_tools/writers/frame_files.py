@@ -1,4 +1,4 @@
-"""The frames of a recording one by one, and their images as files: what the writers of all layouts share."""
+"""Encoding of colour, depth and instance ids as image files, for the writers of all layouts."""
 
 from __future__ import annotations
 
@@ -8,27 +8,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.sequence import RgbdSequence, usable_frames
 from razer.arrays import Float32Array, Float64Array, Uint8Array, Uint16Array
-from razer.errors import BadInput, UnusableFrame
+from razer.errors import BadInput
 from razer.frame import Frame
 
 _JPEG_QUALITY = 95
 _LARGEST = 65534  # units in a 16-bit depth image; 65535 stands for no reading with some readers
 
 
-def usable_frames(sequence: RgbdSequence, skipped: list[tuple[int, str]]) -> Iterator[Frame]:
+def frames_to_write(sequence: RgbdSequence, skipped: list[tuple[int, str]]) -> Iterator[Frame]:
     """The frames that can be used, in order; (index, reason) of each other one is added to `skipped`. Raises
     BadInput at the end where there was none at all."""
-    for index in range(len(sequence)):
-        try:
-            frame = sequence[index]
-        except UnusableFrame as error:
-            skipped.append((index, str(error)))
-        else:
-            yield frame
+    yield from usable_frames(sequence, lambda index, reason: skipped.append((index, reason)))
     if len(skipped) == len(sequence):
         first = f", first frame {skipped[0][0]}: {skipped[0][1]}" if skipped else ""
         raise BadInput(f"{sequence.name}: none of {len(sequence)} frames can be used{first}")
@@ -45,7 +38,14 @@ def encoded_color(rgb: Uint8Array, suffix: str) -> bytes:
 
 
 def write_depth(path: Path, depth: Float32Array, units_per_metre: float, none: int = 0) -> None:
-    """The units of depth_units as 16-bit PNG."""
+    """Write depth in the units of depth_units as 16-bit PNG.
+
+    Args:
+        path: the file.
+        depth: (H, W) metres, 0 = no reading.
+        units_per_metre: of the file.
+        none: what is written where there is no reading.
+    """
     _write(path, _encoded(depth_units(depth, units_per_metre, none), path.suffix))
 
 
@@ -61,12 +61,6 @@ def write_ids(path: Path, frame: Frame) -> None:
     if frame.instance_ids.max(initial=0) > np.iinfo(np.uint16).max:
         raise BadInput(f"frame {frame.index} has instance ids above 65535, which {path.parent.name}/ cannot hold")
     _write(path, _encoded(frame.instance_ids.clip(0).astype(np.uint16), path.suffix))
-
-
-def tum_line(stamp: float, pose: Float64Array) -> str:
-    """`stamp tx ty tz qx qy qz qw` of a (4, 4) world_from_camera."""
-    numbers = [*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()]
-    return " ".join([f"{stamp:.6f}", *(f"{x:.9f}" for x in numbers)])
 
 
 def matrix_lines(matrix: Float64Array) -> str:

@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, in the project's own folder layout."""
+"""Writer of the project's own folder layout, with the ground truth."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.trajectories import tum_line
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_objects, write_truth
-from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth, write_ids
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth, write_ids
 from data_tools.writers.unfinished import unfinished
 from razer.frame import Frame
 
@@ -20,9 +21,17 @@ def write_folder(
 ) -> list[tuple[int, str]]:
     """Write every usable frame of a recording, numbered anew, and return (index, reason) of the others.
 
-    Colour becomes JPEG of quality 95, or PNG if lossless; depth 16-bit PNG in millimetres (beyond 65.5 m: none); ids
-    16-bit PNG. The folder appears under its name only when complete. Raises BadInput where it exists already, or
-    where no frame can be used."""
+    Depth becomes 16-bit PNG in millimetres (beyond 65.5 m: none), ids 16-bit PNG.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG of quality 95.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     with unfinished(folder) as hidden:
         for part in ("color", "depth"):
             (hidden / part).mkdir()
@@ -39,7 +48,7 @@ def _write_frames(sequence: RgbdSequence, folder: Path, suffix: str) -> list[tup
     stamps: list[str] = []
     poses: list[str] = []
     classes: dict[int, str] = {}
-    for frame in usable_frames(sequence, skipped):
+    for frame in frames_to_write(sequence, skipped):
         _write_images(frame, folder, f"{len(stamps):06d}", suffix)
         stamps.append(f"{frame.stamp:.6f}")
         classes.update(frame.instance_classes)

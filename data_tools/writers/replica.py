@@ -1,4 +1,4 @@
-"""Writing a recording in the layout in which NICE-SLAM rendered Replica, with the truth as Replica itself has it.
+"""Writer of the layout in which NICE-SLAM rendered Replica, with the ground truth as Replica itself has it.
 
 Sources: https://github.com/cvg/nice-slam, https://github.com/facebookresearch/Replica-Dataset
 """
@@ -14,7 +14,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
 from data_tools.truth.replica_truth import INFO, MESH
-from data_tools.writers.frame_files import usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 from razer.arrays import Float32Array, Int32Array
 from razer.frame import Intrinsics
@@ -27,16 +27,25 @@ _UNKNOWN_POSE = np.full((4, 4), np.nan)
 def write_replica(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others.
 
     results/ holds frame000000.jpg (.png if lossless) and depth000000.png in 1/6553.5 m, so that what is beyond 10 m
     becomes none; traj.txt a line for each frame, nan where its pose is unknown. cam_params.json, which the dataset
-    has once for all scenes, stands in the folder. A truth becomes habitat/: objects on faces, by their corners."""
+    has once for all scenes, stands in the folder. A truth becomes habitat/: objects on faces, by their corners.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     poses = []
     with unfinished(folder) as hidden:
-        for number, frame in enumerate(usable_frames(sequence, skipped)):
+        for number, frame in enumerate(frames_to_write(sequence, skipped)):
             suffix = "png" if lossless else "jpg"
             write_color(hidden / "results" / f"frame{number:06d}.{suffix}", frame.rgb)
             write_depth(hidden / "results" / f"depth{number:06d}.png", frame.depth, UNITS_PER_M)

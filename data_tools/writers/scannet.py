@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, as a scene of ScanNet.
+"""Writer of ScanNet scenes, extracted or as a .sens file, with the ground truth.
 
 Sources: SensReader and the list of files in https://github.com/ScanNet/ScanNet, the metadata file in
 http://scan-net.org/ScanNet/ScannerApp
@@ -13,7 +13,7 @@ import numpy as np
 
 from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.ground_truth import GroundTruth
-from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, matrix_lines, write_color, write_depth
 from data_tools.writers.scannet_truth import write_scannet_truth
 from data_tools.writers.sens_file import write_sens_file
 from data_tools.writers.unfinished import unfinished
@@ -31,17 +31,27 @@ def write_scannet(
     lossless: bool = False,
     sens: bool = False,
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 0, and return (index, reason) of the others.
 
     The frames become color/0.jpg (.png if lossless), depth/0.png in millimetres (beyond 65.5 m: none), pose/0.txt
-    (-inf where one is unknown) and intrinsic/, or if `sens` one file named by the scene, which keeps stamps. The
-    scene is called as the folder. Colour is written as it comes, on the grid of depth. A truth becomes mesh, segments,
-    aggregation and label map."""
+    (-inf where one is unknown) and intrinsic/, or one .sens file, which keeps stamps. The scene is called as the
+    folder. Colour is written as it comes, on the grid of depth. A truth becomes mesh, segments, aggregation and label
+    map.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+        sens: one .sens file named by the scene instead of image files.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     scene, suffix = Path(folder).name, ".png" if lossless else ".jpg"
     skipped: list[tuple[int, str]] = []
     with unfinished(folder) as hidden:
-        frames, camera = usable_frames(sequence, skipped), sequence.intrinsics
+        frames, camera = frames_to_write(sequence, skipped), sequence.intrinsics
         if sens:
             path = hidden / f"{scene}.sens"
             options = {"sensor": sequence.name, "suffix": suffix}
@@ -58,7 +68,17 @@ def write_scannet(
 def write_scannet_sens(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write a scene with a .sens file."""
+    """Write a scene with a .sens file, as write_scannet does, and return (index, reason) of frames that cannot be used.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG instead of JPEG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     return write_scannet(sequence, folder, truth=truth, lossless=lossless, sens=True)
 
 

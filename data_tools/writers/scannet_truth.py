@@ -1,4 +1,4 @@
-"""Writing a ground truth as ScanNet has it: mesh, segments, aggregation of objects, and the label map.
+"""Writer of ground truth as ScanNet has it: mesh, segments, aggregation of objects, and the label map.
 
 Each object is one segment, numbered as the instance; segment 0 is nobody's. ScanNet knows no class without object: a
 surface with class but without instance becomes one object for each class, with the instance numbers after the last.
@@ -70,7 +70,7 @@ def _label_map(labels: list[str]) -> str:
         if not number and label != UNKNOWN:
             number, free = free, free + 1
         nyu40_class = nyu40.by_id[nyu40_id].name if nyu40_id else ""
-        told = {"id": number, "raw_category": label, "category": label, "count": labels.count(label)}
-        told |= {"nyu40id": nyu40_id, "nyu40class": nyu40_class}
-        rows.append("\t".join(str(told.get(column, "")) for column in _COLUMNS))
+        row = {"id": number, "raw_category": label, "category": label, "count": labels.count(label)}
+        row |= {"nyu40id": nyu40_id, "nyu40class": nyu40_class}
+        rows.append("\t".join(str(row.get(column, "")) for column in _COLUMNS))
     return "".join(f"{row}\n" for row in rows)

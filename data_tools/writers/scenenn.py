@@ -1,4 +1,4 @@
-"""Writing a recording, and what is true of it, in the layout of SceneNN.
+"""Writer of the layout of SceneNN, with the ground truth.
 
 Sources: the playback tool and the list of files in https://github.com/hkust-vgd/scenenn
 """
@@ -14,7 +14,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from data_tools.truth.class_names import nyu40_number
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply_writer import label_colors, write_ply
-from data_tools.writers.frame_files import matrix_lines, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, matrix_lines, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 from razer.vocabulary import vocabulary
 
@@ -24,15 +24,24 @@ UNITS_PER_M = 1000.0
 def write_scenenn(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame, numbered anew from 1, and return (index, reason) of the others; raises BadInput where
-    the folder exists.
+    """Write every usable frame, numbered anew from 1, and return (index, reason) of the others.
 
-    Colour is PNG, whatever `lossless` says; depth is in millimetres (beyond 65.5 m: none); timestamp.txt holds
-    microseconds; pose n of trajectory.log belongs to image n + 1. A truth becomes a mesh with labels and an xml."""
+    Depth is in millimetres (beyond 65.5 m: none); timestamp.txt holds microseconds; pose n of trajectory.log belongs
+    to image n + 1. A truth becomes a mesh with labels and an xml.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: without effect: colour is always PNG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     stamps, poses = [], []
     with unfinished(folder) as hidden:
-        for number, frame in enumerate(usable_frames(sequence, skipped), start=1):
+        for number, frame in enumerate(frames_to_write(sequence, skipped), start=1):
             write_color(hidden / "image" / f"image{number:05d}.png", frame.rgb)
             write_depth(hidden / "depth" / f"depth{number:05d}.png", frame.depth, UNITS_PER_M)
             microseconds = round(frame.stamp * 1e6)

@@ -1,4 +1,4 @@
-"""Writing a .sens file of ScanNet, version 4, frame by frame."""
+"""Writer of .sens files of ScanNet, version 4, frame by frame."""
 
 from __future__ import annotations
 
@@ -21,8 +21,16 @@ _KIND_BY_SUFFIX = {".jpg": "jpeg", ".png": "png"}
 def write_sens_file(
     path: Path, frames: Iterable[Frame], camera: Intrinsics, *, sensor: str, suffix: str, units_per_metre: float
 ) -> int:
-    """Write frames and return how many: colour as JPEG or PNG by `suffix`, depth in zlib, stamps in microseconds,
-    -inf for poses that are unknown; no inertial measurements."""
+    """Write frames and return how many: depth in zlib, stamps in microseconds, no inertial measurements.
+
+    Args:
+        path: the file.
+        frames: their colour, depth, poses and stamps; -inf is written for poses that are unknown.
+        camera: of colour and depth, which share one grid.
+        sensor: its name, for the header.
+        suffix: .jpg or .png: how colour is encoded.
+        units_per_metre: of the 16-bit depth.
+    """
     count = 0
     with path.open("wb") as file:
         _write_header(file, camera, sensor, _KIND_BY_SUFFIX[suffix], units_per_metre)

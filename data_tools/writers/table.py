@@ -1,4 +1,4 @@
-"""The layouts a recording can be written in."""
+"""Registry of dataset writers: the layouts a recording can be written in."""
 
 from __future__ import annotations
 
@@ -21,13 +21,28 @@ WRITERS = {
 
 
 def write_recording(
-    layout: str, sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
+    sequence: RgbdSequence,
+    folder: str | Path,
+    layout: str = "own",
+    *,
+    truth: GroundTruth | None = None,
+    lossless: bool = False,
 ) -> list[tuple[int, str]]:
-    """Write a recording in one of WRITERS and return (index, reason) of each frame that could not be used; raises
-    BadInput, also for an unknown layout."""
+    """Write a recording in one of the layouts of WRITERS and return (index, reason) of each frame that cannot be used.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        layout: a name in WRITERS.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: colour as PNG where the layout would have JPEG.
+
+    Raises:
+        BadInput: for an unknown layout, a folder that exists, or a recording without a usable frame.
+    """
     if layout not in WRITERS:
         raise BadInput(f"unknown layout '{layout}': choose one of {', '.join(WRITERS)}")
     module, _, function = WRITERS[layout].partition(":")
     write = getattr(import_module(module), function)
-    skipped: list[tuple[int, str]] = write(sequence, folder, truth=truth, lossless=lossless)
+    skipped: list[tuple[int, str]] = write(sequence, Path(folder), truth=truth, lossless=lossless)
     return skipped

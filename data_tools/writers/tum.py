@@ -1,4 +1,4 @@
-"""Writing a recording in the layout of the TUM RGB-D benchmark.
+"""Writer of the layout of the TUM RGB-D benchmark.
 
 Source: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """
@@ -9,9 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.trajectories import tum_line
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_truth
-from data_tools.writers.frame_files import tum_line, usable_frames, write_color, write_depth
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth
 from data_tools.writers.unfinished import unfinished
 
 UNITS_PER_M = 5000.0
@@ -20,15 +21,25 @@ UNITS_PER_M = 5000.0
 def write_tum(
     sequence: RgbdSequence, folder: Path, *, truth: GroundTruth | None = None, lossless: bool = False
 ) -> list[tuple[int, str]]:
-    """Write every usable frame and return (index, reason) of the others; raises BadInput where the folder exists.
+    """Write every usable frame and return (index, reason) of the others.
 
-    rgb/ and depth/ hold PNG files named by their stamp, whatever `lossless` says; depth is in 1/5000 m, so that what
-    is beyond 13.1 m becomes none. The layout knows neither cameras nor labels: they stand beside it in
-    intrinsics.json and truth/, as in the project's own layout."""
+    rgb/ and depth/ hold PNG files named by their stamp; depth is in 1/5000 m, so that what is beyond 13.1 m becomes
+    none. The layout knows neither cameras nor labels: they stand beside it in intrinsics.json and truth/, as in the
+    project's own layout.
+
+    Args:
+        sequence: the recording.
+        folder: where to; it appears when everything in it is written.
+        truth: what is true of the scene; None = nothing is written about it.
+        lossless: without effect: colour is always PNG.
+
+    Raises:
+        BadInput: where the folder exists, or no frame can be used.
+    """
     skipped: list[tuple[int, str]] = []
     images, poses = [], []
     with unfinished(folder) as hidden:
-        for frame in usable_frames(sequence, skipped):
+        for frame in frames_to_write(sequence, skipped):
             stamp = f"{frame.stamp:.6f}"
             write_color(hidden / "rgb" / f"{stamp}.png", frame.rgb)
             write_depth(hidden / "depth" / f"{stamp}.png", frame.depth, UNITS_PER_M)

@@ -1,4 +1,4 @@
-"""A folder that appears under its name only when everything in it is written."""
+"""Atomic creation of a folder: it appears under its name only when everything in it is written."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 
 from app.cli import main
 from app.settings.config_file import read_config
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.table import write_recording
 from razer.errors import BadInput
@@ -78,7 +78,7 @@ def made(tmp_path_factory):
     """(run, recording) of a small room with perfect masks."""
     place = tmp_path_factory.mktemp("room")
     room = SyntheticRoom(0, 8, *SIZE)
-    write_recording("own", room, place / "recording", truth=room.truth(0.05), lossless=True)
+    write_recording(room, place / "recording", truth=room.truth(0.05), lossless=True)
     out = place / "run"
     models = ("--segmenter", "oracle", "--embedder", "oracle")
     with pytest.raises(SystemExit) as stopped:

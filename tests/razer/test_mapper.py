@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from razer.config import MapperConfig
 from razer.errors import UnusableFrame
 from razer.mapper import Mapper

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.cli import main
 from app.frames.frame_packet import END, LATE, NOTHING_LEFT
 from app.frames.locator import Locator
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics

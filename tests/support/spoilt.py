@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from razer.arrays import Float64Array
 from razer.frame import Frame, Intrinsics
-from razer.geometry import Array
 
 
 @dataclass
@@ -37,7 +37,7 @@ def as_is(frame: Frame) -> Frame:
     return frame
 
 
-def posed(change: Callable[[Array], Array]) -> Callable[[Frame], Frame]:
+def posed(change: Callable[[Float64Array], Float64Array]) -> Callable[[Frame], Frame]:
     return lambda frame: frame.at(change(frame.pose))
 
 

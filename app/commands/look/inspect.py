@@ -39,7 +39,7 @@ def inspect(
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     from app.frames.open_recording import open_unchecked
     from data_tools.checks.inspection import inspect_sequence
-    from data_tools.open_sequence import recognise
+    from data_tools.registry import recognise
 
     settings = options.input_settings()
     found = inspect_sequence(open_unchecked(folder, settings))
@@ -48,12 +48,12 @@ def inspect(
         print(dumps(inspect_json(folder, layout, found)))
     else:
         _report(layout, found)
-    return NOTHING_USABLE if len(found.bad) == found.looked else 0
+    return NOTHING_USABLE if len(found.bad) == found.inspected else 0
 
 
 def inspect_json(folder: Path, layout: str, found: Inspection) -> dict[str, Any]:
     """The line of `razer inspect --json` (format 1); what is not known is null."""
-    poses, registration = found.poses, found.registration
+    poses, alignment = found.poses, found.rgbd_alignment
     return {
         "format": FORMAT,
         "folder": str(folder),
@@ -62,18 +62,18 @@ def inspect_json(folder: Path, layout: str, found: Inspection) -> dict[str, Any]
         "intrinsics": asdict(found.intrinsics),
         "rate_hz": found.rate_hz,
         "duration_s": found.duration_s,
-        "looked": found.looked,
+        "looked": found.inspected,
         "bad": [{"frame": index, "reason": reason} for index, reason in found.bad],
         "poses": {
-            "share": found.posed / max(found.looked, 1),
+            "share": found.posed / max(found.inspected, 1),
             "path_m": found.path_m,
             "pairs": poses.n_pairs,
             "agreement": poses.agreement[0] if poses.n_pairs else None,
         },
         "depth": None if found.depth is None else asdict(found.depth),
         "depth_scale": asdict(found.depth_scale),
-        "registration": asdict(registration) | {"text": str(registration)},
-        "findings": [asdict(finding) for finding in found.findings],
+        "registration": asdict(alignment) | {"text": str(alignment)},
+        "findings": [asdict(issue) for issue in found.issues],
     }
 
 
@@ -83,10 +83,10 @@ def _report(layout: str, found: Inspection) -> None:
         console.print(f"{name + ':':14}{value}", soft_wrap=True)
     for index, reason in found.bad[:MOST_NAMED]:
         console.print(f"  frame {index}: {reason}", soft_wrap=True)
-    for finding in found.findings:
-        console.print(f"LIKELY WRONG, {finding.about}: {finding.problem}", style="bold red", soft_wrap=True)
-        console.print(f"  fix: {finding.fix}", style="bold", soft_wrap=True)
-    if not found.findings:
+    for issue in found.issues:
+        console.print(f"LIKELY WRONG, {issue.about}: {issue.problem}", style="bold red", soft_wrap=True)
+        console.print(f"  fix: {issue.fix}", style="bold", soft_wrap=True)
+    if not found.issues:
         console.print("nothing looks wrong")
 
 
@@ -100,7 +100,7 @@ def _lines(layout: str, found: Inspection) -> list[tuple[str, str]]:
         ("frames", f"{found.n_frames}{rate}{lasting}"),
         ("camera", f"{camera.width}x{camera.height}, focal lengths {camera.fx:.1f} {camera.fy:.1f}, "
                    f"centre {camera.cx:.1f} {camera.cy:.1f}"),
-        ("looked at", f"{found.looked} frames, {len(found.bad)} cannot be used"),
+        ("looked at", f"{found.inspected} frames, {len(found.bad)} cannot be used"),
         ("poses", _poses_text(found)),
     ]  # fmt: skip
     if depth is not None:
@@ -113,11 +113,11 @@ def _lines(layout: str, found: Inspection) -> list[tuple[str, str]]:
     if poses.n_pairs:
         text = f"{poses.agreement[0]:.0%} of the depth agrees over {poses.n_pairs} pairs of frames"
         lines.append(("reprojection", text))
-    lines.append(("registration", str(found.registration)))
+    lines.append(("registration", str(found.rgbd_alignment)))
     return lines
 
 
 def _poses_text(found: Inspection) -> str:
     if not found.posed:
         return "none"
-    return f"{found.posed} of {found.looked} frames, {found.path_m or 0:.1f} m along them"
+    return f"{found.posed} of {found.inspected} frames, {found.path_m or 0:.1f} m along them"

@@ -49,7 +49,7 @@ def convert(
     part = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
     truth = open_truth(folder) if has_truth(folder) else None
     try:
-        skipped = write_recording(layout, part, out, truth=truth, lossless=lossless)
+        skipped = write_recording(part, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED

@@ -109,7 +109,7 @@ def synth(
     try:
         console.print("finding out what can be seen of the scene")
         truth = film.truth(spacing)
-        skipped = write_recording(layout, part, out, truth=truth, lossless=lossless)
+        skipped = write_recording(part, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED

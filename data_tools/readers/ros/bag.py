@@ -1,4 +1,4 @@
-"""RGB-D recordings in ROS bags: a .bag of ROS 1, or a folder of ROS 2 with metadata.yaml.
+"""Reader of ROS bags with RGB-D images: a .bag of ROS 1, or a folder of ROS 2 with metadata.yaml.
 
 Topics are chosen by the type and the name of their messages; a file topics.json in the folder, or NAME.topics.json
 beside NAME.bag, with {"color": topic, "depth": topic} chooses others. Needs the package rosbags.
@@ -18,7 +18,7 @@ from data_tools.readers.ros.images import color_of, depth_of, is_depth
 from data_tools.readers.ros.transforms import camera_poses, fixed_between, read_links
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.source_sequence import SourceSequence, source_sequence
+from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput
 
@@ -29,7 +29,7 @@ _NO_CAMERA = ("infra", "confidence", "mask", "label", "segment", "debug", "fishe
 
 
 @dataclass(frozen=True, slots=True)
-class BagImages:
+class BagImages(ImageSource):
     """Pairs of colour and depth messages."""
 
     bag: Bag
@@ -60,7 +60,7 @@ def is_ros_bag(path: Path) -> bool:
     return (path / "metadata.yaml").is_file() and any([*path.glob("*.db3*"), *path.glob("*.mcap*")])
 
 
-def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
+def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A bag with colour and depth images; poses come from its transforms, odometry or poses. Reads through the bag
     when it is opened, to know where each image is; raises BadInput, also where rosbags is not installed."""
     bag = Bag(folder)
@@ -77,12 +77,12 @@ def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> SourceSeq
         bag.message(topic, entry).header.frame_id.lstrip("/")
         for topic, entry in zip((color, depth), pairs[0], strict=True)
     )
-    told = declared if declared.depth_camera else _cameras(bag, color, depth, color_frame != depth_frame)
+    recorded = declared if declared.depth_camera else _cameras(bag, color, depth, color_frame != depth_frame)
     if color_frame != depth_frame:
-        told = replace(told, color_from_depth=fixed_between(links, color_frame, depth_frame))
+        recorded = replace(recorded, color_from_depth=fixed_between(links, color_frame, depth_frame))
     stamps = tuple(entry.stamp for _, entry in pairs)
     poses = camera_poses(bag, links, depth_frame, stamps) if use_poses else None
-    return source_sequence(folder, source, declared.or_else(told), poses)
+    return recorded_sequence(folder, source, declared.or_else(recorded), poses)
 
 
 def _image_topics(bag: Bag) -> tuple[str, str]:
@@ -131,7 +131,7 @@ def _stamps(entries: tuple[Entry, ...]) -> Float64Array:
 
 
 def _cameras(bag: Bag, color: str, depth: str, apart: bool) -> Declared:
-    """The cameras the bag tells of; colour's only where it is another camera or size than that of depth."""
+    """The cameras in the bag; colour's only where it is another camera or size than that of depth."""
     infos = {
         topic: info
         for topic, kind in bag.topics.items()

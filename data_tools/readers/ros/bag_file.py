@@ -42,12 +42,12 @@ class Bag:
     def index(self, *topics: str) -> dict[str, tuple[Entry, ...]]:
         """All messages of each topic; they must have headers. Reads through the bag once."""
         times: dict[str, list[tuple[int, int, float]]] = {topic: [] for topic in topics}
-        seen: Counter[tuple[str, int]] = Counter()
+        counts: Counter[tuple[str, int]] = Counter()
         for topic, time, message in self._read(topics):
             if message is not None:
-                times[topic].append((time, seen[topic, time], _seconds(message.header.stamp)))
-            seen[topic, time] += 1
-        return {topic: _entries(found) for topic, found in times.items()}
+                times[topic].append((time, counts[topic, time], _seconds(message.header.stamp)))
+            counts[topic, time] += 1
+        return {topic: _entries(messages) for topic, messages in times.items()}
 
     def message(self, topic: str, entry: Entry) -> Any:
         """One message; raises UnusableFrame where the bag is damaged there."""
@@ -93,10 +93,10 @@ def _opened(path: Path) -> Any:
     return reader
 
 
-def _entries(found: list[tuple[int, int, float]]) -> tuple[Entry, ...]:
+def _entries(messages: list[tuple[int, int, float]]) -> tuple[Entry, ...]:
     """With the time in the bag as stamp where no header has one."""
-    unset = not any(stamp for _, _, stamp in found)
-    return tuple(Entry(time, i, time / NANOSECONDS_PER_S if unset else stamp) for time, i, stamp in found)
+    unset = not any(stamp for _, _, stamp in messages)
+    return tuple(Entry(time, i, time / NANOSECONDS_PER_S if unset else stamp) for time, i, stamp in messages)
 
 
 def _seconds(stamp: Any) -> float:

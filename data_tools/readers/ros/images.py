@@ -39,7 +39,7 @@ _DEPTH_TYPES = {"16uc1": np.uint16, "mono16": np.uint16, "32fc1": np.float32}
 
 
 def is_depth(message: Any) -> bool:
-    """Whether an image message holds depth, as its encoding or format tells."""
+    """Whether an image message holds depth, by its encoding or format."""
     if hasattr(message, "encoding"):
         return message.encoding.lower() in _DEPTH_TYPES
     return "compresseddepth" in message.format.lower() or message.format.lower().startswith(("16uc1", "32fc1"))

@@ -1,4 +1,4 @@
-"""Where a camera was, from the transforms, odometry or poses of a ROS bag."""
+"""Camera poses from the transform tree, odometry or poses of a ROS bag."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class ChainPoses:
 
 
 def read_links(bag: Bag) -> dict[str, Link]:
-    """The link to its parent of every frame that transforms, or else odometry, tell of."""
+    """The link to its parent of every frame in the transforms, or else in odometry."""
     links: dict[str, Link] = {}
     for kinds in ((_TF, _OLD_TF), (_ODOMETRY,)):
         rows: dict[str, dict[str, list[tuple[float, ...]]]] = {}
@@ -59,42 +59,51 @@ def read_links(bag: Bag) -> dict[str, Link]:
                 for child, parent, row in _transforms(message, time):
                     rows.setdefault(child, {}).setdefault(parent, []).append(row)
         for child, parents in rows.items():
-            parent, found = max(parents.items(), key=lambda item: len(item[1]))
-            links.setdefault(child, _link(parent, found))
+            parent, poses = max(parents.items(), key=lambda item: len(item[1]))
+            links.setdefault(child, _link(parent, poses))
     return links
 
 
 def _transforms(message: Any, time_ns: int) -> Iterable[tuple[str, str, tuple[float, ...]]]:
     """(child, parent, row) of each transform in a message."""
     if hasattr(message, "transforms"):
-        found = [(each.child_frame_id, each.header, each.transform) for each in message.transforms]
+        transforms = [(each.child_frame_id, each.header, each.transform) for each in message.transforms]
     else:
-        found = [(message.child_frame_id, message.header, message.pose.pose)]
-    named = [(_name(child), _name(header.frame_id), _row(header, pose, time_ns)) for child, header, pose in found]
+        transforms = [(message.child_frame_id, message.header, message.pose.pose)]
+    named = [(_name(child), _name(header.frame_id), _row(header, pose, time_ns)) for child, header, pose in transforms]
     return [(child, parent, row) for child, parent, row in named if child and child != parent]
 
 
 def camera_poses(bag: Bag, links: dict[str, Link], camera: str, stamps: tuple[float, ...]) -> PoseSource | None:
-    """Poses of the frame `camera` in the root of its transforms; where nothing moves there, the first topic with
-    poses or odometry is taken for the camera's own; None where there is neither."""
+    """Poses of a camera in the root of its transforms.
+
+    Where nothing moves there, the first topic with poses or odometry is taken for the camera's own; None where there
+    is neither.
+
+    Args:
+        bag: whose topics are searched.
+        links: its transforms, as read_links returns them.
+        camera: the frame of the camera.
+        stamps: of the images, seconds.
+    """
     chain = chain_of(links, camera)
     if any(not link.constant for link in chain):
         return ChainPoses(tuple(chain), stamps)
     topics = sorted(topic for topic, kind in bag.topics.items() if kind in _BODY_POSES)
     for topic in sorted(topics, key=lambda topic: "cam" not in topic):
-        found = [_row(message.header, _pose(message), time) for time, message in bag.messages(topic)]
-        if len(found) > 1:
-            return ChainPoses((_link("world", found),), stamps)
+        rows = [_row(message.header, _pose(message), time) for time, message in bag.messages(topic)]
+        if len(rows) > 1:
+            return ChainPoses((_link("world", rows),), stamps)
     return None
 
 
 def chain_of(links: dict[str, Link], frame: str) -> list[Link]:
     """The links from a frame up to the root."""
-    chain, seen, at = [], set[str](), _name(frame)
-    while at in links and at not in seen:
-        seen.add(at)
-        chain.append(links[at])
-        at = links[at].parent
+    chain, visited, current = [], set[str](), _name(frame)
+    while current in links and current not in visited:
+        visited.add(current)
+        chain.append(links[current])
+        current = links[current].parent
     return chain
 
 
@@ -107,13 +116,13 @@ def fixed_between(links: dict[str, Link], target: str, source: str) -> Float64Ar
 
 def _fixed_ancestors(links: dict[str, Link], frame: str) -> dict[str, Float64Array]:
     """ancestor_from_frame for each ancestor within reach of constant links, the frame itself first."""
-    found, pose = {_name(frame): np.eye(4)}, np.eye(4)
+    ancestors, pose = {_name(frame): np.eye(4)}, np.eye(4)
     for link in chain_of(links, frame):
         if not link.constant:
             break
         pose = link.at(0.0) @ pose
-        found[link.parent] = pose
-    return found
+        ancestors[link.parent] = pose
+    return ancestors
 
 
 def _link(parent: str, rows: Iterable[tuple[float, ...]]) -> Link:

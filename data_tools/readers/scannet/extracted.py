@@ -1,4 +1,4 @@
-"""Scenes of ScanNet once SensReader extracted them: color/0.jpg, depth/0.png, pose/0.txt and intrinsic/.
+"""Reader of ScanNet scenes that SensReader extracted: color/0.jpg, depth/0.png, pose/0.txt and intrinsic/.
 
 Depth is in millimetres, poses are world_from_camera of the depth camera, -inf where the reconstruction lost track.
 Colour has 1296x968 pixels, depth 640x480; each has its 4x4 intrinsic matrix, and an extrinsic one that leads from it
@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from data_tools.recordings.camera import Camera, Declared
-from data_tools.recordings.file_sequence import FileSequence, Shot, file_sequence
+from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import read_rgb, size_of
+from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.rgbd_alignment import Size
 from data_tools.recordings.trajectories import PoseFiles
 from razer.arrays import Float64Array
@@ -35,13 +36,13 @@ def is_scannet(folder: Path) -> bool:
     return _frames(folder) is not None
 
 
-def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> FileSequence:
+def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A scene in this layout, colour brought onto the depth image; raises BadInput. Stamps are number / 30 s."""
     frames = _frames(folder) or folder
     colors, depths = _numbered(frames / "color"), _numbered(frames / "depth")
     numbers = sorted(colors.keys() | depths.keys())
-    shots = tuple(
-        Shot(
+    paths = tuple(
+        ImagePaths(
             colors.get(n, frames / "color" / f"{n}.jpg"),
             depths.get(n, frames / "depth" / f"{n}.png"),
             n / FRAMES_PER_SECOND,
@@ -53,8 +54,8 @@ def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> FileSeque
         names = [(colors.get(n) or depths[n]).stem for n in numbers]
         poses = PoseFiles(tuple(frames / "pose" / f"{name}.txt" for name in names))
     if declared.depth_camera is None:
-        declared = declared.or_else(_told(frames, shots, declared))
-    return file_sequence(folder, shots, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
+        declared = declared.or_else(_cameras(frames, paths, declared))
+    return file_sequence(folder, paths, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
 
 
 def two_cameras(depth: Camera, color: Camera, color_from_depth: Float64Array) -> Declared:
@@ -82,31 +83,31 @@ def _numbered(folder: Path) -> dict[int, Path]:
     return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdigit()}
 
 
-def _told(frames: Path, shots: tuple[Shot, ...], declared: Declared) -> Declared:
-    """The cameras that the matrices beside the images tell, and how colour lies to depth."""
+def _cameras(frames: Path, paths: tuple[ImagePaths, ...], declared: Declared) -> Declared:
+    """The cameras of the matrices beside the images, and how colour lies to depth."""
     depth = pinhole(_matrix(_matrix_file(frames, _INTRINSICS, "depth") or frames))
     file = _matrix_file(frames, _INTRINSICS, "color")
     if file is None:
         return Declared(depth)
-    color = _fitted(pinhole(_matrix(file)), shots)
+    color = _fitted(pinhole(_matrix(file)), paths)
     if declared.color_from_depth is not None:
         return Declared(depth, color)
     return two_cameras(depth, color, inverse(_extrinsic(frames, "color")) @ _extrinsic(frames, "depth"))
 
 
-def _fitted(camera: Camera, shots: tuple[Shot, ...]) -> Camera:
+def _fitted(camera: Camera, paths: tuple[ImagePaths, ...]) -> Camera:
     """The colour camera at the size of the images: some extract them smaller, and leave the matrix as it was."""
-    size = _first_size(shots)
+    size = _first_size(paths)
     if size is None or abs(2 * camera.cx + 1 - size[0]) <= _SAME_SIZE * size[0]:
         return camera
     small = Intrinsics(*COLOR_SIZE, camera.fx, camera.fy, camera.cx, camera.cy).resized(*size)
     return Camera(small.fx, small.fy, small.cx, small.cy)
 
 
-def _first_size(shots: tuple[Shot, ...]) -> Size | None:
-    for shot in shots:
+def _first_size(paths: tuple[ImagePaths, ...]) -> Size | None:
+    for each in paths:
         try:
-            return size_of(read_rgb(shot.color))
+            return size_of(read_rgb(each.color))
         except UnusableFrame:
             continue
     return None

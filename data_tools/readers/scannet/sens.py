@@ -1,4 +1,4 @@
-"""Scenes of ScanNet as they are downloaded: one .sens file, or the folder of a scene that holds it."""
+"""Reader of ScanNet scenes as they are downloaded: one .sens file, or the folder of a scene that holds it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from data_tools.readers.scannet.extracted import FRAMES_PER_SECOND, pinhole, two
 from data_tools.readers.scannet.sens_file import SensHeader, SensIndex, read_header, read_index
 from data_tools.recordings.camera import Declared
 from data_tools.recordings.images import decode_rgb, metres
-from data_tools.recordings.source_sequence import SourceSequence, source_sequence
+from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput, UnusableFrame
@@ -20,7 +20,7 @@ from razer.geometry import inverse, is_rigid
 
 
 @dataclass(frozen=True)
-class SensImages:
+class SensImages(ImageSource):
     """The images of a file. Where its end is missing, one more frame stands for all that are lost and says so."""
 
     path: Path
@@ -90,7 +90,7 @@ def is_sens(path: Path) -> bool:
     return _file(path) is not None
 
 
-def read_sens(folder: Path, declared: Declared, use_poses: bool) -> SourceSequence:
+def read_sens(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A .sens file or the folder that holds it, colour brought onto the depth image; raises BadInput.
 
     The file is gone through once without reading its images. Stamps are those of depth, or number / 30 s where they
@@ -104,22 +104,22 @@ def read_sens(folder: Path, declared: Declared, use_poses: bool) -> SourceSequen
     has_poses = use_poses and bool(np.isfinite(index.heads["pose"]).all(axis=(1, 2)).any())
     poses = SensPoses(path.name, index) if has_poses else None
     try:
-        told = _told(header)
+        recorded = _cameras(header)
     except BadInput as error:
         if declared.depth_camera is None:
             raise BadInput(f"{path}: {error}") from None
-        told = Declared()
-    return source_sequence(path, images, declared.or_else(told), poses, header.depth_shift)
+        recorded = Declared()
+    return recorded_sequence(path, images, declared.or_else(recorded), poses, depth_scale=header.depth_shift)
 
 
 def _file(path: Path) -> Path | None:
     if path.is_file():
         return path if path.suffix.lower() == ".sens" else None
-    found = sorted(path.glob("*.sens"))
-    return next((file for file in found if file.stem == path.name), found[0] if len(found) == 1 else None)
+    files = sorted(path.glob("*.sens"))
+    return next((file for file in files if file.stem == path.name), files[0] if len(files) == 1 else None)
 
 
-def _told(header: SensHeader) -> Declared:
+def _cameras(header: SensHeader) -> Declared:
     if not (is_rigid(header.color_extrinsic, 1e-3) and is_rigid(header.depth_extrinsic, 1e-3)):
         raise BadInput("its extrinsic matrices are not rigid: give --intrinsics and --depth-to-color")
     depth = pinhole(header.depth_matrix, header.depth_size)

@@ -1,4 +1,4 @@
-"""The .sens files of ScanNet, version 4: one header, then frame after frame, then inertial measurements.
+"""The .sens file format of ScanNet, version 4: one header, then frame after frame, then inertial measurements.
 
 Little-endian; matrices are 16 floats row by row. Header: version (u32), length of name (u64) and name, intrinsic and
 extrinsic matrix of colour and then of depth, kinds of compression of colour and depth (i32), width and height of

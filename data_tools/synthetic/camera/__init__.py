@@ -1,1 +1,1 @@
-"""A hand-held RGB-D camera: the ways it goes, and the errors of its sensor."""
+"""A hand-held RGB-D camera: its paths, and the errors of its sensor."""

@@ -1,4 +1,4 @@
-"""What a moving colour camera does to colour, effect by effect, on (H, W, 3) uint8 images."""
+"""Colour sensor errors: motion blur, misregistration, exposure drift and noise on (H, W, 3) uint8 images."""
 
 from __future__ import annotations
 
@@ -17,8 +17,14 @@ _DRIFT_FRAMES = (90, 240)
 
 
 def blur_px(poses: Float64Array, index: int, camera: Intrinsics, shutter: float) -> Float64Array:
-    """The way (2,) in pixels that the middle of the image goes, by the camera's rotation since the frame before
-    (N, 4, 4), while the shutter is open for that share of the time between two frames."""
+    """Motion blur (2,) in pixels of the image's middle, by the camera's rotation since the frame before.
+
+    Args:
+        poses: (N, 4, 4) world_from_camera of the recording.
+        index: the frame.
+        camera: its intrinsics.
+        shutter: share of the time between two frames for which the shutter is open.
+    """
     before = index - 1 if index else min(1, len(poses) - 1)
     x, y, z = (inverse(poses[index]) @ poses[before])[:3, 2]
     flow = shutter * np.array([camera.fx * x, camera.fy * y]) / max(z, 0.1)

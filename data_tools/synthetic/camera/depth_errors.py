@@ -1,4 +1,4 @@
-"""What a structured-light depth camera does to depth, effect by effect, on images of metres (0 = no reading)."""
+"""Structured-light depth errors: noise, quantisation and dropout on images of metres (0 = no reading)."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def axial_sigma_m(depth_m: NDArray) -> NDArray:
     return 0.0012 + 0.0019 * (depth_m - 0.4) ** 2
 
 
-def shake_sideways(depth: Float32Array, sigma_px: float, rng: np.random.Generator) -> Float32Array:
+def add_lateral_noise(depth: Float32Array, sigma_px: float, rng: np.random.Generator) -> Float32Array:
     """Each pixel reads its depth from a place that is off by sigma_px in u and v (z sigma_px / f metres)."""
     places = cv2.add(_grid(depth.shape), whole_normal((*depth.shape, 2), sigma_px, rng))
     return cv2.remap(depth, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
 
 
-def shake_along(depth: Float32Array, strength: float, rng: np.random.Generator) -> Float32Array:
+def add_axial_noise(depth: Float32Array, strength: float, rng: np.random.Generator) -> Float32Array:
     """Independent noise of `strength` times axial_sigma_m."""
     return depth + np.float32(strength) * axial_sigma_m(depth) * normal(depth.shape, rng)
 
@@ -49,7 +49,7 @@ def round_depth(depth: Float32Array, step_m: float) -> Float32Array:
     return np.rint(depth * np.float32(1 / step_m)) / np.float32(1 / step_m)
 
 
-def at_edges(depth: Float32Array) -> BoolArray:
+def depth_edges(depth: Float32Array) -> BoolArray:
     """Whether depth jumps within a pixel's eight neighbours."""
     span = cv2.morphologyEx(depth, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
     return span > np.float32(EDGE_JUMP) * np.maximum(depth, 1)

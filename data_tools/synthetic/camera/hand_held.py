@@ -1,4 +1,4 @@
-"""A hand-held camera that walks round a room, looks across it, then round about, and returns."""
+"""Hand-held camera motion: a walk round a room with jitter, looking across it, then round about, and back."""
 
 from __future__ import annotations
 
@@ -7,14 +7,20 @@ from numpy.typing import NDArray
 
 from razer.arrays import Float64Array
 
-TREMBLE_M = 0.012
-TREMBLE_DEG = 0.6
+JITTER_M = 0.012
+JITTER_DEG = 0.6
 
 
 def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_out: bool = True) -> Float64Array:
-    """Poses world_from_camera (n_frames, 4, 4), z up, on ellipses about the origin with the given radii in x and
-    y: one turn looking across the middle, one near the middle looking at the walls, and back to the start; or,
-    not to look out, the first turn twice."""
+    """Poses world_from_camera (n_frames, 4, 4), z up, on ellipses about the origin: one turn looking across the middle,
+    one near the middle looking at the walls, and back to the start.
+
+    Args:
+        n_frames: how many poses.
+        radii_m: of the ellipses in x and y, metres.
+        seed: of the jitter of the hand.
+        look_out: False = the first turn twice, and never at the walls.
+    """
     s = np.arange(n_frames) / n_frames
     heading = 4 * np.pi * s + 0.6
     # From the outside to near the middle and back; the heading never jumps.
@@ -35,7 +41,7 @@ def walk_round(n_frames: int, radii_m: tuple[float, float], seed: int, *, look_o
     shake = jitter(np.arange(n_frames), seed)
     return np.stack(
         [
-            looking(p + TREMBLE_M * w[:3], h + np.pi + np.radians(TREMBLE_DEG) * w[3], a, w[4:])
+            looking(p + JITTER_M * w[:3], h + np.pi + np.radians(JITTER_DEG) * w[3], a, w[4:])
             for p, h, a, w in zip(position, heading, pitch, shake, strict=True)
         ]
     )
@@ -55,10 +61,16 @@ def jitter(frames: NDArray[np.number], seed: int) -> Float64Array:
 
 
 def looking(position: Float64Array, heading: float, pitch: float, jitter: Float64Array) -> Float64Array:
-    """The pose at a position that looks along heading (about z) and pitch (up positive), in radians, with a
-    little extra pitch and roll; camera axes x right, y down, z forward."""
-    pitch = pitch + np.radians(TREMBLE_DEG) * jitter[0]
-    roll = np.radians(TREMBLE_DEG) * jitter[1]
+    """The pose (4, 4) at a position that looks along a direction; camera axes x right, y down, z forward.
+
+    Args:
+        position: (3,) metres.
+        heading: about z, radians.
+        pitch: up positive, radians.
+        jitter: (2,) extra pitch and roll, in units of JITTER_DEG.
+    """
+    pitch = pitch + np.radians(JITTER_DEG) * jitter[0]
+    roll = np.radians(JITTER_DEG) * jitter[1]
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(heading) * np.cos(pitch), np.sin(pitch)])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     down = np.cross(forward, right)

@@ -1,4 +1,4 @@
-"""Random images made once and looked at through windows: a new window for each frame costs no random numbers."""
+"""Precomputed noise fields read through random windows: a new window a frame costs hardly any random numbers."""
 
 from __future__ import annotations
 

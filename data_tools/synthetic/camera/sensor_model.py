@@ -1,4 +1,4 @@
-"""A depth and colour camera that errs like a Kinect; each error can be left out."""
+"""Sensor model of an RGB-D camera with the errors of a Kinect; each error can be left out."""
 
 from __future__ import annotations
 
@@ -89,9 +89,16 @@ class SensorModel:
         index: int,
         seed: int,
     ) -> tuple[Uint8Array, Float32Array]:
-        """What the sensor makes of a true (H, W, 3) uint8 colour and (H, W) float32 depth image in metres, frame
-        `index` of a recording with poses (N, 4, 4); always the same for the same arguments. Of the poses only
-        this frame's and the one before matter."""
+        """What the sensor makes of a true colour and depth image; always the same for the same arguments.
+
+        Args:
+            rgb: (H, W, 3) uint8, the true colour.
+            depth: (H, W) float32 metres, the true depth.
+            camera: of both.
+            poses: (N, 4, 4) of the recording; only this frame's and the one before matter.
+            index: the frame.
+            seed: of the recording.
+        """
         rng = np.random.default_rng([seed, 3, index])
         return self._colour(rgb, camera, poses, index, seed, rng), self._depth(depth, camera, rng)
 
@@ -115,15 +122,15 @@ class SensorModel:
     def _depth(self, true: Float32Array, camera: Intrinsics, rng: np.random.Generator) -> Float32Array:
         depth = true
         if self.lateral_noise_px:
-            depth = depth_errors.shake_sideways(depth, self.lateral_noise_px, rng)
+            depth = depth_errors.add_lateral_noise(depth, self.lateral_noise_px, rng)
         if self.axial_noise:
-            depth = depth_errors.shake_along(depth, self.axial_noise, rng) * (depth > 0)
+            depth = depth_errors.add_axial_noise(depth, self.axial_noise, rng) * (depth > 0)
         if self.disparity_step_per_m:
             depth = depth_errors.round_disparity(depth, self.disparity_step_per_m)
         if self.depth_step_m:
             depth = depth_errors.round_depth(depth, self.depth_step_m)
         if self.edge_dropout:
-            chance = np.float32(self.edge_dropout) * depth_errors.at_edges(true)
+            chance = np.float32(self.edge_dropout) * depth_errors.depth_edges(true)
             depth = depth_errors.lose(depth, chance, rng)
         if self.grazing_dropout:
             chance = np.float32(self.grazing_dropout) * depth_errors.grazing(true, camera)

@@ -1,4 +1,4 @@
-"""A hand-held camera that walks from station to station and looks where it is told."""
+"""Trajectory of a hand-held camera from station to station, each with its point to look at."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from data_tools.synthetic.camera.hand_held import TREMBLE_DEG, TREMBLE_M, jitter, looking
+from data_tools.synthetic.camera.hand_held import JITTER_DEG, JITTER_M, jitter, looking
 from data_tools.synthetic.shapes.solids import Point
 from razer.arrays import Float64Array
 
@@ -16,7 +16,7 @@ FRAMES_PER_S = 15.0
 # Of the walk itself; the hand adds a little, and the sum stays below 0.5 m/s and 60 degrees/s.
 SPEED_M_PER_S = 0.45
 TURN_DEG_PER_S = 54.0
-_TREMBLE = 0.4
+_JITTER_SHARE = 0.4
 _SMOOTH_S = 0.35
 _STEP_S = 1 / 30
 _EASE_STATIONS = 3.0
@@ -45,10 +45,10 @@ def walk(stations: Sequence[Station], n_frames: int, seed: int) -> Float64Array:
     signals = [np.interp(dense, knots, column) for column in (*_eyes(stations).T, *_directions(stations))]
     smooth = [gaussian_filter1d(signal, _SMOOTH_S / _STEP_S, mode="nearest") for signal in signals]
     rows = np.column_stack([np.interp(when, dense, signal) for signal in smooth])
-    shake = _TREMBLE * jitter(when * FRAMES_PER_S, seed)
+    shake = _JITTER_SHARE * jitter(when * FRAMES_PER_S, seed)
     return np.stack(
         [
-            looking(row[:3] + TREMBLE_M * w[:3], row[3] + np.radians(TREMBLE_DEG) * w[3], row[4], w[4:])
+            looking(row[:3] + JITTER_M * w[:3], row[3] + np.radians(JITTER_DEG) * w[3], row[4], w[4:])
             for row, w in zip(rows, shake, strict=True)
         ]
     )

@@ -1,1 +1,1 @@
-"""Rooms, and what stands where in them."""
+"""Floor plans: rooms, and the placement of furniture in them."""

@@ -82,7 +82,14 @@ def block_walls(room: Room, paints: Sequence[Material]) -> list[Thing]:
 
 
 def flat(origin: Point, across: Point, up: Point, material: Material) -> Solid:
-    """One rectangle seen from the side of across x up; its texture continues from the world's origin."""
+    """One rectangle seen from the side of across x up; its texture continues from the world's origin.
+
+    Args:
+        origin: the corner where the texture coordinates begin, metres.
+        across: the edge along u, metres.
+        up: the edge along v, metres.
+        material: of its face.
+    """
     o, a, b = (np.array(v, float) for v in (origin, across, up))
     u, v = np.linalg.norm(a), np.linalg.norm(b)
     shift = np.array([o.sum() % 3, (2 * o[0] + o[1]) % 3])
@@ -92,16 +99,16 @@ def flat(origin: Point, across: Point, up: Point, material: Material) -> Solid:
 
 def _wall(room: Room, side: Side, doorways: tuple[Doorway, ...], paint: Material) -> Thing:
     start, end = room.along(side)
-    pieces, here = [], start
+    panels, panel_start = [], start
     for door in sorted((d for d in doorways if d.side == side), key=lambda d: d.start):
-        pieces.append(_wall_piece(room, side, (here, door.start), (0.0, room.height), paint))
-        pieces.append(_wall_piece(room, side, (door.start, door.end), (DOOR_HEIGHT_M, room.height), paint))
-        here = door.end
-    pieces.append(_wall_piece(room, side, (here, end), (0.0, room.height), paint))
-    return Thing("wall", tuple(pieces))
+        panels.append(_wall_panel(room, side, (panel_start, door.start), (0.0, room.height), paint))
+        panels.append(_wall_panel(room, side, (door.start, door.end), (DOOR_HEIGHT_M, room.height), paint))
+        panel_start = door.end
+    panels.append(_wall_panel(room, side, (panel_start, end), (0.0, room.height), paint))
+    return Thing("wall", tuple(panels))
 
 
-def _wall_piece(room: Room, side: Side, span: tuple[float, float], rise: tuple[float, float], paint: Material) -> Solid:
+def _wall_panel(room: Room, side: Side, span: tuple[float, float], rise: tuple[float, float], paint: Material) -> Solid:
     (a, b), (low, high) = span, rise
     up = (0.0, 0.0, high - low)
     if side == "south":
@@ -114,7 +121,15 @@ def _wall_piece(room: Room, side: Side, span: tuple[float, float], rise: tuple[f
 
 
 def door_frame(door: Doorway, near: float, far: float, material: Material, floor: Material) -> tuple[Thing, Solid]:
-    """The frame that lines a doorway of a south or north wall from y = near to y = far, and the threshold."""
+    """The frame that lines a doorway of a south or north wall, and the threshold.
+
+    Args:
+        door: the opening.
+        near: y of the one side of the wall, metres.
+        far: y of the other side.
+        material: of the frame.
+        floor: of the threshold.
+    """
     middle, thick, width = (near + far) / 2, far - near + 0.03, door.end - door.start
     posts = [
         block(x, middle, 0.0, (_FRAME_M, thick, DOOR_HEIGHT_M), material)

@@ -1,4 +1,4 @@
-"""Where a camera can be carried, and the ways between two places."""
+"""Free-space planning: where a camera can be carried, and shortest routes (Dijkstra) between two places."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class FreeSpace:
             empty[i0 : i1 + 1, j0 : j1 + 1] = 0
         self._room_m = cv2.distanceTransform(empty, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * _CELL_M
         parts, _ = label(self._room_m > CLEAR_M)
-        mine = parts[self._cell(home)]
-        if mine == 0:
+        home_part = parts[self._cell(home)]
+        if home_part == 0:
             raise ValueError(f"no camera can be at {tuple(home)}")
-        self._free = parts == mine
+        self._free = parts == home_part
         self._cells = np.argwhere(self._free)
         self._graph = self._connected()
 
@@ -60,9 +60,9 @@ class FreeSpace:
         numbers = [last]
         while numbers[-1] != first:
             numbers.append(before[numbers[-1]])
-        way = self._origin + (self._cells[numbers[::-1]] + 0.5) * _CELL_M
-        smooth: Float64Array = gaussian_filter1d(way, _SMOOTH_CELLS, axis=0, mode="nearest")
-        return np.concatenate([way[:1], smooth, way[-1:]])
+        route = self._origin + (self._cells[numbers[::-1]] + 0.5) * _CELL_M
+        smooth: Float64Array = gaussian_filter1d(route, _SMOOTH_CELLS, axis=0, mode="nearest")
+        return np.concatenate([route[:1], smooth, route[-1:]])
 
     def _cell(self, point: Sequence[float]) -> tuple[int, int]:
         i, j = np.floor((np.asarray(point) - self._origin) / _CELL_M).astype(int)

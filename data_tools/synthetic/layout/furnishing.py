@@ -1,4 +1,4 @@
-"""Pieces of the catalogue in rooms: along walls, on each other, round tables, at windows."""
+"""Furnishing of rooms from the catalogue: along walls, on each other, round tables, at windows."""
 
 from __future__ import annotations
 
@@ -22,13 +22,29 @@ def piece(name: str, placer: Placer) -> Thing:
 
 
 def along(placer: Placer, room: Room, side: Side, share: float) -> float:
-    """About the place at a share of a wall's length, metres along it."""
+    """About the place at a share of a wall's length, metres along it.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        side: the wall.
+        share: of the wall's length, where the middle is to be.
+    """
     start, end = room.along(side)
     return start + share * (end - start) + float(placer.rng.uniform(-0.05, 0.05))
 
 
 def against(placer: Placer, room: Room, side: Side, share: float, *names: str, z: float = 0.0) -> Thing | None:
-    """Put the first piece that has room there to a wall, its middle at a share of the wall's length."""
+    """Put a piece against a wall; None where none has room there.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        side: the wall.
+        share: of the wall's length, where the middle is to be.
+        *names: pieces of the catalogue, the first that fits is taken.
+        z: height of the lower edge, metres.
+    """
     at = along(placer, room, side, share)
     return next((put for name in names if (put := placer.against(room, side, piece(name, placer), at, z))), None)
 
@@ -41,7 +57,16 @@ def load(
     yaw_deg: float | None = None,
     area: Area | None = None,
 ) -> None:
-    """Stand pieces on a support, most of them; what finds no place is left out."""
+    """Stand pieces on a support, most of them; what does not fit is left out.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        support: what the pieces stand on; None = nothing is done.
+        *names: pieces of the catalogue.
+        level: which surface of the support, from above.
+        yaw_deg: how the pieces are turned; None = at random.
+        area: corners (x, y) between which they stand; None = anywhere.
+    """
     for name in names:
         if support is not None and placer.rng.uniform() < _USUALLY:
             placer.on_top(support, _low_piece(name, placer), level=level, yaw_deg=yaw_deg, area=area)
@@ -50,9 +75,9 @@ def load(
 def _low_piece(name: str, placer: Placer) -> Thing:
     """A piece that can stand on furniture: a table lamp, not a floor lamp."""
     while True:
-        found = piece(name, placer)
-        if found.bounds[1][2] < _LOW_M:
-            return found
+        candidate = piece(name, placer)
+        if candidate.bounds[1][2] < _LOW_M:
+            return candidate
 
 
 def scatter(placer: Placer, room: Room, *names: str) -> None:
@@ -65,7 +90,16 @@ def scatter(placer: Placer, room: Room, *names: str) -> None:
 
 
 def table_with_chairs(placer: Placer, room: Room, table: str, chair: str, x: float, y: float) -> Thing | None:
-    """A rectangular table along x with six equal chairs: two on each long side, one at each end."""
+    """A rectangular table along x with six equal chairs: two on each long side, one at each end.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        table: its name in the catalogue.
+        chair: its name in the catalogue.
+        x: of the middle, metres.
+        y: of the middle, metres.
+    """
     top = piece(table, placer)
     while np.subtract(*top.bounds[::-1])[0] < 1.15:
         top = piece(table, placer)
@@ -88,15 +122,24 @@ def _before(screen: Thing, desk: Thing, side: Side) -> Area:
     """The part of a desk before a screen on it, a little wider than that."""
     low, high = strip(desk, side, 0.5, 1.0)
     axis = 0 if side in ("south", "north") else 1
-    least, most = screen.bounds[0][axis] - 0.1, screen.bounds[1][axis] + 0.1
-    low[axis], high[axis] = max(low[axis], least), min(high[axis], most)
+    left, right = screen.bounds[0][axis] - 0.1, screen.bounds[1][axis] + 0.1
+    low[axis], high[axis] = max(low[axis], left), min(high[axis], right)
     return low, high
 
 
 def draw_up(
     placer: Placer, room: Room, chair: Thing, at: tuple[float, float], yaw_deg: float, turn_deg: float = 0.0
 ) -> Thing | None:
-    """Stand a chair that faces along yaw_deg at a place, or behind it, as near as there is room."""
+    """Stand a chair at a place, or behind it, as near as there is room; None where there is none.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        chair: the chair.
+        at: the place (x, y), metres.
+        yaw_deg: the direction in which it is drawn up.
+        turn_deg: by how much it is turned away from that.
+    """
     away = np.array([np.sin(np.radians(yaw_deg)), -np.cos(np.radians(yaw_deg))])
     for step in range(12):
         x, y = at + 0.04 * step * away
@@ -106,7 +149,16 @@ def draw_up(
 
 
 def window(placer: Placer, room: Room, side: Side, share: float, z: float, *, curtains: bool = False) -> Thing | None:
-    """A window and, if asked for, usually curtains before it."""
+    """Put a window into a wall, perhaps with curtains before it.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        side: the wall.
+        share: of the wall's length, where the middle is to be.
+        z: height of the lower edge, metres.
+        curtains: usually hang curtains before it.
+    """
     at = along(placer, room, side, share)
     put = placer.against(room, side, piece("window", placer), at, z, gap=0.0)
     if put is not None and curtains and placer.rng.uniform() < _USUALLY:
@@ -130,7 +182,14 @@ def _held_out(curtain: Thing) -> Thing:
 
 
 def workplace(placer: Placer, room: Room, side: Side, share: float) -> Thing | None:
-    """A desk at a wall with a computer whose user would face the wall, and an office chair."""
+    """A desk at a wall with a computer whose user would face the wall, and an office chair.
+
+    Args:
+        placer: the world so far, and its generator of random numbers.
+        room: where.
+        side: the wall.
+        share: of the wall's length, where the middle is to be.
+    """
     desk = against(placer, room, side, share, "desk")
     if desk is None:
         return None

@@ -1,4 +1,4 @@
-"""Putting things into rooms: on the floor, against walls, on top of each other, never into each other."""
+"""Collision-free placement: on the floor, against walls, on top of each other, never into each other."""
 
 from __future__ import annotations
 
@@ -59,7 +59,16 @@ class Placer:
     def against(
         self, room: Room, side: Side, thing: Thing, along: float, z: float = 0.0, gap: float = _WALL_GAP_M
     ) -> Thing | None:
-        """Put the back of a thing to a wall of the room, its middle at `along`, metres along the wall."""
+        """Put the back of a thing to a wall of the room; None where it does not fit.
+
+        Args:
+            room: where.
+            side: the wall.
+            thing: what.
+            along: where its middle is to be, metres along the wall.
+            z: height of its lower edge, metres.
+            gap: between its back and the wall, metres.
+        """
         turned = thing.placed(0, 0, 0, YAW_DEG[side])
         low, high = turned.bounds
         wall = {"south": room.low[1], "east": room.high[0], "north": room.high[1], "west": room.low[0]}[side]
@@ -72,7 +81,15 @@ class Placer:
         return self.try_add(put) if _inside(room, put) else None
 
     def on_floor(self, room: Room, thing: Thing, x: float, y: float, yaw_deg: float = 0.0) -> Thing | None:
-        """Stand a thing on the floor of a room."""
+        """Stand a thing on the floor of a room; None where it does not fit.
+
+        Args:
+            room: where.
+            thing: what.
+            x: metres.
+            y: metres.
+            yaw_deg: by which it is turned about the vertical.
+        """
         put = thing.placed(x, y, 0.0, yaw_deg)
         return self.try_add(put) if _inside(room, put) else None
 
@@ -86,10 +103,16 @@ class Placer:
         area: Area | None = None,
         margin: float = 0.01,
     ) -> Thing | None:
-        """Stand a thing somewhere on a support: on its highest surface, or `level` surfaces below that, with its foot
-        `margin` away from the rim, and within an area between two corners (x, y) if one is given.
+        """Stand a thing on a support at a random place; None where no place tried is level, wide enough and free.
 
-        Places are tried at random; None where no place is level, wide enough and free."""
+        Args:
+            support: what it stands on.
+            thing: what.
+            level: which surface of the support, 0 = the highest.
+            yaw_deg: by which it is turned; None = by up to 30 degrees at random.
+            area: corners (x, y) within which it stands; None = the whole support.
+            margin: between its foot and the rim, metres.
+        """
         tops = _Tops(support)
         low, high = area or (support.bounds[0][:2], support.bounds[1][:2])
         turned = thing.placed(0, 0, 0, yaw_deg or 0.0)
@@ -97,10 +120,10 @@ class Placer:
             if yaw_deg is None:
                 turned = thing.placed(0, 0, 0, float(self.rng.uniform(-30, 30)))
             foot_low, foot_high = _foot(turned)
-            least, most = low - foot_low, high - foot_high
-            if (least > most).any():
+            lowest, highest = low - foot_low, high - foot_high
+            if (lowest > highest).any():
                 continue
-            at = self.rng.uniform(least, most)
+            at = self.rng.uniform(lowest, highest)
             height = tops.level_under(foot_low + at - margin, foot_high + at + margin, level)
             if height is not None and not self._cuts(solid_boxes(turned) + np.array([*at, height])):
                 return self.add(turned.placed(float(at[0]), float(at[1]), height))
@@ -136,8 +159,14 @@ class _Tops:
 
 
 def strip(thing: Thing, side: Side, near: float, far: float) -> Area:
-    """The part of a thing's ground plan between two shares of its depth, as two corners (x, y): 0 is its edge at the
-    wall on that side, 1 the opposite one."""
+    """The part of a thing's ground plan between two shares of its depth, as two corners (x, y).
+
+    Args:
+        thing: whose ground plan.
+        side: the wall it stands at.
+        near: share of its depth, 0 = its edge at the wall.
+        far: share of its depth, 1 = the opposite edge.
+    """
     low, high = thing.bounds[0][:2].copy(), thing.bounds[1][:2].copy()
     axis = 1 if side in ("south", "north") else 0
     if side in ("east", "north"):
@@ -156,8 +185,8 @@ def _foot(thing: Thing) -> Area:
 
 def _inside(room: Room, thing: Thing) -> bool:
     low, high = thing.bounds
-    least, most = np.array(room.low) - _ROUNDING_M, np.array(room.high) + _ROUNDING_M
-    return bool((low[:2] >= least).all() and (high[:2] <= most).all() and high[2] <= room.height + _ROUNDING_M)
+    lowest, highest = np.array(room.low) - _ROUNDING_M, np.array(room.high) + _ROUNDING_M
+    return bool((low[:2] >= lowest).all() and (high[:2] <= highest).all() and high[2] <= room.height + _ROUNDING_M)
 
 
 def solid_boxes(thing: Thing) -> Float64Array:

@@ -1,4 +1,4 @@
-"""All furniture by ScanNet200 name."""
+"""Catalogue of objects by their name in ScanNet200."""
 
 from __future__ import annotations
 
@@ -127,24 +127,3 @@ PIECES: dict[str, Callable[[np.random.Generator], Thing]] = {
     "column": standing_things.column,
     "coat rack": standing_things.coat_rack,
 }
-# What hangs on or leans to a wall: nothing of it is behind the wall plane y = 0.
-ON_WALLS = frozenset(
-    {
-        "picture",
-        "poster",
-        "mirror",
-        "whiteboard",
-        "blackboard",
-        "bulletin board",
-        "window",
-        "door",
-        "doorframe",
-        "blinds",
-        "clock",
-        "radiator",
-        "curtain",
-        "shower curtain",
-        "towel",
-        "range hood",
-    }
-)

@@ -1,4 +1,4 @@
-"""The faces of a scene as columns, and what each looks like from a camera."""
+"""Face attributes of a scene as columns: plane, texture mapping and colour of each, from any camera."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class FaceTable:
         height = np.einsum("fk,fk->f", self.normals, self.corners - center)
         height = np.where(np.abs(height) < 1e-6, 1e-6, height)
         inverse_depth = self.normals @ rotation / height[:, None]
-        here = self.uv_origin + self.uv_gradient @ center
-        uv = here[:, :, None] * inverse_depth[:, None] + self.uv_gradient @ rotation
+        center_uv = self.uv_origin + self.uv_gradient @ center
+        uv = center_uv[:, :, None] * inverse_depth[:, None] + self.uv_gradient @ rotation
         results = inverse_depth, uv[:, 0], uv[:, 1], np.abs(height)
         return tuple(r.astype(np.float32) for r in results)  # type: ignore[return-value]
 

@@ -27,12 +27,12 @@ def _stretched(image: NDArray) -> Float32Array:
     return np.clip((image - low) / (high - low), 0, 1).astype(np.float32)
 
 
-def _blobs(rng: np.random.Generator, image: Float32Array, count: int, least: float, most: float) -> Float32Array:
+def _blobs(rng: np.random.Generator, image: Float32Array, count: int, min_px: float, max_px: float) -> Float32Array:
     """Draw random quadrilaterals, least..most pixels across, that wrap round the borders."""
     canvas = np.ascontiguousarray(image)
     for _ in range(count):
         angles = np.sort(rng.uniform(0, 2 * np.pi, 4))
-        radius = rng.uniform(least, most) / 2
+        radius = rng.uniform(min_px, max_px) / 2
         shape = rng.uniform(0, SIZE, 2) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         grey = float(rng.uniform(0, 1))
         for shift in np.array([(x, y) for x in (-SIZE, 0, SIZE) for y in (-SIZE, 0, SIZE)]):

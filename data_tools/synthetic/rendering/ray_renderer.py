@@ -1,4 +1,4 @@
-"""Colour, depth and instance images of things, by ray casting."""
+"""Ray casting of colour, depth and instance images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An atlas of the procedural textures with mipmaps, sampled without moire."""
+"""Texture atlas of the procedural textures with mipmaps, sampled without moire."""
 
 from __future__ import annotations
 

@@ -104,14 +104,14 @@ def _tour(plan: Plan, things: list[Thing]) -> list[Station]:
     hall = plan.rooms["hall"]
     y = hall.center[1]
     start = (1.2, y)
-    tour = CameraPath(FreeSpace(things, (hall.center[0], y)), start)
-    tour.look((3.5, y))
+    path = CameraPath(FreeSpace(things, (hall.center[0], y)), start)
+    path.look((3.5, y))
     for name in ("living", "kitchen", "study", "bathroom", "bedroom"):
         door, room = plan.doors[name], plan.rooms[name]
         x = (door.start + door.end) / 2
         inside = room.high[1] - 0.5 if door.side == "north" else room.low[1] + 0.5
-        tour.go((x, inside))
-        tour.round(room.low, room.high, reach=0.35)
-    tour.go(start)
-    tour.look((3.5, y))
-    return tour.stations
+        path.go((x, inside))
+        path.round(room.low, room.high, reach=0.35)
+    path.go(start)
+    path.look((3.5, y))
+    return path.stations

@@ -1,4 +1,4 @@
-"""What stands in the rooms of the apartment."""
+"""Furniture of the rooms of the apartment."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def kitchen(room: Room, placer: Placer) -> None:
 
 def _kitchen_row(room: Room, placer: Placer) -> dict[str, Thing]:
     """Appliances side by side along the south wall as far as they fit, and a hood over the stove."""
-    here, row = room.low[0] + 0.03, dict[str, Thing]()
+    next_x, row = room.low[0] + 0.03, dict[str, Thing]()
     for name in ("refrigerator", "counter", "stove", "dishwasher", "kitchen cabinet"):
         new = piece(name, placer)
         width = float(new.bounds[1][0] - new.bounds[0][0])
-        put = placer.against(room, "south", new, here + width / 2) if here + width < room.high[0] - 0.03 else None
+        put = placer.against(room, "south", new, next_x + width / 2) if next_x + width < room.high[0] - 0.03 else None
         if put is not None:
-            row[name], here = put, here + width + 0.02
+            row[name], next_x = put, next_x + width + 0.02
     if stove := row.get("stove"):
         middle = float(stove.bounds[0][0] + stove.bounds[1][0]) / 2
         placer.against(room, "south", piece("range hood", placer), middle, 1.6, gap=0.0)

@@ -121,9 +121,9 @@ def _tour(size: tuple[float, float], things: list[Thing]) -> CameraPath:
     """Once round against the clock, from the middle of the south side and back to it."""
     x, y, half = *size, _WIDE_M / 2
     start = (x / 2, half)
-    tour = CameraPath(FreeSpace(things, start), start)
-    tour.look((x, half))
+    path = CameraPath(FreeSpace(things, start), start)
+    path.look((x, half))
     for corner in ((x - half, half), (x - half, y - half), (half, y - half), (half, half), start):
-        tour.go(corner, _SWAY_DEG)
-    tour.look((x, half))
-    return tour
+        path.go(corner, _SWAY_DEG)
+    path.look((x, half))
+    return path

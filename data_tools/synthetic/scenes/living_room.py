@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,10 +25,6 @@ class Layout:
     things: dict[int, Thing]
     movable: int
     elsewhere: Thing
-
-    def after_move(self) -> Layout:
-        """The layout once the movable thing stands elsewhere."""
-        return replace(self, things={**self.things, self.movable: self.elsewhere})
 
 
 def living_room(seed: int) -> Layout:

@@ -35,7 +35,7 @@ def tabletop(seed: int) -> World:
         placer.add(thing)
     table = placer.on_floor(room, piece("dining table", placer), *room.center)
     assert table is not None
-    _lay(table, placer)
+    _set_table(table, placer)
     stations = _round(table, rng)
     eyes = np.array([station.eye for station in stations])
     placer.keep_free((eyes.min(axis=0) - CLEAR_M).tolist(), (eyes.max(axis=0) + CLEAR_M).tolist())
@@ -43,17 +43,17 @@ def tabletop(seed: int) -> World:
     return World(dict(enumerate(placer.things, start=1)), tuple(stations))
 
 
-def _lay(table: Thing, placer: Placer) -> None:
+def _set_table(table: Thing, placer: Placer) -> None:
     """Equal cups, what is always there, and others until there are enough."""
     rng = placer.rng
     cup = piece("cup", placer)
     small = [cup] * int(rng.integers(2, 4)) + [piece(name, placer) for name in _ALWAYS]
-    found = sum(placer.on_top(table, thing) is not None for thing in small)
-    wanted = int(rng.integers(*_THINGS))
+    n_placed = sum(placer.on_top(table, thing) is not None for thing in small)
+    n_wanted = int(rng.integers(*_THINGS))
     for _, name in zip(range(60), cycle(rng.permutation(_OTHERS)), strict=False):
-        if found >= wanted:
+        if n_placed >= n_wanted:
             break
-        found += placer.on_top(table, piece(str(name), placer), yaw_deg=float(rng.uniform(0, 360))) is not None
+        n_placed += placer.on_top(table, piece(str(name), placer), yaw_deg=float(rng.uniform(0, 360))) is not None
 
 
 def _background(room: Room, placer: Placer) -> None:

@@ -37,8 +37,8 @@ def warehouse(seed: int) -> World:
     _racks(room, placer, first_x)
     _walls(room, placer)
     _floor(room, placer, first_x)
-    tour = _tour(placer.things, first_x)
-    return World(dict(enumerate(placer.things, start=1)), tuple(tour.stations))
+    path = _camera_path(placer.things, first_x)
+    return World(dict(enumerate(placer.things, start=1)), tuple(path.stations))
 
 
 def _racks(room: Room, placer: Placer, first_x: float) -> None:
@@ -89,13 +89,13 @@ def _floor(room: Room, placer: Placer, first_x: float) -> None:
     scatter(placer, room, *names, "bench", "coat rack", "file cabinet", "radiator", "storage bin", "crate", "fan")
 
 
-def _tour(things: list[Thing], first_x: float) -> CameraPath:
+def _camera_path(things: list[Thing], first_x: float) -> CameraPath:
     """Up and down the three lanes, looking at the racks on both sides."""
     near, far = first_x - 2.1, first_x + (_RACKS - 1) * _RACK_M[0] + 2.6
     lanes = (1.7, sum(_ROWS_M) / 2, 8.3)
-    tour = CameraPath(FreeSpace(things, (near, lanes[0])), (near, lanes[0]))
-    tour.look((far, lanes[0]))
+    path = CameraPath(FreeSpace(things, (near, lanes[0])), (near, lanes[0]))
+    path.look((far, lanes[0]))
     for number, y in enumerate(lanes):
-        tour.go((near if number % 2 == 0 else far, y), _SWAY_DEG / 2)
-        tour.go((far if number % 2 == 0 else near, y), _SWAY_DEG)
-    return tour
+        path.go((near if number % 2 == 0 else far, y), _SWAY_DEG / 2)
+        path.go((far if number % 2 == 0 else near, y), _SWAY_DEG)
+    return path

@@ -1,4 +1,4 @@
-"""What a synthetic recording is made from."""
+"""A synthetic world: its objects, and the stations of the camera."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""More closed solids for furniture: blocks, prisms, soft and tapered boxes, tubes, balls, tetrahedra."""
+"""Closed solids for furniture: blocks, prisms, soft and tapered boxes, tubes, balls, tetrahedra."""
 
 from __future__ import annotations
 
@@ -10,27 +10,51 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_tools.synthetic.shapes.solids import BOX_FACES, Material, Point, Solid, box, lathe, plane_uv, quad_normals
+from data_tools.synthetic.shapes.transforms import turned
 from razer.arrays import Float64Array
 
 Rectangle = tuple[float, float, float, float]
-_WHOLE_TILE = np.array([(0, 1), (1, 1), (1, 0), (0, 0)], float)
 
 
 def block(center_x: float, center_y: float, bottom: float, size: Point, material: Material) -> Solid:
-    """A box of the given size (metres) standing on height `bottom`, centred on (x, y)."""
+    """A box by its size, standing on a height.
+
+    Args:
+        center_x: metres.
+        center_y: metres.
+        bottom: height it stands on, metres.
+        size: in x, y and z, metres.
+        material: of its faces.
+    """
     half_x, half_y = size[0] / 2, size[1] / 2
     low = (center_x - half_x, center_y - half_y, bottom)
     return box(low, (center_x + half_x, center_y + half_y, bottom + size[2]), material)
 
 
 def legs(width: float, depth: float, height: float, thick: float, material: Material) -> list[Solid]:
-    """Four square posts whose outer sides span width x depth, from the floor to `height`, metres."""
+    """Four square posts on the floor.
+
+    Args:
+        width: between the outer sides in x, metres.
+        depth: between the outer sides in y.
+        height: metres.
+        thick: of a post, metres.
+        material: of its faces.
+    """
     x, y = (width - thick) / 2, (depth - thick) / 2
     return [block(sx * x, sy * y, 0, (thick, thick, height), material) for sx in (-1, 1) for sy in (-1, 1)]
 
 
 def tapered(bottom: Rectangle, top: Rectangle, low: float, high: float, material: Material) -> Solid:
-    """The hull of two horizontal rectangles (x low, y low, x high, y high) at heights low < high, metres."""
+    """The hull of two horizontal rectangles.
+
+    Args:
+        bottom: (x low, y low, x high, y high), metres.
+        top: the same of the upper rectangle.
+        low: height where it begins, metres.
+        high: height where it ends.
+        material: of its faces.
+    """
     rectangles = np.array([bottom, top]).reshape(2, 2, 2)
     x, y, z = np.moveaxis(BOX_FACES, -1, 0)
     quads = np.stack([rectangles[z, x, 0], rectangles[z, y, 1], np.array([low, high])[z]], axis=-1)
@@ -38,7 +62,14 @@ def tapered(bottom: Rectangle, top: Rectangle, low: float, high: float, material
 
 
 def prism(outline: ArrayLike, low: float, high: float, material: Material) -> Solid:
-    """A convex outline (N, 2), counter-clockwise from above in metres, extruded from height low to high."""
+    """A convex outline extruded upwards.
+
+    Args:
+        outline: (N, 2) convex, counter-clockwise from above, metres.
+        low: height where it begins, metres.
+        high: height where it ends.
+        material: of its faces.
+    """
     ring = np.asarray(outline, float)
     closed = np.concatenate([ring, ring[:1]])
     bottom, top = (np.column_stack([closed, np.full(len(closed), z)]) for z in (low, high))
@@ -62,18 +93,42 @@ def layered(layers: Sequence[Point], material: Material) -> Solid:
 
 
 def cylinder(radius: float, low: float, high: float, material: Material, sides: int = 12) -> Solid:
-    """An upright cylinder about the z axis from height low to high, metres, with few faces."""
+    """An upright cylinder about the z axis, with few faces.
+
+    Args:
+        radius: metres.
+        low: height where it begins, metres.
+        high: height where it ends.
+        material: of its faces.
+        sides: how many faces go round.
+    """
     angles = np.arange(sides) * 2 * np.pi / sides
     return prism(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), low, high, material)
 
 
 def disc(radius: float, thick: float, at: Point, material: Material, sides: int = 16) -> Solid:
-    """A round plate that faces +y; `at` is the centre of its back, metres."""
+    """A round plate that faces +y.
+
+    Args:
+        radius: metres.
+        thick: metres.
+        at: the centre of its back, metres.
+        material: of its faces.
+        sides: how many faces go round.
+    """
     return turned(cylinder(radius, 0, thick, material, sides), "x", -90, at)
 
 
 def rounded(low: Point, high: Point, axis: str, bevel: float, material: Material) -> Solid:
-    """A box between two corners whose four edges along the x, y or z axis are cut off by `bevel` metres."""
+    """A box with four bevelled edges.
+
+    Args:
+        low: lowest corner, metres.
+        high: highest corner.
+        axis: x, y or z: along which the cut edges run.
+        bevel: by how much they are cut off, metres.
+        material: of its faces.
+    """
     k = "xyz".index(axis)
     a, b = (k + 1) % 3, (k + 2) % 3
     (u0, v0), (u1, v1) = (low[a], low[b]), (high[a], high[b])
@@ -84,7 +139,14 @@ def rounded(low: Point, high: Point, axis: str, bevel: float, material: Material
 
 
 def soft_box(low: Point, high: Point, bevel: Point, material: Material) -> Solid:
-    """A box between two corners whose edges and corners are cut off by `bevel` metres along each axis."""
+    """A box with bevelled edges and corners.
+
+    Args:
+        low: lowest corner, metres.
+        high: highest corner.
+        bevel: by how much edges and corners are cut off along each axis, metres.
+        material: of its faces.
+    """
     center, half = (np.array(low) + high) / 2, (np.array(high) - low) / 2
     inset = half - bevel
 
@@ -120,7 +182,15 @@ def _star_shaped(quads: Float64Array, center: Float64Array, material: Material) 
 
 
 def ball(center: Point, radii: Point, material: Material, sides: int = 12, rings: int = 6) -> Solid:
-    """An ellipsoid about a centre with half axes in metres."""
+    """An ellipsoid.
+
+    Args:
+        center: metres.
+        radii: half axes, metres.
+        material: of its faces.
+        sides: how many faces go round.
+        rings: how many faces lie between the poles.
+    """
     angles = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)
     profile = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     profile[[0, -1], 0] = 0
@@ -129,7 +199,15 @@ def ball(center: Point, radii: Point, material: Material, sides: int = 12, rings
 
 
 def beam(start: Point, end: Point, width: float, thick: float, material: Material) -> Solid:
-    """A bar of rectangular section between two points; `width` lies horizontally, metres."""
+    """A bar of rectangular section between two points.
+
+    Args:
+        start: metres.
+        end: metres.
+        width: of the section, horizontally, metres.
+        thick: of the section, across that.
+        material: of its faces.
+    """
     length = float(np.linalg.norm(np.subtract(end, start)))
     return block(0, 0, 0, (width, thick, length), material).moved(_along(start, end))
 
@@ -137,13 +215,29 @@ def beam(start: Point, end: Point, width: float, thick: float, material: Materia
 def bars(
     points: Sequence[Point], width: float, thick: float, material: Material, *, closed: bool = False
 ) -> list[Solid]:
-    """Beams from each point to the next, and from the last to the first if closed."""
+    """Beams from each point to the next.
+
+    Args:
+        points: metres.
+        width: of the section, horizontally, metres.
+        thick: of the section, across that.
+        material: of its faces.
+        closed: another beam from the last point to the first.
+    """
     ring = [*points, points[0]] if closed else points
     return [beam(start, end, width, thick, material) for start, end in pairwise(ring)]
 
 
 def tube(start: Point, end: Point, radius: float, material: Material, sides: int = 6) -> Solid:
-    """A rod between two points, metres."""
+    """A rod between two points.
+
+    Args:
+        start: metres.
+        end: metres.
+        radius: metres.
+        material: of its faces.
+        sides: how many faces go round.
+    """
     length = float(np.linalg.norm(np.subtract(end, start)))
     return cylinder(radius, 0, length, material, sides).moved(_along(start, end))
 
@@ -158,30 +252,3 @@ def _along(start: Point, end: Point) -> Float64Array:
     pose[:3, :3] = np.stack([across, np.cross(axis, across), axis], axis=1)
     pose[:3, 3] = start
     return pose
-
-
-def turned(solid: Solid, axis: str, degrees: float, at: Point = (0.0, 0.0, 0.0)) -> Solid:
-    """The solid turned about the origin's x, y or z axis, then moved by `at` metres: ("x", -90) turns up to front."""
-    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    k = "xyz".index(axis)
-    pose = np.eye(4)
-    a, b = (k + 1) % 3, (k + 2) % 3
-    pose[a, a], pose[a, b], pose[b, a], pose[b, b] = cos, -sin, sin, cos
-    pose[:3, 3] = at
-    return solid.moved(pose)
-
-
-def shifted(solid: Solid, x: float, y: float, z: float) -> Solid:
-    """The solid moved by (x, y, z) metres."""
-    return replace(solid, quads=np.add(solid.quads, (x, y, z)))
-
-
-def stretched(solid: Solid, factors: Point) -> Solid:
-    """The solid scaled along each axis by a positive factor."""
-    return replace(solid, quads=solid.quads * factors)
-
-
-def fitted(solid: Solid) -> Solid:
-    """The solid with the whole texture, upright, on each of its rectangles."""
-    uv = np.broadcast_to(_WHOLE_TILE * solid.material.tile_m, solid.uv.shape)
-    return replace(solid, uv=uv.copy())

@@ -75,8 +75,14 @@ def lathe(
     at: tuple[float, float] = (0.0, 0.0),
     sides: int = 24,
 ) -> Solid:
-    """The surface of revolution about the vertical through `at` of a profile of (radius, height) points in
-    metres, listed from the bottom over the outside to the top."""
+    """A surface of revolution about the vertical.
+
+    Args:
+        profile: (radius, height) points in metres, from the bottom over the outside to the top.
+        material: of its faces.
+        at: (x, y) of the axis, metres.
+        sides: how many faces go round.
+    """
     radii, heights = np.array(profile, float).T
     angles = np.linspace(0, 2 * np.pi, sides + 1)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)

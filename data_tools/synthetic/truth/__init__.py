@@ -1,1 +1,1 @@
-"""What is true of a synthetic scene, and which of it a camera saw."""
+"""Ground truth of a synthetic scene, and which of it a camera saw."""

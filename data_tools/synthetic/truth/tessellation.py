@@ -1,4 +1,4 @@
-"""Fine meshes of things: evenly spaced vertices that know their instance and normal."""
+"""Tessellation of objects into fine meshes: evenly spaced vertices that know their instance and normal."""
 
 from __future__ import annotations
 

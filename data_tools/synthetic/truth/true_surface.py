@@ -8,7 +8,7 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.truth.tessellation import tessellate
-from data_tools.synthetic.truth.visibility import CameraView, Vantage, seen_often
+from data_tools.synthetic.truth.visibility import CameraView, Viewpoint, visible_vertices
 from data_tools.truth.ground_truth import GroundTruth
 
 MIN_VIEWS = 3
@@ -16,13 +16,20 @@ MIN_VIEWS = 3
 
 def ground_truth(
     things: Mapping[int, Thing],
-    vantages: Sequence[Vantage],
+    viewpoints: Sequence[Viewpoint],
     view: CameraView,
     spacing_m: float = 0.01,
     first_seen: Mapping[int, int] | None = None,
 ) -> GroundTruth:
-    """The surface of things (instance id -> Thing) every spacing_m metres; visible = seen in at least MIN_VIEWS
-    vantages, counted for the instances in first_seen from that shot on (they stood elsewhere before)."""
+    """The surface of things as labelled vertices; visible = in view of at least MIN_VIEWS viewpoints.
+
+    Args:
+        things: instance id -> Thing.
+        viewpoints: the frames of the recording.
+        view: the camera, and the depths at which it measures.
+        spacing_m: between the vertices, metres.
+        first_seen: by instance id, from which viewpoint on it stands where it is; None = all from the first.
+    """
     surface = tessellate(things, spacing_m)
     names = sorted({thing.class_name for thing in things.values()})
     class_of, since = np.zeros((2, max(things) + 1), np.int64)
@@ -35,5 +42,5 @@ def ground_truth(
         surface.instances,
         class_of[surface.instances].astype(np.int32),
         dict(enumerate(names, start=1)),
-        seen_often(surface, vantages, view, MIN_VIEWS, since[surface.instances]),
+        visible_vertices(surface, viewpoints, view, MIN_VIEWS, since[surface.instances]),
     )

@@ -1,4 +1,4 @@
-"""Which points of a surface a recording sees."""
+"""Visibility of surface points in a recording: in view, facing the camera, not occluded."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _GOLDEN = 0.6180339887
 
 
 @dataclass(frozen=True, slots=True)
-class Vantage:
+class Viewpoint:
     """One frame's pose world_from_camera (4, 4) and what could hide a point from it."""
 
     world_from_camera: Float64Array
@@ -34,12 +34,22 @@ class CameraView:
     range_m: tuple[float, float]
 
 
-def seen_often(
-    surface: SampledSurface, vantages: Sequence[Vantage], view: CameraView, min_views: int, since: Int64Array
+def visible_vertices(
+    surface: SampledSurface, viewpoints: Sequence[Viewpoint], view: CameraView, min_views: int, since: Int64Array
 ) -> BoolArray:
-    """Whether each vertex (V,) lies in the image within range, faces the camera, and has nothing more than
-    TOLERANCE_M before it, from at least min_views vantages of those numbered since[vertex] and later."""
-    faced = np.flatnonzero(_ever_faced(surface, vantages))
+    """Whether each vertex (V,) is visible from enough viewpoints.
+
+    It is from one if it lies in the image within range, faces the camera, and has nothing more than TOLERANCE_M
+    before it.
+
+    Args:
+        surface: its vertices (V, 3) and normals.
+        viewpoints: the frames of the recording.
+        view: the camera, and the depths at which it measures.
+        min_views: how many viewpoints must see a vertex.
+        since: (V,) the first viewpoint that counts for each vertex.
+    """
+    faced = np.flatnonzero(_ever_faced(surface, viewpoints))
     cells = _Cells.of(surface.vertices[faced])
     number_of = faced[cells.order]
     vertices = surface.vertices[number_of].astype(np.float32)
@@ -47,12 +57,12 @@ def seen_often(
     first = since[number_of]
     views = np.zeros(len(number_of), np.int32)
     # Very different views first: most vertices are soon done and are not tested again.
-    for number in np.argsort(np.arange(len(vantages)) * _GOLDEN % 1):
-        vantage = vantages[number]
-        near = cells.maybe_seen(vantage.world_from_camera, view)
+    for number in np.argsort(np.arange(len(viewpoints)) * _GOLDEN % 1):
+        viewpoint = viewpoints[number]
+        near = cells.candidates(viewpoint.world_from_camera, view)
         near = near[(views[near] < min_views) & (first[near] <= number)]
-        near = near[_in_view(vertices[near], normals[near], vantage.world_from_camera, view)]
-        views[near[~_hidden(vertices[near], vantage)]] += 1
+        near = near[_in_view(vertices[near], normals[near], viewpoint.world_from_camera, view)]
+        views[near[~_hidden(vertices[near], viewpoint)]] += 1
     often = np.zeros(len(surface.vertices), np.bool_)
     often[number_of] = views >= min_views
     return often
@@ -78,7 +88,7 @@ class _Cells:
         centers = (np.stack(np.unravel_index(cells, shape), axis=1) + low + 0.5) * _CELL_M
         return cls(np.argsort(flat, kind="stable"), centers, starts, counts)
 
-    def maybe_seen(self, world_from_camera: Float64Array, view: CameraView) -> Int64Array:
+    def candidates(self, world_from_camera: Float64Array, view: CameraView) -> Int64Array:
         """Places in the order of all vertices in cubes that may be in view."""
         maybe = self._maybe_in_view(world_from_camera, view)
         starts, counts = self.starts[maybe], self.counts[maybe]
@@ -101,9 +111,9 @@ class _Cells:
         return maybe
 
 
-def _ever_faced(surface: SampledSurface, vantages: Sequence[Vantage]) -> BoolArray:
+def _ever_faced(surface: SampledSurface, viewpoints: Sequence[Viewpoint]) -> BoolArray:
     """Whether a camera may lie on the outer side of each vertex's tangent plane; never wrongly no."""
-    centers = np.array([vantage.world_from_camera[:3, 3] for vantage in vantages])
+    centers = np.array([viewpoint.world_from_camera[:3, 3] for viewpoint in viewpoints])
     farthest = np.where(surface.normals > 0, centers.max(axis=0), centers.min(axis=0))
     return np.einsum("vk,vk->v", surface.normals, farthest - surface.vertices) > 0
 
@@ -125,10 +135,10 @@ def _in_view(
     return inside & (np.einsum("vk,vk->v", normals, away) < 0)
 
 
-def _hidden(vertices: Float32Array, vantage: Vantage) -> BoolArray:
+def _hidden(vertices: Float32Array, viewpoint: Viewpoint) -> BoolArray:
     """Whether something lies between the camera and each vertex, more than the tolerance before it."""
     rays = np.empty((len(vertices), 6), np.float32)
-    rays[:, :3] = vantage.world_from_camera[:3, 3]
+    rays[:, :3] = viewpoint.world_from_camera[:3, 3]
     towards = vertices - rays[:, :3]
     rays[:, 3:] = towards * (1 - TOLERANCE_M / np.linalg.norm(towards, axis=1, keepdims=True))
-    return vantage.scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tfar=1.0).numpy().astype(bool)
+    return viewpoint.scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tfar=1.0).numpy().astype(bool)

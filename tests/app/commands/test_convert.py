@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.open_truth import open_truth
 from data_tools.writers.own_folder import write_folder

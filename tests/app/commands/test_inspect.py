@@ -60,7 +60,7 @@ def test_facts_are_those_of_the_recording(room: list[Frame]) -> None:
         return replace(frame, depth=depth)
 
     found = inspect_sequence(Spoilt(room, partly_blind))
-    assert (found.n_frames, found.looked, found.posed, len(found.bad)) == (24, 24, 18, 6)
+    assert (found.n_frames, found.inspected, found.posed, len(found.bad)) == (24, 24, 18, 6)
     assert found.bad[0] == (0, "60.png: broken")
     assert found.rate_hz == pytest.approx(15.0)
     assert found.duration_s == pytest.approx(room[23].stamp - room[1].stamp)

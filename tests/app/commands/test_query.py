@@ -34,7 +34,7 @@ def made(tmp_path_factory):
     """(run, recording) of a small room with perfect masks."""
     place = tmp_path_factory.mktemp("room")
     room = SyntheticRoom(0, N_FRAMES, *SIZE)
-    write_recording("own", room, place / "recording", truth=room.truth(0.05), lossless=True)
+    write_recording(room, place / "recording", truth=room.truth(0.05), lossless=True)
     out = place / "run"
     models = ("--segmenter", "oracle", "--embedder", "oracle")
     with pytest.raises(SystemExit) as stopped:

@@ -32,7 +32,7 @@ def data(tmp_path_factory):
     for layout, names, _ in SCENES.values():
         for seed, name in enumerate(names):
             room = SyntheticRoom(seed, 12, 96, 72)
-            write_recording(layout, room, folder / layout / name, truth=room.truth(0.05))
+            write_recording(room, folder / layout / name, layout, truth=room.truth(0.05))
     return folder
 
 
@@ -105,7 +105,7 @@ def test_tables_are_as_wide_as_their_columns_and_means_are_those_of_the_rows():
 
 def test_both_poses_are_two_rows(tmp_path, capsys):
     room = SyntheticRoom(0, 120, 320, 240)
-    write_recording("scenenn", room, tmp_path / "data" / "scenenn" / "016", truth=room.truth(0.05))
+    write_recording(room, tmp_path / "data" / "scenenn" / "016", "scenenn", truth=room.truth(0.05))
     options = ("--poses", "both", "--max-frames", "12")
     code, result, _ = reproduce(capsys, "scenenn", tmp_path / "data", tmp_path / "out", *options)
     assert code == 0

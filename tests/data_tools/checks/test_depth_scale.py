@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from data_tools import open_sequence
 from data_tools.checks.depth_scale import check_depth_scale, factor_from_steps
-from data_tools.open_sequence import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from data_tools import open_sequence
 from data_tools.checks.inspection import Inspection, inspect_sequence
 from data_tools.checks.pose_check import check_poses
 from data_tools.checks.pose_conventions import AS_WRITTEN, conventions
-from data_tools.checks.registration_check import check_rgbd_alignment
+from data_tools.checks.rgbd_alignment_check import check_rgbd_alignment
 from data_tools.checks.sample import Sample
-from data_tools.open_sequence import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.arrays import Float64Array
 from razer.frame import Frame
-from razer.geometry import Array, inverse, is_rigid
+from razer.geometry import inverse, is_rigid
 from tests.support.spoilt import Spoilt, as_is, depth_moved, mirrored, posed, scaled
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -61,14 +62,14 @@ def spoilt(sample: Sample, change: Callable[[Frame], Frame]) -> Sample:
     return replace(sample, groups=tuple(tuple(change(frame) for frame in group) for group in sample.groups))
 
 
-def quaternion_order(pose: Array) -> Array:
+def quaternion_order(pose: Float64Array) -> Float64Array:
     wrong = pose.copy()
     # Written w x y z, read as x y z w.
     wrong[:3, :3] = Rotation.from_quat(np.roll(Rotation.from_matrix(pose[:3, :3]).as_quat(), 1)).as_matrix()
     return wrong
 
 
-def turned(pose: Array) -> Array:
+def turned(pose: Float64Array) -> Float64Array:
     """A camera held upright whose images are taken for lying ones: x and y swapped."""
     swap = np.eye(4)
     swap[:2, :2] = [[0, 1], [-1, 0]]
@@ -85,23 +86,23 @@ POSE_MISTAKES = {
 
 
 def about(found: Inspection) -> list[str]:
-    return [finding.about for finding in found.findings]
+    return [issue.about for issue in found.issues]
 
 
 def test_nothing_is_said_against_correct_rooms(room: list[Frame], noisy_room: list[Frame]) -> None:
     for frames in (room, noisy_room):
         found = inspect_sequence(Spoilt(frames, as_is))
-        assert found.findings == ()
+        assert found.issues == ()
         assert found.poses.n_pairs >= 4
-        assert found.registration.clear
-        assert not found.registration.noticeable
+        assert found.rgbd_alignment.clear
+        assert not found.rgbd_alignment.noticeable
 
 
 def test_nothing_is_said_against_real_clips(clip: Spoilt) -> None:
     found = inspect_sequence(clip)
-    assert found.findings == ()
+    assert found.issues == ()
     assert found.poses.n_pairs >= 4
-    assert found.registration.clear
+    assert found.rgbd_alignment.clear
 
 
 @pytest.mark.parametrize("mistake", POSE_MISTAKES)
@@ -117,7 +118,7 @@ def test_wrong_poses_are_named(mistake: str, room_sample: Sample, room: list[Fra
 def test_noise_does_not_hide_wrong_poses(noisy_room: list[Frame]) -> None:
     found = inspect_sequence(Spoilt(noisy_room, posed(inverse)))
     assert about(found) == ["poses"]
-    assert "invert each 4x4 matrix" in found.findings[0].fix
+    assert "invert each 4x4 matrix" in found.issues[0].fix
 
 
 @pytest.mark.parametrize("mistake", ["world-to-camera", "OpenGL"])
@@ -133,14 +134,14 @@ def test_wrong_depth_scales_are_named(factor: float, noisy_room: list[Frame]) ->
     # Read at 1000 / factor units per metre, depth is too large by the factor: 1000 is right.
     found = inspect_sequence(Spoilt(noisy_room, scaled(factor), 1000 / factor))
     assert about(found) == ["depth scale"]
-    assert found.findings[0].fix == "try --depth-scale 1000"
+    assert found.issues[0].fix == "try --depth-scale 1000"
 
 
 def test_two_mistakes_at_once_are_both_named(room: list[Frame]) -> None:
     found = inspect_sequence(Spoilt(room, lambda frame: scaled(5.0)(posed(inverse)(frame)), 200.0))
     assert about(found) == ["poses", "depth scale"]
-    assert "invert" in found.findings[0].fix
-    assert found.findings[1].fix == "try --depth-scale 1000"
+    assert "invert" in found.issues[0].fix
+    assert found.issues[1].fix == "try --depth-scale 1000"
 
 
 @pytest.mark.parametrize(("zoom", "shift"), [(1.15, (10.0, 0.0)), (0.85, (0.0, 0.0)), (1.0, (0.0, 10.0))])
@@ -177,19 +178,19 @@ def test_without_texture_depth_alone_tells(room: list[Frame]) -> None:
     assert check_poses(Sample.of(Spoilt(room, grey))).convention is AS_WRITTEN
     report = check_poses(Sample.of(Spoilt(room, grey_inverted)))
     assert "invert" in report.convention.fix
-    assert np.isnan(report.miss_px[0])
+    assert np.isnan(report.error_px[0])
     assert not check_rgbd_alignment(Sample.of(Spoilt(room, grey)).frames).clear
     found = inspect_sequence(Spoilt(room, lambda frame: grey(scaled(5.0)(frame)), 200.0))
-    assert [finding.fix for finding in found.findings] == ["try --depth-scale 1000"]
+    assert [issue.fix for issue in found.issues] == ["try --depth-scale 1000"]
 
 
 def test_what_cannot_be_told_is_not_said(room: list[Frame]) -> None:
-    assert inspect_sequence(Spoilt(room[:1], as_is)).findings == ()
+    assert inspect_sequence(Spoilt(room[:1], as_is)).issues == ()
     without = [replace(frame, world_from_camera=None) for frame in room]
     found = inspect_sequence(Spoilt(without, as_is, has_poses=False))
-    assert (found.findings, found.posed, found.path_m) == ((), 0, None)
+    assert (found.issues, found.posed, found.path_m) == ((), 0, None)
     # A camera at rest shows nothing of its axes.
-    assert inspect_sequence(Spoilt([room[0]] * 30, as_is)).findings == ()
+    assert inspect_sequence(Spoilt([room[0]] * 30, as_is)).issues == ()
 
 
 def test_every_convention_is_a_rigid_change_and_no_two_are_the_same() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput, UnusableFrame
 from tests.support.recordings import colour, depth, write_image, write_tum

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from razer.geometry import back_project, transform_points

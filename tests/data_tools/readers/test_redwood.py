@@ -11,7 +11,7 @@ import open3d as o3d
 import pytest
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from tests.support.recordings import HEIGHT, WIDTH, camera_json, colour, depth, write_folder, write_image

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import has_truth, open_truth

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import open_sequence, recognise
 from data_tools.readers.scannet.extracted import is_scannet
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.scannet import write_scannet
 from razer.errors import BadInput, UnusableFrame

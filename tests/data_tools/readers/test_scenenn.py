@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence, recognise
 from data_tools.recordings.pose_log import read_pose_log
+from data_tools.registry import open_sequence, recognise
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from tests.support.recordings import CAMERA_MATRIX, HEIGHT, WIDTH, colour, depth, write_image

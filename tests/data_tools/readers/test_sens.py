@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence, recognise
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import FRAMES_PER_S, SyntheticRoom
 from data_tools.writers.scannet import write_scannet
 from razer.errors import BadInput, UnusableFrame

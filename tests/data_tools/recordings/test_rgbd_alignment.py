@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.rgbd_alignment import make_rgbd_alignment
 from razer.errors import BadInput

@@ -16,7 +16,7 @@ from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.label_map import FILE_NAME, read_label_map
 from data_tools.truth.open_truth import has_truth, open_truth
 from data_tools.truth.ply_writer import write_ply
-from data_tools.truth.scannet_truth import read_benchmark_ids, read_scannet_truth
+from data_tools.truth.scannet_truth import read_scannet_truth
 from data_tools.writers.scannet import write_scannet
 from data_tools.writers.scannet_truth import write_scannet_truth
 from razer.errors import BadInput
@@ -194,14 +194,3 @@ def test_surfaces_without_instance_or_class_are_written_too(tmp_path: Path) -> N
     assert back.instances.tolist() == [7, 6, 3, 3, 5, 0]  # the wall and the zorb without instance follow the last one
     assert [back.class_names.get(c, "") for c in back.classes] == ["", "wall", "", "", "", ""]
     assert back.notes == ()
-
-
-def test_benchmark_ids_are_numbers_a_line(tmp_path: Path) -> None:
-    path = tmp_path / f"{SCENE}.txt"
-    path.write_text("10001\n0\n1163002\n")
-    assert read_benchmark_ids(path).tolist() == [10001, 0, 1163002]
-    path.write_text("10001\nchair\n")
-    with pytest.raises(BadInput, match="one whole number a line"):
-        read_benchmark_ids(path)
-    with pytest.raises(BadInput, match="cannot be read"):
-        read_benchmark_ids(tmp_path / "nowhere.txt")

@@ -12,8 +12,8 @@ import open3d as o3d
 import pytest
 from scipy.spatial.transform import Rotation
 
-from data_tools.open_sequence import open_sequence, recognise
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import FRAMES_PER_S, SyntheticRoom
 from data_tools.writers.table import WRITERS, write_recording
 from razer.errors import BadInput, UnusableFrame
@@ -35,7 +35,7 @@ def room() -> SyntheticRoom:
 def written(request: pytest.FixtureRequest, room: SyntheticRoom, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The room in each layout; the folder is called by the layout."""
     folder = tmp_path_factory.mktemp("written") / request.param
-    assert write_recording(request.param, room, folder, lossless=True) == []
+    assert write_recording(room, folder, request.param, lossless=True) == []
     return folder
 
 
@@ -84,7 +84,7 @@ class Faulty:
 @pytest.fixture(scope="module", params=WRITERS)
 def faulty(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("faulty") / request.param
-    assert write_recording(request.param, Faulty(), folder) == [(1, "damaged")]
+    assert write_recording(Faulty(), folder, request.param) == [(1, "damaged")]
     return folder
 
 
@@ -105,10 +105,10 @@ def test_nothing_appears_where_nothing_can_be_written(tmp_path: Path, room: Synt
 
     for layout in WRITERS:
         with pytest.raises(BadInput, match="none of 3 frames can be used, first frame 0: damaged"):
-            write_recording(layout, Broken(), tmp_path / layout)
+            write_recording(Broken(), tmp_path / layout, layout)
         (tmp_path / "there").mkdir(exist_ok=True)
         with pytest.raises(BadInput, match="exists"):
-            write_recording(layout, room, tmp_path / "there")
+            write_recording(room, tmp_path / "there", layout)
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
@@ -121,7 +121,7 @@ def test_a_bug_leaves_no_half_written_folder(tmp_path: Path) -> None:
 
     for layout in WRITERS:
         with pytest.raises(RuntimeError, match="a bug"):
-            write_recording(layout, Buggy(), tmp_path / layout)
+            write_recording(Buggy(), tmp_path / layout, layout)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -133,7 +133,7 @@ def raw(path: Path) -> np.ndarray:
 
 
 def test_tum_files_are_as_documented(tmp_path: Path) -> None:
-    write_recording("tum", Faulty(), tmp_path / "a")
+    write_recording(Faulty(), tmp_path / "a", "tum")
     folder = tmp_path / "a"
     for part in ("rgb", "depth"):
         lines = (folder / f"{part}.txt").read_text().splitlines()
@@ -151,7 +151,7 @@ def test_tum_files_are_as_documented(tmp_path: Path) -> None:
 
 
 def test_seven_scenes_files_are_as_documented(tmp_path: Path) -> None:
-    write_recording("7scenes", Faulty(), tmp_path / "a")
+    write_recording(Faulty(), tmp_path / "a", "7scenes")
     names = {path.name for path in (tmp_path / "a").glob("frame-*")}
     assert names == {f"frame-00000{i}.{kind}" for i in (0, 1) for kind in ("color.png", "depth.png", "pose.txt")}
     depth = raw(tmp_path / "a" / "frame-000001.depth.png")
@@ -161,7 +161,7 @@ def test_seven_scenes_files_are_as_documented(tmp_path: Path) -> None:
 
 
 def test_scenenn_files_are_as_its_playback_tool_writes_them(tmp_path: Path) -> None:
-    write_recording("scenenn", Faulty(), tmp_path / "005")
+    write_recording(Faulty(), tmp_path / "005", "scenenn")
     folder = tmp_path / "005"
     assert {path.name for path in (folder / "image").iterdir()} == {"image00001.png", "image00002.png"}
     assert raw(folder / "depth" / "depth00002.png")[0].tolist() == [0, 20, 1000, 13000, 13200, 65000, 0, 0]
@@ -185,6 +185,6 @@ def test_a_recording_without_poses_stays_without(tmp_path: Path) -> None:
             return Frame(index, frame.stamp, frame.rgb, frame.depth, frame.intrinsics)
 
     for layout in ("own", "tum", "scenenn", "7scenes"):
-        write_recording(layout, Unposed(), tmp_path / layout)
+        write_recording(Unposed(), tmp_path / layout, layout)
         sequence: RgbdSequence = open_sequence(tmp_path / layout)
         assert (sequence.has_poses, sequence[0].world_from_camera) == (False, None)

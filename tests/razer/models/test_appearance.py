@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from razer.frame import Frame, Masks
 from razer.geometry import back_project, inverse, project, transform_points
 from razer.models import make_embedder

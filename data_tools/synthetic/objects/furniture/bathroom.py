@@ -6,18 +6,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import (
-    block,
-    cylinder,
-    disc,
-    rounded,
-    shifted,
-    stretched,
-    tapered,
-    tube,
-    turned,
-)
+from data_tools.synthetic.shapes.primitives import block, cylinder, disc, rounded, tapered, tube
 from data_tools.synthetic.shapes.solids import Material, Point, Solid, lathe
+from data_tools.synthetic.shapes.transforms import shifted, stretched, turned
 
 
 def _tap(at: Point, height: float, reach: float, chrome: Material) -> list[Solid]:

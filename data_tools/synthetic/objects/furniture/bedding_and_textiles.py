@@ -6,8 +6,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import block, fitted, layered, legs, prism, rounded, soft_box, tube
+from data_tools.synthetic.shapes.primitives import block, layered, legs, prism, rounded, soft_box, tube
 from data_tools.synthetic.shapes.solids import Material
+from data_tools.synthetic.shapes.transforms import fitted
 
 
 def bed(rng: np.random.Generator) -> Thing:

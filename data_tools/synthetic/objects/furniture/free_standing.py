@@ -1,4 +1,4 @@
-"""Odd things that stand on the floor: one maker per class, each varies size, proportions and colours."""
+"""Free-standing objects: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 
@@ -8,19 +8,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import (
-    ball,
-    beam,
-    block,
-    cylinder,
-    legs,
-    shifted,
-    stretched,
-    tapered,
-    tube,
-    turned,
-)
+from data_tools.synthetic.shapes.primitives import ball, beam, block, cylinder, legs, tapered, tube
 from data_tools.synthetic.shapes.solids import lathe
+from data_tools.synthetic.shapes.transforms import shifted, stretched, turned
 
 
 def cart(rng: np.random.Generator) -> Thing:

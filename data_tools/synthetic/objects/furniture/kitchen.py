@@ -16,13 +16,12 @@ from data_tools.synthetic.shapes.primitives import (
     disc,
     legs,
     rounded,
-    shifted,
     soft_box,
     tapered,
     tube,
-    turned,
 )
 from data_tools.synthetic.shapes.solids import Material, Solid, lathe
+from data_tools.synthetic.shapes.transforms import shifted, turned
 
 
 def _steel_or_white(rng: np.random.Generator) -> Material:

@@ -1,4 +1,4 @@
-"""What people sit on: one maker per class, each varies size, proportions and colours."""
+"""Seats: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import beam, block, cylinder, legs, rounded, soft_box, tapered, tube, turned
+from data_tools.synthetic.shapes.primitives import beam, block, cylinder, legs, rounded, soft_box, tapered, tube
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import turned
 
 
 def chair(rng: np.random.Generator) -> Thing:

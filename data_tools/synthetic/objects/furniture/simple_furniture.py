@@ -20,7 +20,14 @@ class Thing:
     solids: tuple[Solid, ...]
 
     def placed(self, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> Thing:
-        """The same thing turned about the vertical and put at a place, metres and degrees."""
+        """The same thing turned about the vertical and put at a place.
+
+        Args:
+            x: metres.
+            y: metres.
+            z: metres.
+            yaw_deg: about the vertical, degrees.
+        """
         world_from_local = np.eye(4)
         cos, sin = np.cos(np.radians(yaw_deg)), np.sin(np.radians(yaw_deg))
         world_from_local[:2, :2] = [[cos, -sin], [sin, cos]]
@@ -39,13 +46,28 @@ class Thing:
 
 
 def tinted(texture: str, colour: Colour, contrast: float = 0.55, tile_m: float = 1.0) -> Material:
-    """A material that varies from `colour` down to a share (1 - contrast) of it."""
+    """A material that varies from `colour` down to a share (1 - contrast) of it.
+
+    Args:
+        texture: a name of PAINTERS.
+        colour: the brightest, RGB 0..255.
+        contrast: how much darker the darkest is, share.
+        tile_m: size of a tile of the texture, metres.
+    """
     dark = tuple(c * (1 - contrast) for c in colour)
     return Material(texture, (dark[0], dark[1], dark[2]), colour, tile_m)
 
 
 def table(width: float, depth: float, height: float, top: Material, frame: Material) -> Thing:
-    """A table top of 5 cm on four legs."""
+    """A table top of 5 cm on four legs.
+
+    Args:
+        width: metres.
+        depth: metres.
+        height: metres.
+        top: material of the top.
+        frame: material of the legs.
+    """
     solids = legs(width - 0.1, depth - 0.1, height - 0.05, 0.06, frame)
     return Thing("table", (*solids, block(0, 0, height - 0.05, (width, depth, 0.05), top)))
 
@@ -66,7 +88,15 @@ def sofa(width: float, fabric: Material, class_name: str = "couch") -> Thing:
 
 
 def cabinet(width: float, depth: float, height: float, body: Material, doors: Material) -> Thing:
-    """A sideboard with proud doors on the front."""
+    """A sideboard with proud doors on the front.
+
+    Args:
+        width: metres.
+        depth: metres.
+        height: metres.
+        body: material of the box.
+        doors: material of the doors.
+    """
     count = max(1, round(width / 0.45))
     panel = width / count
     centers = [(i + 0.5) * panel - width / 2 for i in range(count)]
@@ -75,7 +105,15 @@ def cabinet(width: float, depth: float, height: float, body: Material, doors: Ma
 
 
 def shelf(width: float, depth: float, height: float, boards: int, wood: Material) -> Thing:
-    """An open shelf: two sides, a back panel and `boards` equally spaced boards of 4 cm, the lowest on the floor."""
+    """An open shelf: two sides, a back panel and equally spaced boards of 4 cm, the lowest on the floor.
+
+    Args:
+        width: metres.
+        depth: metres.
+        height: metres.
+        boards: how many.
+        wood: material.
+    """
     sides = [block(s * (width / 2 - 0.02), 0, 0, (0.04, depth, height), wood) for s in (-1, 1)]
     back = block(0, -depth / 2 + 0.01, 0, (width - 0.08, 0.02, height), wood)
     bottoms = shelf_heights(height, boards) - 0.04
@@ -151,7 +189,16 @@ def plant(pot: Material, leaves: Material) -> Thing:
 
 
 def panel(class_name: str, width: float, height: float, thick: float, rim: Material, face: Material) -> Thing:
-    """A framed board on a wall behind it (-y): a picture or a door, its lower edge at z = 0."""
+    """A framed board on a wall behind it (-y): a picture or a door, its lower edge at z = 0.
+
+    Args:
+        class_name: of the thing.
+        width: metres.
+        height: metres.
+        thick: how far it stands out, metres.
+        rim: material of the frame.
+        face: material of the middle.
+    """
     frame = block(0, thick / 2, 0, (width, thick, height), rim)
     inside = block(0, thick + 0.003, 0.04, (width - 0.08, 0.006, height - 0.08), face)
     return Thing(class_name, (frame, inside))

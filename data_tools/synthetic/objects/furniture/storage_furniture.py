@@ -6,14 +6,26 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import block, legs, shifted
+from data_tools.synthetic.shapes.primitives import block, legs
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import shifted
 
 
 def drawers(
     center_x: float, front_y: float, low: float, high: float, width: float, rows: int, face: Material, grip: Material
 ) -> list[Solid]:
-    """Proud drawer fronts with bar handles on a front plane, stacked between two heights."""
+    """Proud drawer fronts with bar handles on a front plane, stacked between two heights.
+
+    Args:
+        center_x: of the stack, metres.
+        front_y: of the plane the fronts stand on, metres.
+        low: height where the stack begins, metres.
+        high: height where it ends.
+        width: of a front, metres.
+        rows: how many drawers.
+        face: material of the fronts.
+        grip: material of the handles.
+    """
     share = (high - low) / rows
     solids = []
     for row in range(rows):
@@ -26,7 +38,17 @@ def drawers(
 def doors(
     front_y: float, low: float, high: float, width: float, count: int, face: Material, grip: Material
 ) -> list[Solid]:
-    """A row of proud doors with upright handles, the handles of each pair side by side."""
+    """A row of proud doors with upright handles, the handles of each pair side by side.
+
+    Args:
+        front_y: of the plane the doors stand on, metres.
+        low: height of their lower edge, metres.
+        high: height of their upper edge.
+        width: of the row, metres.
+        count: how many doors.
+        face: material of the doors.
+        grip: material of the handles.
+    """
     share = width / count
     solids = []
     for i in range(count):

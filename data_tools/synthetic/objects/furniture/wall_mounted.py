@@ -1,4 +1,4 @@
-"""What hangs on walls or fills openings: the back plane at y = 0, facing +y, the lower edge at z = 0."""
+"""Wall-mounted objects, doors and windows: the back plane at y = 0, facing +y, the lower edge at z = 0."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import beam, block, disc, fitted, shifted, tube
+from data_tools.synthetic.shapes.primitives import beam, block, disc, tube
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import fitted, shifted
 
 
 def _frame(width: float, height: float, rim: float, thick: float, material: Material) -> list[Solid]:

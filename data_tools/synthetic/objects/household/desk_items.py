@@ -1,4 +1,4 @@
-"""What lies about on desks and shelves: one maker per class, each varies size, proportions and colours."""
+"""Desk items: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 
@@ -6,20 +6,9 @@ import numpy as np
 
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import (
-    ball,
-    bars,
-    beam,
-    block,
-    cylinder,
-    disc,
-    fitted,
-    shifted,
-    stretched,
-    tetrahedron,
-    turned,
-)
+from data_tools.synthetic.shapes.primitives import ball, bars, beam, block, cylinder, disc, tetrahedron
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import fitted, shifted, stretched, turned
 
 
 def book(rng: np.random.Generator) -> Thing:

@@ -1,4 +1,4 @@
-"""What stands on a laid table: one maker per class, each varies size, proportions and colours."""
+"""Tableware: one maker per class, each varies size, proportions and colours."""
 
 from __future__ import annotations
 

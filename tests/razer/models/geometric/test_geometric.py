@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.models import make_segmenter

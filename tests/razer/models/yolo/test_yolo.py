@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from app.cli import main
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics
 from razer.models import make_segmenter

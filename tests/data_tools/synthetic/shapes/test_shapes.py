@@ -12,16 +12,12 @@ from data_tools.synthetic.rendering.procedural_textures import PAINTERS
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.shapes import primitives as shapes
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.transforms import fitted, stretched, turned
 from razer.frame import Intrinsics
+from tests.support.solids import signed_volume
 
 GREY = tinted("smooth", (200.0, 200.0, 200.0))
 SQUARE = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-
-
-def volume(solid: Solid) -> float:
-    """A sixth of the triple products of all triangles; right only for closed solids with outer sides out."""
-    a, b, c, d = np.moveaxis(solid.quads, 1, 0)
-    return float((np.einsum("qk,qk->", a, np.cross(b, c)) + np.einsum("qk,qk->", a, np.cross(c, d))) / 6)
 
 
 def octagon(width: float, depth: float, cut: float) -> float:
@@ -44,11 +40,11 @@ def octagon(width: float, depth: float, cut: float) -> float:
         (shapes.rounded((0, 0, 0), (2, 3, 4), "z", 0.5, GREY), 4 * octagon(2, 3, 0.5)),
         (shapes.tetrahedron([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], GREY), 1 / 6),
         (shapes.beam((1, 2, 3), (2, 4, 5), 0.2, 0.1, GREY), 3 * 0.02),
-        (shapes.stretched(shapes.block(0, 0, 0, (1, 1, 1), GREY), (2, 3, 4)), 24),
+        (stretched(shapes.block(0, 0, 0, (1, 1, 1), GREY), (2, 3, 4)), 24),
     ],
 )
 def test_solids_enclose_the_volume_that_geometry_says(solid: Solid, expected: float) -> None:
-    assert volume(solid) == pytest.approx(expected)
+    assert signed_volume(solid) == pytest.approx(expected)
 
 
 def test_a_soft_box_is_the_box_less_its_edges_and_corners() -> None:
@@ -58,14 +54,14 @@ def test_a_soft_box_is_the_box_less_its_edges_and_corners() -> None:
     # Twelve prisms along the inner edges and eight corners, each a cube of the bevel less the tetrahedron left in it.
     edges = 4 * ((2 - 2 * bevel) + (3 - 2 * bevel) + (4 - 2 * bevel)) * bevel**2 / 2
     corners = 8 * bevel**3 * (1 - 1 / 6)
-    assert volume(solid) == pytest.approx(24 - edges - corners)
+    assert signed_volume(solid) == pytest.approx(24 - edges - corners)
     assert solid.quads.min(axis=(0, 1)) == pytest.approx((0, 0, 0))
     assert solid.quads.max(axis=(0, 1)) == pytest.approx((2, 3, 4))
 
 
 def test_a_ball_fills_its_ellipsoid_with_many_faces_and_touches_it() -> None:
     solid = shapes.ball((1, 2, 3), (0.5, 1, 2), GREY, sides=64, rings=32)
-    assert volume(solid) == pytest.approx(4 / 3 * np.pi, rel=0.01)
+    assert signed_volume(solid) == pytest.approx(4 / 3 * np.pi, rel=0.01)
     unit = (solid.quads - (1, 2, 3)) / (0.5, 1, 2)
     assert np.linalg.norm(unit, axis=2) == pytest.approx(1)
 
@@ -81,7 +77,7 @@ def test_rods_and_beams_run_from_point_to_point(make: Callable[..., Solid], end:
     assert along.min() == pytest.approx(0, abs=1e-9)
     assert along.max() == pytest.approx(np.linalg.norm(end - start))
     assert aside.max() <= 0.1 * np.sqrt(2) + 1e-9
-    assert volume(solid) > 0
+    assert signed_volume(solid) > 0
 
 
 def test_a_beams_width_lies_horizontally() -> None:
@@ -93,18 +89,18 @@ def test_bars_join_the_points_in_turn() -> None:
     points = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0)]
     assert len(shapes.bars(points, 0.1, 0.1, GREY)) == 2
     ring = shapes.bars(points, 0.1, 0.1, GREY, closed=True)
-    assert sum(map(volume, ring)) == pytest.approx((2 + np.sqrt(2)) * 0.01)
+    assert sum(map(signed_volume, ring)) == pytest.approx((2 + np.sqrt(2)) * 0.01)
 
 
 def test_turning_x_by_minus_ninety_brings_up_to_front() -> None:
-    raised = shapes.turned(shapes.block(0, 0, 1, (0.2, 0.2, 1), GREY), "x", -90, (5, 0, 0))
+    raised = turned(shapes.block(0, 0, 1, (0.2, 0.2, 1), GREY), "x", -90, (5, 0, 0))
     assert Thing("x", (raised,)).bounds == (pytest.approx((4.9, 1, -0.1)), pytest.approx((5.1, 2, 0.1)))
     plate = Thing("x", (shapes.disc(0.5, 0.1, (1, 2, 3), GREY),))
     assert plate.bounds == (pytest.approx((0.5, 2, 2.5)), pytest.approx((1.5, 2.1, 3.5)))
 
 
 def test_a_fitted_landscape_stands_upright_for_who_faces_it() -> None:
-    sheet = shapes.fitted(shapes.block(0, 0, 0, (1, 0.1, 1), Material("landscape", (0, 0, 0), (255, 255, 255))))
+    sheet = fitted(shapes.block(0, 0, 0, (1, 0.1, 1), Material("landscape", (0, 0, 0), (255, 255, 255))))
     # A camera at y = 3 that looks along -y: its x axis is the world's -x, its y axis points down.
     world_from_camera = np.eye(4)
     world_from_camera[:3, :3] = np.array([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]).T

@@ -1,11 +1,12 @@
-"""The registry of readers: a folder is recognised by its layout and opened as a sequence of frames."""
+"""Registry of dataset readers: a folder is recognised by its layout and opened as an RGB-D sequence."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from data_tools.recordings.camera import declare
+from data_tools.recordings.camera import Declared, declare
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.plugins import Trust, load
@@ -28,31 +29,43 @@ _LAYOUTS = {
 READERS = {name: f"{module}:read_{function}" for name, (module, function) in _LAYOUTS.items()}
 
 
+Reader = Callable[[Path, Declared, bool], RgbdSequence]
+"""A reader of one layout: of the folder, what the user declares of the cameras, and whether to read poses."""
+
+
 def open_sequence(
-    folder: Path,
+    folder: str | Path,
     *,
-    reader: str | None = None,
+    reader: str | Reader | None = None,
     camera: str | None = None,
     depth_scale: float | None = None,
     depth_to_color: Path | None = None,
     use_poses: bool = True,
     trust: Trust | None = None,
 ) -> RgbdSequence:
-    """The recording in a folder; raises BadInput.
+    """The recording in a folder, a .sens, a .r3d or a .bag.
 
-    reader: a name in READERS or, where `trust` covers it, "module:function"; None = recognised. camera:
-    fx,fy,cx,cy[,k1,k2,p1,p2,k3] or a JSON file; depth_scale: units per metre; depth_to_color: a file with the 4x4
-    matrix from the depth to the colour camera, metres; each overrides what the folder says. use_poses=False leaves
-    poses unread.
+    Args:
+        folder: the recording.
+        reader: a name in READERS; a function of your own; or, where `trust` covers it, its name "module:function".
+            None = the layout is recognised.
+        camera: fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels or a JSON file, instead of what the folder says.
+        depth_scale: units per metre, instead of what the folder says.
+        depth_to_color: a file with the 4x4 matrix from the depth to the colour camera, metres.
+        use_poses: False leaves the poses unread.
+        trust: which outside code may be loaded by name; None = none.
+
+    Raises:
+        BadInput: where there is no recording, or it cannot be read.
     """
     folder = Path(folder).absolute()
     if not folder.exists():
         raise BadInput(f"{folder} does not exist: give a folder with a recording")
-    if not folder.is_dir() and reader is None and not _layout(folder):
-        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .sens, a .r3d or a .bag")
-    if reader in _LAYOUTS and not _matches(reader, folder):
-        raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
+    if not callable(reader):
+        _require_layout(folder, reader)
     declared = declare(camera, depth_scale, depth_to_color)
+    if callable(reader):
+        return reader(folder, declared, use_poses)
     options = {"folder": folder, "declared": declared, "use_poses": use_poses}
     sequence: RgbdSequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
     return sequence
@@ -60,8 +73,8 @@ def open_sequence(
 
 def recognise(folder: Path) -> str:
     """The name in READERS of a folder's layout; raises BadInput where it has none of them."""
-    if found := _layout(folder):
-        return found
+    if layout := _layout(folder):
+        return layout
     if not any(folder.iterdir()):
         raise BadInput(f"{folder} is empty: give a folder with a recording")
     inside = [path.name for path in sorted(folder.iterdir()) if path.is_dir() and _layout(path)]
@@ -70,6 +83,14 @@ def recognise(folder: Path) -> str:
         f"{folder} has no known layout ({', '.join(READERS)}): at the least it needs the folders color and depth, "
         f"and intrinsics.json{hint}"
     )
+
+
+def _require_layout(folder: Path, reader: str | None) -> None:
+    """Raise BadInput for a file of no known layout, and for a folder that has not the layout of the named reader."""
+    if not folder.is_dir() and reader is None and not _layout(folder):
+        raise BadInput(f"{folder} is not a folder: give the folder that holds the recording, a .sens, a .r3d or a .bag")
+    if reader in _LAYOUTS and not _matches(reader, folder):
+        raise BadInput(f"{folder} has not the layout that reader '{reader}' reads: leave --reader away")
 
 
 def _layout(folder: Path) -> str | None:

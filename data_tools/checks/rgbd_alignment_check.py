@@ -1,4 +1,4 @@
-"""Whether colour and depth show the same place at the same pixel: depth jumps where colour changes.
+"""Check of the alignment of colour and depth by their edges: depth jumps where colour changes.
 
 Of all ways to mirror, zoom and shift the depth edges, summed over frames, the one is sought that puts them where
 colour changes most. Mirrored edges on unmirrored colour fit nowhere, which tells what chance can do.
@@ -24,7 +24,7 @@ _MAX_FRAMES = 12
 _MIN_EDGES = 300
 _JUMP = 1.1  # ratio of depths across an edge
 _SHADOW_PX = 31  # of images 320 wide: gaps beside near things, where projector and camera see differently
-_LEAST_FIT = 0.25  # deviations of colour change
+_MIN_FIT = 0.25  # deviations of colour change
 _CLEAR = 1.7  # how many times better than chance a fit must be
 # How much of the best fit the images as they are, or moved by little, must reach to be believed: near things, blur
 # and gaps in depth draw the best fit away from the truth.
@@ -78,7 +78,7 @@ class RgbdAlignmentReport:
 
 
 def check_rgbd_alignment(frames: Sequence[Frame]) -> RgbdAlignmentReport:
-    """Judge the registration of colour and depth from a dozen frames; about a second."""
+    """Judge the alignment of colour and depth from a dozen frames; about a second."""
     chosen = frames[:: max(len(frames) // _MAX_FRAMES, 1)]
     pairs = [(_colour_edges(frame.rgb), _depth_edges(frame.depth)) for frame in chosen]
     pairs = [(colour, depth) for colour, depth in pairs if depth.sum() > 0]
@@ -87,14 +87,14 @@ def check_rgbd_alignment(frames: Sequence[Frame]) -> RgbdAlignmentReport:
     straight, mirrored = (np.stack([_fits(pairs, zoom, mirror) for zoom in _ZOOMS]) for mirror in (False, True))
     middle = len(_ZOOMS) // 2, straight.shape[1] // 2, straight.shape[2] // 2
     best, other = (mirrored, straight) if mirrored.max() > straight.max() else (straight, mirrored)
-    if best.max() < max(_LEAST_FIT, _CLEAR * float(other.max())):
+    if best.max() < max(_MIN_FIT, _CLEAR * float(other.max())):
         return RgbdAlignmentReport(clear=False)
     if best is straight:
-        best = _least_likely_wrong(straight, middle)
+        best = _prefer_small(straight, middle)
     return _report(best, middle, best is mirrored, chosen[0].intrinsics)
 
 
-def _least_likely_wrong(fits: NDArray, middle: tuple[int, ...]) -> NDArray:
+def _prefer_small(fits: NDArray, middle: tuple[int, ...]) -> NDArray:
     """The fits among which to look for the best: only that of the images as they are, only those too small to
     matter, or all, the first that hold one about as good as the best of all."""
     zoom, down, across = np.ogrid[tuple(slice(size) for size in fits.shape)]

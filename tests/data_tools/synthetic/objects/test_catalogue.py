@@ -6,7 +6,7 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from data_tools.synthetic.objects.catalogue import ON_WALLS, PIECES
+from data_tools.synthetic.objects.catalogue import PIECES
 from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS
 from data_tools.synthetic.rendering.ray_renderer import scene_of
@@ -35,6 +35,27 @@ RANGE_OF = {
     for span, names in (line.split(": ") for line in LARGEST_M.strip().splitlines())
     for name in names.split(", ")
 }
+# What hangs on or leans to a wall: nothing of it is behind the wall plane y = 0.
+ON_WALLS = frozenset(
+    {
+        "picture",
+        "poster",
+        "mirror",
+        "whiteboard",
+        "blackboard",
+        "bulletin board",
+        "window",
+        "door",
+        "doorframe",
+        "blinds",
+        "clock",
+        "radiator",
+        "curtain",
+        "shower curtain",
+        "towel",
+        "range hood",
+    }
+)
 
 
 def made(name: str, seed: int) -> Thing:

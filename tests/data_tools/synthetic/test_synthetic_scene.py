@@ -1,0 +1,73 @@
+"""Synthetic scenes as recordings: a pure function of scene, seed and index."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene
+from razer.errors import BadInput
+from razer.frame import Frame
+
+
+def same(one: Frame, other: Frame) -> bool:
+    pairs = ((one.rgb, other.rgb), (one.depth, other.depth), (one.instance_ids, other.instance_ids))
+    return all(np.array_equal(a, b) for a, b in pairs) and np.array_equal(one.pose, other.pose)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_frames_depend_on_scene_seed_and_index_alone(name: str) -> None:
+    sensor = SensorModel.kinect()
+    scene = SyntheticScene(name, 0, 9, 64, 48, sensor=sensor)
+    late, early = scene[7], scene[1]
+    assert same(scene[7], late)
+    other = SyntheticScene(name, 3, 9, 64, 48, sensor=sensor)[1]
+    assert not np.array_equal(early.rgb, other.rgb)
+    assert not np.array_equal(early.pose, other.pose)
+    assert len(scene) == 9
+    assert early.instance_classes == scene.classes
+    assert set(np.unique(early.instance_ids)) - {0} <= set(scene.classes)
+    with pytest.raises(IndexError):
+        scene[9]
+
+
+@pytest.mark.parametrize("name", ["room", "corridor-loop", "tabletop"])
+def test_a_scene_sent_to_another_process_is_made_anew_and_is_the_same(name: str) -> None:
+    scene = SyntheticScene(name, 0, 9, 64, 48, sensor=SensorModel.kinect())
+    again = pickle.loads(pickle.dumps(scene))
+    assert (again.name, len(again), again.classes) == (scene.name, 9, scene.classes)
+    late = again[7]
+    assert same(again[1], scene[1])
+    assert same(late, scene[7])
+
+
+def test_stamps_are_those_of_a_hand_however_many_frames_there_are() -> None:
+    usual = SyntheticScene("tabletop", 0, None, 8, 8)
+    assert usual[15].stamp == pytest.approx(1)
+    few = SyntheticScene("tabletop", 0, 5, 8, 8)
+    duration = usual[len(usual) - 1].stamp
+    assert few[4].stamp == pytest.approx(duration)
+    np.testing.assert_allclose(few[4].pose, usual[len(usual) - 1].pose, atol=1e-9)
+    assert len(SyntheticScene("tabletop", 0, 0, 8, 8)) == len(usual)
+
+
+def test_blur_is_that_of_the_moving_hand_and_not_of_the_gap_between_frames() -> None:
+    """A shutter open for a fifth of 1/15 s sees the same motion whatever the rate of frames."""
+    blurred = [
+        SyntheticScene("room", 0, n, 160, 120, sensor=SensorModel(shutter=0.2))[(n - 1) // 2].rgb for n in (481, 61)
+    ]
+    sharp = SyntheticScene("room", 0, 61, 160, 120)[30].rgb
+    change = [np.abs(image.astype(float) - sharp).mean() for image in blurred]
+    assert change[0] > 0
+    assert change[1] == pytest.approx(change[0], rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"), [(("attic",), "choose one of room"), (("room", -1), "negative"), (("room", 0, -3), "-3")]
+)
+def test_what_is_no_scene_is_refused(options: tuple, words: str) -> None:
+    with pytest.raises(BadInput, match=words):
+        SyntheticScene(*options)
