@@ -1,0 +1,115 @@
+"""Pages that the site gets beside those of docs/: README, changes, contributing, examples, and the Python interface.
+
+A hook of mkdocs. The README and its kin are written for the repository, so their links are turned to those of the
+site; the pages of the Python interface list what each package names in `__all__`, and the modules that those who write
+a plug-in need. Nothing is imported: all is read from the source.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parent.parent
+# Page of the site -> file of the repository; a link to the one is a link to the other.
+ROOT_PAGES = {"index.md": "README.md", "changes.md": "CHANGELOG.md", "contributing.md": ".github/CONTRIBUTING.md"}
+# What is public besides a package's own face: the settings, and what a plug-in must look like.
+PUBLIC_MODULES = {
+    "razer": ("razer.config", "razer.models", "razer.errors"),
+    "slam": ("slam.poses", "slam.report"),
+    "data_tools": ("data_tools.open_sequence", "data_tools.recordings.sequence", "data_tools.writers.table"),
+}
+LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages."""
+    for page, source in ROOT_PAGES.items():
+        files.append(File.generated(config, page, content=with_site_links(ROOT / source)))
+    for package in PUBLIC_MODULES:
+        files.append(File.generated(config, f"api/{package}.md", content=interface_page(package)))
+    files.append(File.generated(config, "examples.md", content=examples_page()))
+    return files
+
+
+def with_site_links(source: Path) -> str:
+    """A page of the repository with its relative links turned to pages of the site; what the site does not show is
+    named without a link."""
+    pages = {file: page for page, file in ROOT_PAGES.items()}
+
+    def turned(match: re.Match[str]) -> str:
+        text, target = match.groups()
+        if "://" in target or target.startswith("mailto:"):
+            return match[0]
+        path = (source.parent / target).resolve().relative_to(ROOT).as_posix()
+        return text + (pages.get(path) or path.removeprefix("docs/"))
+
+    return LINK.sub(turned, source.read_text(encoding="utf-8"))
+
+
+def interface_page(package: str) -> str:
+    """The public names of a package, then the modules that belong to its face."""
+    lines = [f"# {package}", "", ast.get_docstring(tree_of(f"{package}")) or "", ""]
+    for name in face_of(package):
+        if module := home_of(package, name):
+            lines += [f"::: {module}.{name}", ""]
+    for module in PUBLIC_MODULES[package]:
+        if module_file(module).exists():
+            lines += [f"::: {module}", "    options:", "      show_root_full_path: true", ""]
+    return "\n".join(lines)
+
+
+def face_of(package: str) -> list[str]:
+    """The names in a package's `__all__`, without dunder names; none where there is no such list."""
+    for node in tree_of(package).body:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if any(isinstance(target, ast.Name) and target.id == "__all__" for target in targets):
+            names = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+            return [name for name in names if isinstance(name, str) and not name.startswith("__")]
+    return []
+
+
+def home_of(package: str, name: str) -> str | None:
+    """The module of a package in which a public name is defined; None if a module of another package is."""
+    homes = sorted(module for module in modules_of(package) if name in defined_in(module))
+    shown = [module for module in homes if module in PUBLIC_MODULES[package]]
+    return None if shown or not homes else min(homes, key=lambda module: module.count("."))
+
+
+def modules_of(package: str) -> Iterator[str]:
+    """Dotted names of all modules of a package."""
+    for path in sorted((ROOT / package).rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def defined_in(module: str) -> set[str]:
+    """Names of classes and functions at the top level of a module."""
+    kinds = (ast.ClassDef, ast.FunctionDef)
+    return {node.name for node in tree_of(module).body if isinstance(node, kinds)}
+
+
+def module_file(module: str) -> Path:
+    """The file of a module, or of a package's face."""
+    path = ROOT.joinpath(*module.split("."))
+    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
+def tree_of(module: str) -> ast.Module:
+    """The parsed source of a module."""
+    return ast.parse(module_file(module).read_text(encoding="utf-8"))
+
+
+def examples_page() -> str:
+    """The programs of docs/examples, word for word, each under the first line of its docstring."""
+    lines = ["# Examples", "", "Each of these programs is run by the tests.", ""]
+    for path in sorted((ROOT / "docs" / "examples").glob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        about = (ast.get_docstring(ast.parse(source)) or path.stem).splitlines()[0].rstrip(".")
+        lines += [f"## {about}", "", f"`docs/examples/{path.name}`", "", "```python", source.rstrip(), "```", ""]
+    return "\n".join(lines)
