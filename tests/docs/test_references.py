@@ -1,4 +1,4 @@
-"""What code and documents cite exists in this repository: steps, protocols, anchors, files; and in the paper: equations."""
+"""What code and documents cite exists: in this repository steps, protocols, anchors, files; in the paper equations."""
 
 from __future__ import annotations
 
