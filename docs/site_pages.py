@@ -1,4 +1,4 @@
-"""Pages that the site gets beside those of docs/: README, changes, contributing, examples, and the Python interface.
+"""Pages that the site gets beside those of docs/: README, changes, contributing, examples, settings, Python interface.
 
 A hook of mkdocs. The README and its kin are written for the repository, so their links are turned to those of the
 site; the pages of the Python interface list what each package names in `__all__`, and the modules that those who write
@@ -24,6 +24,7 @@ PUBLIC_MODULES = {
     "slam": ("slam.poses", "slam.report"),
     "data_tools": ("data_tools.open_sequence", "data_tools.recordings.sequence", "data_tools.writers.table"),
 }
+SETTINGS = ("razer.config", "slam.config", "app.settings.run_config", "app.timeline.config")
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)")
 
 
@@ -34,6 +35,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for package in PUBLIC_MODULES:
         files.append(File.generated(config, f"api/{package}.md", content=interface_page(package)))
     files.append(File.generated(config, "examples.md", content=examples_page()))
+    files.append(File.generated(config, "settings.md", content=settings_page()))
     return files
 
 
@@ -103,6 +105,41 @@ def module_file(module: str) -> Path:
 def tree_of(module: str) -> ast.Module:
     """The parsed source of a module."""
     return ast.parse(module_file(module).read_text(encoding="utf-8"))
+
+
+def settings_page() -> str:
+    """Every setting with its default and meaning, by the class that holds it."""
+    lines = [
+        "# Settings",
+        "",
+        "As `razer config` prints them with their ranges; `--set section.name=value` changes one.",
+        "",
+    ]
+    for module in filter(lambda module: module_file(module).exists(), SETTINGS):
+        for node in tree_of(module).body:
+            if isinstance(node, ast.ClassDef) and (rows := list(setting_rows(node))):
+                about = (ast.get_docstring(node) or "").replace("\n", " ")
+                lines += [
+                    f"## {node.name}",
+                    "",
+                    about,
+                    "",
+                    "| setting | default | meaning |",
+                    "|---|---|---|",
+                    *rows,
+                    "",
+                ]
+    return "\n".join(lines)
+
+
+def setting_rows(settings: ast.ClassDef) -> Iterator[str]:
+    """A row of a table for each field of a class of settings."""
+    for node in settings.body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call) and node.value.args:
+            keywords = {word.arg: word.value for word in node.value.keywords}
+            if isinstance(about := keywords.get("description"), ast.Constant):
+                meaning = str(about.value).replace("|", "\\|")
+                yield f"| `{ast.unparse(node.target)}` | `{ast.unparse(node.value.args[0])}` | {meaning} |"
 
 
 def examples_page() -> str:

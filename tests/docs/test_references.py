@@ -23,6 +23,8 @@ RAZER_EQUATIONS = 15
 # I introduction, II related work, III problem, IV the method (A volume, B detection, C association, D box updates,
 # E embeddings, F semantic map, G integration, H instance segmentation, I retrieval), V experiments, VI conclusion.
 RAZER_SECTIONS = {"I", "II", "III", "IV", "V", "VI", *(f"IV-{s}" for s in "ABCDEFGHI"), *(f"V-{s}" for s in "ABCDE")}
+# Pages that docs/site_pages.py makes; the site's own strict build looks at links to them.
+GENERATED = {"changes.md", "contributing.md", "examples.md", "settings.md"}
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
@@ -115,7 +117,7 @@ def test_links_lead_somewhere(path):
             continue
         file, _, name = target.partition("#")
         page = (path.parent / file).resolve() if file else path
-        generated = page.parent == ROOT / "docs" and page.name in {"changes.md", "contributing.md", "examples.md"}
+        generated = page.parent == ROOT / "docs" and page.name in GENERATED
         assert page.exists() or generated, f"{target}: no such file"
         assert ROOT in page.parents, f"{target}: outside the repository"
         if name:
@@ -134,3 +136,14 @@ def test_anchors_are_the_same_on_the_site():
     for path in PAGES:
         for name in map(anchor, headings(path)):
             assert "--" not in name, f"{relative(path)}: #{name} has another anchor on the site"
+
+
+def test_the_table_of_equations_names_each_once_and_what_computes_it():
+    text = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\d, ]+) \| .* \| (`razer.*`) \|$", text, re.MULTILINE)
+    numbers = [int(number) for cited, _ in rows for number in cited.split(", ")]
+    assert numbers == list(range(1, RAZER_EQUATIONS + 1))
+    for module, name in (target.rsplit(".", 1) for _, cell in rows for target in re.findall(r"`([\w.]+)`", cell)):
+        path = ROOT.joinpath(*module.split("."))
+        source = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
+        assert re.search(rf"^(?:class|def) {name}\b", source, re.MULTILINE), f"{module} has no {name}"
