@@ -1,8 +1,8 @@
 """Pages that the site gets beside those of docs/: README, changes, contributing, examples, settings, Python interface.
 
 A hook of mkdocs. The README and its kin are written for the repository, so their links are turned to those of the
-site; the pages of the Python interface list what each package names in `__all__`, and the modules that those who write
-a plug-in need. Nothing is imported: all is read from the source.
+site; the pages of the Python interface list the face of each package, and the modules that those who write a
+plug-in need. Nothing is imported: all is read from the source.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def with_site_links(source: Path) -> str:
 def interface_page(package: str) -> str:
     """The public names of a package, then the modules that belong to its face."""
     lines = [f"# {package}", "", ast.get_docstring(tree_of(f"{package}")) or "", ""]
-    for name in face_of(package):
-        if module := home_of(package, name):
+    for name, module in sorted(face_of(package).items()):
+        if module not in PUBLIC_MODULES[package]:
             lines += [f"::: {module}.{name}", ""]
     for module in PUBLIC_MODULES[package]:
         if module_file(module).exists():
@@ -66,34 +66,14 @@ def interface_page(package: str) -> str:
     return "\n".join(lines)
 
 
-def face_of(package: str) -> list[str]:
-    """The names in a package's `__all__`, without dunder names; none where there is no such list."""
+def face_of(package: str) -> dict[str, str]:
+    """Name -> module of what a package offers: the table `_HOME` that its lazy imports go by; empty without one."""
     for node in tree_of(package).body:
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        if any(isinstance(target, ast.Name) and target.id == "__all__" for target in targets):
-            names = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
-            return [name for name in names if isinstance(name, str) and not name.startswith("__")]
-    return []
-
-
-def home_of(package: str, name: str) -> str | None:
-    """The module of a package in which a public name is defined; None if a module of another package is."""
-    homes = sorted(module for module in modules_of(package) if name in defined_in(module))
-    shown = [module for module in homes if module in PUBLIC_MODULES[package]]
-    return None if shown or not homes else min(homes, key=lambda module: module.count("."))
-
-
-def modules_of(package: str) -> Iterator[str]:
-    """Dotted names of all modules of a package."""
-    for path in sorted((ROOT / package).rglob("*.py")):
-        parts = path.relative_to(ROOT).with_suffix("").parts
-        yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-def defined_in(module: str) -> set[str]:
-    """Names of classes and functions at the top level of a module."""
-    kinds = (ast.ClassDef, ast.FunctionDef)
-    return {node.name for node in tree_of(module).body if isinstance(node, kinds)}
+        if isinstance(targets[0], ast.Name) and targets[0].id == "_HOME":
+            table: dict[str, str] = ast.literal_eval(getattr(node, "value"))  # noqa: B009
+            return table
+    return {}
 
 
 def module_file(module: str) -> Path:

@@ -95,7 +95,7 @@ def test_cited_steps_and_protocols_have_a_heading(path):
 @pytest.mark.parametrize("path", CODE, ids=relative)
 def test_documents_named_in_code_are_in_the_repository(path):
     pages = {page.name for page in (ROOT / "docs").glob("*.md")}
-    for name in re.findall(r"[\w./-]*\b\w+\.md\b", text_of(path)):
+    for name in re.findall(r'(?<!")(?<![\w./-])[\w./-]*\b\w+\.md\b', text_of(path)):
         if name in pages or name.startswith("docs/"):
             assert (ROOT / name).is_file(), f"{name} is no file of the repository (docs/{name}?)"
     for page, name in re.findall(r"(docs/[\w/]+\.md)#([\w-]+)", text_of(path)):
