@@ -22,7 +22,7 @@ ROOT_PAGES = {"index.md": "README.md", "changes.md": "CHANGELOG.md", "contributi
 PUBLIC_MODULES = {
     "razer": ("razer.config", "razer.models", "razer.errors"),
     "slam": ("slam.poses", "slam.report"),
-    "data_tools": ("data_tools.open_sequence", "data_tools.recordings.sequence", "data_tools.writers.table"),
+    "data_tools": ("data_tools.recordings.sequence",),
 }
 SETTINGS = ("razer.config", "slam.config", "app.settings.run_config", "app.timeline.config")
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)")
@@ -67,13 +67,15 @@ def interface_page(package: str) -> str:
 
 
 def face_of(package: str) -> dict[str, str]:
-    """Name -> module of what a package offers: the table `_HOME` that its lazy imports go by; empty without one."""
-    for node in tree_of(package).body:
-        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        if isinstance(targets[0], ast.Name) and targets[0].id == "_HOME":
-            table: dict[str, str] = ast.literal_eval(getattr(node, "value"))  # noqa: B009
-            return table
-    return {}
+    """Name -> module of what a package offers: its imports for type checkers, since the others are lazy."""
+    return {
+        alias.name: statement.module or package
+        for node in tree_of(package).body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for statement in node.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }
 
 
 def module_file(module: str) -> Path:
