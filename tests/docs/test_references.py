@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
@@ -64,73 +62,96 @@ def test_parser_on_known_cases():
     assert anchor("A detector of your own: `yolo` and `names`") == "a-detector-of-your-own-yolo-and-names"
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_cited_equations_and_sections_are_in_the_paper(path):
-    text = text_of(path)
-    for number in numbered(r"RAZER eqs?\.", text):
-        assert number == "N" or 1 <= int(number) <= RAZER_EQUATIONS, f"RAZER eq. {number}"
-    cited = re.findall(r"RAZER sections? ([IVX]+(?:-[A-Z])?)(?:(?: to | and |, )([IVX]+(?:-[A-Z])?))?", text)
-    assert {section for pair in cited for section in pair if section} <= RAZER_SECTIONS
+def assert_no_faults(paths: Iterable[Path], faults_in: Callable[[Path, str], Iterator[str]]) -> None:
+    """Fail with all that is wrong, each with its file."""
+    faults = [f"{relative(path)}: {fault}" for path in paths for fault in faults_in(path, text_of(path))]
+    assert not faults, "\n".join(faults)
 
 
-# The page of the method is about the paper, and says so once.
-@pytest.mark.parametrize("path", [p for p in FILES if relative(p) != "docs/method.md"], ids=relative)
-def test_equations_and_sections_name_their_paper(path):
-    text = text_of(path)
-    for match in re.finditer(r"\b(?:eqs?\. ?\(?\d|sections? [IVX]+(?:-[A-Z])?\b)", text):
-        before = text[max(0, match.start() - 40) : match.start()]
-        assert re.search(r"(RAZER( sections? [IVX\w-]+,)?|(19|20)\d\d,?) $", before), f"whose? ...{before}{match[0]}"
+def test_cited_equations_and_sections_are_in_the_paper():
+    def missing(path: Path, text: str) -> Iterator[str]:
+        for number in numbered(r"RAZER eqs?\.", text):
+            if number != "N" and not 1 <= int(number) <= RAZER_EQUATIONS:
+                yield f"RAZER eq. {number}"
+        for pair in re.findall(r"RAZER sections? ([IVX]+(?:-[A-Z])?)(?:(?: to | and |, )([IVX]+(?:-[A-Z])?))?", text):
+            yield from (f"RAZER section {section}" for section in pair if section and section not in RAZER_SECTIONS)
+
+    assert_no_faults(FILES, missing)
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_cited_steps_and_protocols_have_a_heading(path):
-    text = text_of(path)
+def test_equations_and_sections_name_their_paper():
+    def nameless(path: Path, text: str) -> Iterator[str]:
+        for match in re.finditer(r"\b(?:eqs?\. ?\(?\d+|sections? [IVX]+(?:-[A-Z])?\b)", text):
+            before = text[max(0, match.start() - 40) : match.start()]
+            if not re.search(r"(RAZER( sections? [IVX\w-]+,)?|(19|20)\d\d,?) $", before):
+                yield f"whose? ...{before}{match[0]}"
+
+    # The page of the method is about the paper, and says so once.
+    assert_no_faults([path for path in FILES if relative(path) != "docs/method.md"], nameless)
+
+
+def test_cited_steps_and_protocols_have_a_heading():
     steps = {heading.split(":")[0] for heading in headings(ROOT / "docs" / "method.md")}
-    for number in numbered(r"method\.md`?,? \(?steps?", text):
-        assert number == "N" or f"Step {number}" in steps, f"method.md step {number}"
     protocols = {heading.split(":")[0] for heading in headings(ROOT / "docs" / "evaluation.md")}
-    for letter in numbered(r"\b[Pp]rotocols?", text):
-        assert f"Protocol {letter}" in protocols, f"protocol {letter}"
+
+    def missing(path: Path, text: str) -> Iterator[str]:
+        for number in numbered(r"method\.md`?,? \(?steps?", text):
+            if number != "N" and f"Step {number}" not in steps:
+                yield f"method.md step {number}"
+        for letter in numbered(r"\b[Pp]rotocols?", text):
+            if f"Protocol {letter}" not in protocols:
+                yield f"protocol {letter}"
+
+    assert_no_faults(FILES, missing)
 
 
-@pytest.mark.parametrize("path", CODE, ids=relative)
-def test_documents_named_in_code_are_in_the_repository(path):
+def test_documents_named_in_code_are_in_the_repository():
     pages = {page.name for page in (ROOT / "docs").glob("*.md")}
-    for name in re.findall(r'(?<!")(?<![\w./-])[\w./-]*\b\w+\.md\b', text_of(path)):
-        if name in pages or name.startswith("docs/"):
-            assert (ROOT / name).is_file(), f"{name} is no file of the repository (docs/{name}?)"
-    for page, name in re.findall(r"(docs/[\w/]+\.md)#([\w-]+)", text_of(path)):
-        assert name in map(anchor, headings(ROOT / page)), f"{page}#{name}"
-    for page, heading in re.findall(r'(docs/[\w/]+\.md)`?, "([^"]+)"', text_of(path)):
-        assert heading in headings(ROOT / page), f'{page}, "{heading}"'
+
+    def missing(path: Path, text: str) -> Iterator[str]:
+        for name in re.findall(r'(?<!")(?<![\w./-])[\w./-]*\b\w+\.md\b', text):
+            if (name in pages or name.startswith("docs/")) and not (ROOT / name).is_file():
+                yield f"{name} is no file of the repository (docs/{name}?)"
+        for page, name in re.findall(r"(docs/[\w/]+\.md)#([\w-]+)", text):
+            if name not in map(anchor, headings(ROOT / page)):
+                yield f"{page}#{name}"
+        for page, heading in re.findall(r'(docs/[\w/]+\.md)`?, "([^"]+)"', text):
+            if heading not in headings(ROOT / page):
+                yield f'{page}, "{heading}"'
+
+    assert_no_faults(CODE, missing)
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_nothing_outside_the_repository_is_cited(path):
-    found = re.findall(r"(?:\.\./)+(?:shared|design|paper)\b\S*|/work/\S*|\b(?:house|users|roadmap)\.md", text_of(path))
-    assert found == []
+def test_nothing_outside_the_repository_is_cited():
+    def outside(path: Path, text: str) -> Iterator[str]:
+        yield from re.findall(r"(?:\.\./)+(?:shared|design|paper)\b\S*|/work/\S*|\b(?:house|users|roadmap)\.md", text)
+
+    assert_no_faults(FILES, outside)
 
 
-@pytest.mark.parametrize("path", PAGES, ids=relative)
-def test_links_lead_somewhere(path):
-    for target in LINK.findall(path.read_text(encoding="utf-8")):
-        if "://" in target or target.startswith("mailto:"):
-            continue
-        file, _, name = target.partition("#")
-        page = (path.parent / file).resolve() if file else path
-        generated = page.parent == ROOT / "docs" and page.name in GENERATED
-        assert page.exists() or generated, f"{target}: no such file"
-        assert ROOT in page.parents, f"{target}: outside the repository"
-        if name:
-            assert name in map(anchor, headings(page)), f"{target}: no such heading"
+def test_links_lead_somewhere():
+    def broken(path: Path, text: str) -> Iterator[str]:
+        for target in LINK.findall(text):
+            if "://" in target or target.startswith("mailto:"):
+                continue
+            file, _, name = target.partition("#")
+            page = (path.parent / file).resolve() if file else path
+            generated = page.parent == ROOT / "docs" and page.name in GENERATED
+            if ROOT not in page.parents or not (page.exists() or generated):
+                yield f"{target}: no such file"
+            elif name and name not in map(anchor, headings(page)):
+                yield f"{target}: no such heading"
+
+    assert_no_faults(PAGES, broken)
 
 
-@pytest.mark.parametrize("path", PAGES, ids=relative)
-def test_files_named_in_pages_exist(path):
-    named = re.findall(
-        r"(?<![\w/.])((?:tests|docs|app|razer|slam|data_tools)/[\w/]+\.(?:py|md|toml|png))", text_of(path)
-    )
-    assert [name for name in named if not (ROOT / name).is_file()] == []
+def test_files_named_in_pages_exist():
+    named = r"(?<![\w/.])((?:tests|docs|app|razer|slam|data_tools)/[\w/]+\.(?:py|md|toml|png))"
+
+    def missing(path: Path, text: str) -> Iterator[str]:
+        yield from (name for name in re.findall(named, text) if not (ROOT / name).is_file())
+
+    assert_no_faults(PAGES, missing)
 
 
 def test_anchors_are_the_same_on_the_site():
