@@ -1,12 +1,13 @@
 # make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors;
 # make test-full: also what takes long (kills, long walks, many seeds).
+# make docs: the site, into site/; any broken link or unknown name is an error.
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
 
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test test-full lint format clean
+.PHONY: help demo test test-full lint format docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -29,8 +30,11 @@ format: $(VENV)/installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: $(VENV)/installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
 clean:
-	rm -rf $(VENV) build dist *.egg-info
+	rm -rf $(VENV) build dist site *.egg-info
 
 # The stamps are written last, so that an installation that broke off is taken up again.
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -39,4 +43,8 @@ $(VENV)/installed: pyproject.toml constraints.txt
 
 $(VENV)/installed-dev: pyproject.toml constraints.txt
 	@.ci/install $(VENV) '.[dev]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-docs: pyproject.toml constraints.txt
+	@.ci/install $(VENV) '.[docs]'
 	@touch $@ $(VENV)/installed
