@@ -11,7 +11,7 @@ from razer.plugins import Trust, load
 
 SEGMENTERS = {
     "geometric": "razer.models.geometric.segmenter:GeometricSegmenter",
-    "oracle": "razer.models.oracle.models:OracleSegmenter",
+    "oracle": "razer.models.oracle.segmenter:OracleSegmenter",
     "masks": "razer.models.stored_masks:MasksOnDisk",
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
     "prompted": "razer.models.text_prompted.segmenter:PromptedSegmenter",
@@ -21,8 +21,8 @@ SEGMENTERS = {
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
     "clip": "razer.models.clip.embedder:ClipEmbedder",
-    "names": "razer.models.names:NamesEmbedder",
-    "oracle": "razer.models.oracle.models:OracleEmbedder",
+    "names": "razer.models.name_vectors.embedder:NamesEmbedder",
+    "oracle": "razer.models.oracle.embedder:OracleEmbedder",
 }
 
 

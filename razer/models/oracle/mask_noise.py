@@ -108,6 +108,12 @@ class MaskNoise:
 FULL_NOISE = MaskNoise(drop=0.15, split=0.10, merge=0.05, jitter_px=3)
 
 
+def check_noise_preset(noise: str) -> None:
+    """Refuse a `noise` option that is neither "none" nor "full"; raises BadInput."""
+    if noise not in ("none", "full"):
+        raise BadInput(f"noise is none or full, not '{noise}'")
+
+
 def touching(ids: Int32Array) -> dict[int, set[int]]:
     """For each positive id of an (H, W) image the other positive ids next to it (4-neighbours)."""
     neighbours: dict[int, set[int]] = {}

@@ -19,7 +19,8 @@ from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
 from razer.metrics.surface.nearest_vertices import transfer_labels
 from razer.metrics.surface.surface_errors import compare
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.reintegrator import shifts_m

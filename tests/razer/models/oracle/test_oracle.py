@@ -12,8 +12,9 @@ from scipy.optimize import linprog
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_embedder, make_segmenter
+from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.mask_noise import MaskNoise, touching
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.segmenter import OracleSegmenter
 
 NAMES = ("chair", "table", "lamp", "couch", "cup")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from razer.arrays import Float32Array
 from razer.models import TextSide
-from razer.models.name_table import median_cosine, plain
+from razer.models.name_vectors.name_table import median_cosine, plain
 
 # What the captions themselves say is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")

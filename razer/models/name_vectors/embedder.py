@@ -13,8 +13,8 @@ from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.models import Embedder, TextSide, make_embedder
-from razer.models.caption_vectors import PromptedText
-from razer.models.name_table import TextTable
+from razer.models.name_vectors.caption_vectors import PromptedText
+from razer.models.name_vectors.name_table import TextTable
 
 
 class NamesEmbedder:

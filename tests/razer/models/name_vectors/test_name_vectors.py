@@ -12,8 +12,8 @@ import pytest
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 from razer.models import TextSide, make_embedder, unrelated_cosine
-from razer.models.name_table import median_cosine, plain
-from razer.models.names import NamesEmbedder
+from razer.models.name_vectors.embedder import NamesEmbedder
+from razer.models.name_vectors.name_table import median_cosine, plain
 from razer.plugins import FULL_TRUST
 
 NAMES = ("chair", "dining table", "cell phone", "cup")

@@ -1,0 +1,1 @@
+"""Class names embedded as text: closed-set detectors, asked in words."""
