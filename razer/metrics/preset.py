@@ -1,4 +1,4 @@
-"""The rules of an evaluation, every one an option; razer.metrics.presets has those of the papers."""
+"""Evaluation settings: every rule of a protocol is an option; razer.metrics.presets holds those of the papers."""
 
 from __future__ import annotations
 

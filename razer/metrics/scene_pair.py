@@ -1,4 +1,4 @@
-"""What is compared: the truth of a scene and what a system predicts of it, as plain arrays."""
+"""Evaluation input: ground truth and prediction of one scene, as plain arrays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TimedPoses:
     def __post_init__(self) -> None:
         if self.world_from_camera.shape != (len(self.stamps), 4, 4):
             raise ValueError(
-                f"{len(self.stamps)} stamps and poses {self.world_from_camera.shape}: one 4x4 each, please"
+                f"{len(self.stamps)} stamps and poses {self.world_from_camera.shape}: one 4x4 each is needed"
             )
         if (np.diff(self.stamps) <= 0).any():
             raise ValueError("the stamps of a trajectory must increase")
@@ -31,8 +31,8 @@ class TimedPoses:
 @dataclass(frozen=True, slots=True)
 class TruthScene:
     """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for nobody's, classes (V,) with 0 for
-    unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all, as nobody can be
-    blamed for what no frame saw), triangles (T, 3) of vertex numbers, and the trajectory."""
+    unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all; what no frame
+    observed should not count), triangles (T, 3) of vertex numbers, and the trajectory."""
 
     vertices: FloatArray
     instances: IntArray
