@@ -1,1 +1,1 @@
-"""Class names embedded as text: closed-set detectors, asked in words."""
+"""Text embeddings of class names, which make closed-set segmenters queryable by text."""

@@ -1,4 +1,4 @@
-"""A detector of fixed classes becomes one that can be asked in words, through the text vectors of its class names."""
+"""Text embeddings of class names as mask vectors, so that a closed-set segmenter can be queried by text."""
 
 from __future__ import annotations
 
@@ -13,19 +13,24 @@ from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.models import Embedder, TextSide, make_embedder
-from razer.models.name_vectors.caption_vectors import PromptedText
-from razer.models.name_vectors.name_table import TextTable
+from razer.models.name_vectors.name_table import NameVectorTable
+from razer.models.name_vectors.prompt_ensemble import PromptEnsemble
 
 
 class NamesEmbedder:
     """The text vector of each mask's class name, from one of two sources.
 
-    table: a file of names and their text vectors (see TextTable); words it lacks cannot be asked for. embedder,
-    embedder_options: an embedder with a text side, a name or an object, which takes any word.
+    A mask whose name the table lacks, or that has an empty one, gets a vector of that name's own, near no name of the
+    table: the tracker keeps masks of one name together and others apart, and no query returns them by chance. A mean
+    vector of all names would be nearer to most queries than any wrong name is.
 
-    A mask whose name the table lacks, or that has an empty one, gets a vector of that name's own, like no word of
-    the table: the tracker keeps masks called alike together and others apart, and no query finds them by chance. A
-    vector between all names would be nearer to most queries than any wrong name is. Raises BadInput.
+    Args:
+        table: a file of names and their text vectors (see NameVectorTable); other names cannot be queried.
+        embedder: an embedder with a text side, by name or as an object, which takes any name.
+        embedder_options: options of that embedder, where it is given by name.
+
+    Raises:
+        BadInput: unless there is one of the two sources, and it can be used.
     """
 
     def __init__(
@@ -36,8 +41,8 @@ class NamesEmbedder:
     ) -> None:
         if (table is None) == (embedder is None):
             raise BadInput("the names embedder takes either option table, a file of text vectors, or option embedder")
-        self._source = TextTable(table) if table else _encoder(embedder or "", embedder_options or {})
-        self._seen: dict[str, Float32Array] = {}
+        self._source = NameVectorTable(table) if table else _encoder(embedder or "", embedder_options or {})
+        self._vectors: dict[str, Float32Array] = {}
 
     @property
     def known_names(self) -> tuple[str, ...]:
@@ -46,16 +51,16 @@ class NamesEmbedder:
 
     @property
     def takes_any_name(self) -> bool:
-        """Whether names go through an encoder, which takes its time and knows all of them."""
-        return isinstance(self._source, PromptedText)
+        """Whether names go through an encoder, which is slower and takes any name."""
+        return isinstance(self._source, PromptEnsemble)
 
     @cached_property
     def unrelated_cosine(self) -> float:
-        """The cosine that the vectors of any two names have, in the middle."""
+        """The median cosine between the vectors of two names."""
         return self._source.unrelated_cosine()
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
-        """Unit vectors (N, D) of names, no sentences; raises BadInput for a word that the table lacks."""
+        """Unit vectors (N, D) of names, no sentences; raises BadInput for a name that the table lacks."""
         return self._source.embed_texts(texts)
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
@@ -69,13 +74,13 @@ class NamesEmbedder:
         return np.stack(vectors) if vectors else np.zeros((0, len(self._vector(""))), np.float32)
 
     def _vector(self, name: str) -> Float32Array:
-        if name not in self._seen:
-            self._seen[name] = self._source.embed_class(name)
-        return self._seen[name]
+        if name not in self._vectors:
+            self._vectors[name] = self._source.embed_class(name)
+        return self._vectors[name]
 
 
-def _encoder(chosen: str | Embedder, options: Mapping[str, Any]) -> PromptedText:
-    embedder = make_embedder(chosen, options) if isinstance(chosen, str) else chosen
+def _encoder(name_or_embedder: str | Embedder, options: Mapping[str, Any]) -> PromptEnsemble:
+    embedder = make_embedder(name_or_embedder, options) if isinstance(name_or_embedder, str) else name_or_embedder
     if not isinstance(embedder, TextSide):
-        raise BadInput(f"embedder '{chosen}' has no text side: the names embedder needs one that knows words")
-    return PromptedText(embedder)
+        raise BadInput(f"embedder '{name_or_embedder}' has no text side: the names embedder needs one that knows words")
+    return PromptEnsemble(embedder)

@@ -1,4 +1,4 @@
-"""One vector for each class name, with as much noise as asked for."""
+"""Oracle embedding: one vector for each class name, with simulated errors."""
 
 from __future__ import annotations
 
@@ -20,8 +20,18 @@ _FULL_WRONG_CLASS = 0.1
 class OracleEmbedder:
     """One unit vector for each class name, the same for the same seed, blurred to a given cosine.
 
-    noise "full" means cosine 0.7 to the class's vector and 10 % vectors of another class of the recording.
-    Needs masks with class names. Raises BadInput."""
+    It needs masks with class names.
+
+    Args:
+        noise: "none", or "full": cosine 0.7 to the class's vector, and 10 % vectors of another class of the recording.
+        seed: of the class vectors and all random draws.
+        dimension: length of the vectors.
+        cosine: of each vector to its class's; replaces what `noise` sets.
+        wrong_class: share of vectors of another class; replaces what `noise` sets.
+
+    Raises:
+        BadInput: for impossible options.
+    """
 
     def __init__(
         self,
@@ -47,7 +57,7 @@ class OracleEmbedder:
 
     @property
     def known_names(self) -> tuple[str, ...]:
-        """None in particular: any name has its vector."""
+        """Empty: any name has its vector."""
         return ()
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
@@ -60,16 +70,16 @@ class OracleEmbedder:
             return np.zeros((0, self.dimension), np.float32)
         if masks.class_names is None:
             raise BadInput("the oracle embedder needs masks with class names: use it with --segmenter oracle")
-        others = sorted({*frame.instance_classes.values(), *masks.class_names})
+        classes = sorted({*frame.instance_classes.values(), *masks.class_names})
         vectors = np.zeros((len(masks), self.dimension), np.float32)
         for number, (name, mask) in enumerate(zip(masks.class_names, masks.masks, strict=True)):
             # Which masks reach the embedder, and in which order, depends on filters: the mask itself is the key.
             key = [self.seed, frame.index, int(mask.argmax()), int(np.count_nonzero(mask)), *_digest(name)]
-            vectors[number] = self._blurred(self._said(name, others, rng := np.random.default_rng(key)), rng)
+            vectors[number] = self._blurred(self._assigned_class(name, classes, rng := np.random.default_rng(key)), rng)
         return vectors
 
-    def _said(self, name: str, names: list[str], rng: np.random.Generator) -> str:
-        """The class name, or now and then another one."""
+    def _assigned_class(self, name: str, names: list[str], rng: np.random.Generator) -> str:
+        """The class name, or with the probability wrong_class another one."""
         wrong = [other for other in names if other != name]
         return wrong[rng.integers(len(wrong))] if rng.random() < self.wrong_class and wrong else name
 

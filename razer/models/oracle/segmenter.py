@@ -1,4 +1,4 @@
-"""Masks from a frame's own instance ids, with as much noise as asked for."""
+"""Oracle segmentation: masks from a frame's ground-truth instance ids, with simulated errors."""
 
 from __future__ import annotations
 
@@ -20,9 +20,19 @@ UNKNOWN = "unknown"
 class OracleSegmenter:
     """Masks from a frame's own instance ids, with class names and score 1.
 
-    noise "full" drops 15 % of the masks, splits 10 %, merges 5 % and moves borders by up to 3 px; every part can
-    be set by itself (see MaskNoise), also hold=10, which keeps a dropped mask away for ten frames. Raises
-    BadInput."""
+    Args:
+        noise: "none", or "full": 15 % of the masks dropped, 10 % split, 5 % merged, borders moved by up to 3 px.
+        seed: of all random draws.
+        drop: share of masks missing from a frame; this and the following replace what `noise` sets (see MaskNoise).
+        hold: frames for which a dropped mask stays away.
+        split: share of instances cut in two.
+        split_frames: frames for which an instance stays cut.
+        merge: share of masks that absorb an adjacent one.
+        jitter_px: largest distance that a border moves, pixels.
+
+    Raises:
+        BadInput: for impossible options.
+    """
 
     def __init__(
         self,
@@ -37,7 +47,7 @@ class OracleSegmenter:
         jitter_px: int | None = None,
     ) -> None:
         check_noise_preset(noise)
-        given: dict[str, Any] = {
+        options: dict[str, Any] = {
             "drop": drop,
             "hold": hold,
             "split": split,
@@ -46,7 +56,7 @@ class OracleSegmenter:
             "jitter_px": jitter_px,
         }
         preset = FULL_NOISE if noise == "full" else MaskNoise()
-        self.noise = replace(preset, seed=seed, **{k: v for k, v in given.items() if v is not None})
+        self.noise = replace(preset, seed=seed, **{k: v for k, v in options.items() if v is not None})
 
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame; raises BadInput when the frame has no instance ids."""
@@ -55,30 +65,30 @@ class OracleSegmenter:
                 f"frame {frame.index} has no instance ids, which the oracle segmenter needs: "
                 "use a recording with ids/, or --segmenter geometric"
             )
-        found = list(self._masks(frame.index, frame.instance_ids))
-        if not found:
+        parts = list(self._masks(frame.index, frame.instance_ids))
+        if not parts:
             return Masks.none(*frame.instance_ids.shape)
-        masks = np.zeros((len(found), *frame.instance_ids.shape), np.bool_)
-        for canvas, (_, window, mask) in zip(masks, found, strict=True):
+        masks = np.zeros((len(parts), *frame.instance_ids.shape), np.bool_)
+        for canvas, (_, window, mask) in zip(masks, parts, strict=True):
             canvas[window] = mask
-        names = tuple(frame.instance_classes.get(instance, UNKNOWN) for instance, _, _ in found)
-        return Masks(masks, np.ones(len(found), np.float32), names)
+        names = tuple(frame.instance_classes.get(instance, UNKNOWN) for instance, _, _ in parts)
+        return Masks(masks, np.ones(len(parts), np.float32), names)
 
     def _masks(self, index: int, ids: Int32Array) -> Iterator[tuple[int, tuple[slice, slice], BoolArray]]:
         """Instance, window of the image and mask within the window, in order of instance."""
         boxes = {i: box for i, box in enumerate(ndimage.find_objects(ids.clip(0)), start=1) if box is not None}
-        kept = [i for i in boxes if self.noise.keeps(index, i)]
-        swallowed = self.noise.merged(index, ids, kept)
+        kept = [i for i in boxes if self.noise.is_kept(index, i)]
+        absorbed_by = self.noise.absorbed_by(index, ids, kept)
         for instance in kept:
-            if instance in swallowed:
+            if instance in absorbed_by:
                 continue
-            members = [instance, *(prey for prey, eater in swallowed.items() if eater == instance)]
+            members = [instance, *(absorbed for absorbed, by in absorbed_by.items() if by == instance)]
             window = _window([boxes[m] for m in members], self.noise.jitter_px, ids.shape)
             mask = np.isin(ids[window], members) if len(members) > 1 else ids[window] == instance
-            for part, piece in enumerate(self.noise.pieces(index, instance, mask)):
-                frayed = self.noise.frayed(index, instance, part, piece)
-                if frayed.any():
-                    yield instance, window, frayed
+            for part, part_mask in enumerate(self.noise.split_parts(index, instance, mask)):
+                jittered = self.noise.jittered(index, instance, part, part_mask)
+                if jittered.any():
+                    yield instance, window, jittered
 
 
 def _window(boxes: list[tuple[slice, slice]], margin: int, shape: tuple[int, ...]) -> tuple[slice, slice]:

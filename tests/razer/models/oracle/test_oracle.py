@@ -13,7 +13,7 @@ from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_embedder, make_segmenter
 from razer.models.oracle.embedder import OracleEmbedder
-from razer.models.oracle.mask_noise import MaskNoise, touching
+from razer.models.oracle.mask_noise import MaskNoise, adjacent_ids
 from razer.models.oracle.segmenter import OracleSegmenter
 
 NAMES = ("chair", "table", "lamp", "couch", "cup")
@@ -136,7 +136,7 @@ def test_the_parts_of_a_split_are_on_two_sides_of_a_line() -> None:
     ids = (cv2.circle(np.zeros((60, 80), np.uint8), (40, 30), 25, 1, -1) > 0).astype(np.int32)
     noise = MaskNoise(seed=4, split=1.0)
     for index in range(0, 60, 5):
-        first, second = noise.pieces(index, 1, ids > 0)
+        first, second = noise.split_parts(index, 1, ids > 0)
         assert not (first & second).any()
         assert np.array_equal(first | second, ids > 0)
         a, b = (np.argwhere(part).astype(float) for part in (first, second))
@@ -148,7 +148,7 @@ def test_the_parts_of_a_split_are_on_two_sides_of_a_line() -> None:
 
 def test_merge_joins_pairs_that_touch() -> None:
     segmenter = OracleSegmenter(merge=0.05, seed=5)
-    neighbours = touching(TOUCHING)
+    neighbours = adjacent_ids(TOUCHING)
     swallowed = 0
     for index in range(100):
         masks = segmenter.segment(frame_of(TOUCHING, index))
@@ -179,7 +179,7 @@ def test_touching_equals_a_look_at_every_pixel() -> None:
                     a, b = int(ids[y, x]), int(ids[y + dy, x + dx])
                     if a > 0 and b > 0 and a != b:
                         expected.setdefault(a, set()).add(b)
-    assert touching(ids) == expected
+    assert adjacent_ids(ids) == expected
 
 
 def test_jitter_moves_borders_both_ways_by_at_most_three_pixels() -> None:
