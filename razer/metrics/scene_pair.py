@@ -30,7 +30,7 @@ class TimedPoses:
 
 @dataclass(frozen=True, slots=True)
 class TruthScene:
-    """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for nobody's, classes (V,) with 0 for
+    """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for none, classes (V,) with 0 for
     unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all; what no frame
     observed should not count), triangles (T, 3) of vertex numbers, and the trajectory."""
 
@@ -62,7 +62,7 @@ class PredictedScene:
     labels on the truth's vertices: vertices None, instances (V,) and/or classes (V,);
     masks on the truth's vertices: masks, instance id -> vertex numbers (M,), which may overlap.
 
-    Instance ids are >= 1, 0 is nobody's. scores: of the ids (1 where missing). class_names: of the ids.
+    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids.
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the

@@ -1,4 +1,4 @@
-"""Panoptic segmentation by Mask2Former, OneFormer and their kin: things and stuff, every pixel in one mask."""
+"""Panoptic segmentation by Mask2Former, OneFormer and similar models: things and stuff, every pixel in one mask."""
 
 from __future__ import annotations
 

@@ -26,7 +26,14 @@ class SquareLayout:
 
     @classmethod
     def of(cls, height: int, width: int, side: int, stretched: bool) -> SquareLayout:
-        """SAM 2 stretches an image over the whole square; SAM keeps its shape and leaves the rest empty."""
+        """The layout of an image in a model's input.
+
+        Args:
+            height: of the image, pixels.
+            width: of the image, pixels.
+            side: of the square, pixels.
+            stretched: whether it fills the whole square, as for SAM 2, or keeps its shape, as for SAM.
+        """
         if stretched:
             return cls(side, width, height, side, side)
         scale = side / max(height, width)

@@ -58,7 +58,17 @@ class SceneResult:
 
 
 def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneResult:
-    """Evaluate one scene by the preset's rules."""
+    """Evaluate one scene.
+
+    Args:
+        name: of the scene, for the list of worst instances.
+        truth: ground truth on V vertices.
+        predicted: the prediction; its surface may lie in the frame of its own trajectory.
+        preset: the rules.
+
+    Raises:
+        ValueError: where predicted labels or masks do not fit the truth's vertices.
+    """
     pose = _pose(truth, predicted)
     if predicted.own_frame and pose is not None and predicted.vertices is not None:
         motion = pose.truth_from_estimate

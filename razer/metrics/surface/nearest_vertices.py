@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from razer.arrays import BoolArray, Float64Array, FloatArray, Int64Array, IntArray
 
-_SPARE = 4  # neighbours asked for beyond k, so that most ties at the k-th are resolved at once
+_SPARE = 4  # neighbours queried beyond k, so that most ties at the k-th are resolved at once
 
 
 @dataclass(frozen=True, slots=True)

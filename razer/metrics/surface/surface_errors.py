@@ -19,7 +19,7 @@ class SurfaceMetrics:
     """accuracy_m: mean distance of the predicted vertices from the true surface; completeness_m: of the true ones that
     count from the predicted surface; chamfer_m: the mean of both. By limit in metres: precision and recall, the shares
     within it of predicted and true vertices, and fscore, their harmonic mean. on_truth: whether the prediction lies on
-    the truth's own vertices, so that the distances are 0 and say nothing of the system."""
+    the truth's own vertices, so that the distances are 0 and do not measure the system."""
 
     accuracy_m: float
     completeness_m: float

@@ -1,4 +1,4 @@
-"""CLIP and its kin as a pair of ONNX graphs, as exported for transformers.js or from open_clip."""
+"""CLIP and similar models as a pair of ONNX graphs, as exported for transformers.js or from open_clip."""
 
 from __future__ import annotations
 

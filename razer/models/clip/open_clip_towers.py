@@ -1,4 +1,4 @@
-"""CLIP and its kin (MobileCLIP, PE, EVA, ...) run by the library open_clip."""
+"""CLIP and similar models (MobileCLIP, PE, EVA, ...) run by the library open_clip."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ from razer.errors import BadInput
 def model_arguments(architecture: str) -> dict[str, Any]:
     """Arguments of create_model for weights of "MODEL" or "MODEL:TAG", by open_clip's names.
 
-    The tag is needed where published weights of one architecture need different normalisation or activations: with the wrong
-    ones a model computes nonsense without an error. Raises BadInput.
+    The tag is needed where published weights of one architecture need different colour normalisation or activations:
+    with the wrong ones a model computes nonsense without an error. Raises BadInput.
     """
     model, _, tag = architecture.partition(":")
     if model not in open_clip.list_models():

@@ -1,4 +1,4 @@
-"""CLIP, SigLIP and their kin run by the library transformers, from a folder that its save_pretrained writes."""
+"""CLIP, SigLIP and similar models run by the library transformers, from a folder that its save_pretrained writes."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class CatalogueEntry:
 
     @property
     def patterns(self) -> bool:
-        """Whether the hub has to be asked which files there are."""
+        """Whether the hub's listing is needed to know which files there are."""
         return any("*" in name for name in self.files)
 
     @property

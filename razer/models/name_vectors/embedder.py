@@ -64,7 +64,7 @@ class NamesEmbedder:
         return self._source.embed_texts(texts)
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
-        """Unit vectors (N, D) of the masks' class names; raises BadInput for masks of a model that names nothing."""
+        """Unit vectors (N, D) of the masks' class names; raises BadInput for masks without names."""
         if len(masks) and masks.class_names is None:
             raise BadInput(
                 "the names embedder needs masks with class names: use a segmenter that names what it finds, such as "

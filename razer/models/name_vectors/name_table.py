@@ -32,11 +32,11 @@ class NameVectorTable:
     def __init__(self, file: str | Path) -> None:
         self.file = Path(file).expanduser()
         self.names, self.vectors, synonyms = _read(self.file)
-        self._rows = {bare_name(word): row for row, words in enumerate(synonyms) for word in words.split("|")}
+        self._rows = {bare_name(word): row for row, names in enumerate(synonyms) for word in names.split("|")}
         self._rows |= {bare_name(name): row for row, name in enumerate(self.names)}
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
-        """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other word."""
+        """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other name."""
         for text in texts:
             if bare_name(text) not in self._rows:
                 raise BadInput(f"{self.file} has no '{text}': {self._nearest_names(text)}")
@@ -78,8 +78,8 @@ def median_cosine(vectors: Float32Array) -> float:
 
 def bare_name(text: str) -> str:
     """A name as it is compared: lower case, single spaces, without article or "a photo of"."""
-    words = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
-    return _ARTICLE.sub("", _PROMPT.sub("", words))
+    name = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
+    return _ARTICLE.sub("", _PROMPT.sub("", name))
 
 
 def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:

@@ -1,1 +1,1 @@
-"""Promptable segmentation: SAM, SAM 2 and their kin."""
+"""Promptable segmentation: SAM, SAM 2 and similar models."""

@@ -41,7 +41,7 @@ class ProposalLimits:
             raise BadInput("segmenter options: points is at least 1, and quality, stability and IoU are from 0 to 1")
 
 
-def masks_of_everything(model: Promptable, rgb: Uint8Array, limits: ProposalLimits) -> tuple[BoolArray, Float32Array]:
+def automatic_masks(model: Promptable, rgb: Uint8Array, limits: ProposalLimits) -> tuple[BoolArray, Float32Array]:
     """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the predicted IoU of each."""
     features, layout = model.encode(rgb)
     height, width = rgb.shape[:2]

@@ -17,7 +17,17 @@ from razer.models.square_layout import SquareLayout
 
 
 class OnnxSam:
-    """Encoder and decoder of one export, Promptable; raises BadInput where the two files are not that."""
+    """Encoder and decoder of one export; a Promptable.
+
+    Args:
+        encoder: its ONNX file.
+        decoder: its ONNX file.
+        batch: prompts at a time, where the decoder leaves that open.
+        device: auto, cpu or cuda.
+
+    Raises:
+        BadInput: where the two files are not of one export.
+    """
 
     def __init__(self, encoder: Path, decoder: Path, batch: int, device: Device) -> None:
         self.encoder = SamEncoder(OnnxGraph(encoder, device))

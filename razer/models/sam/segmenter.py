@@ -13,12 +13,12 @@ from razer.frame import Frame, Masks
 from razer.models import Segmenter, make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.runtime.device import Device
-from razer.models.sam.mask_proposals import ProposalLimits, masks_in_boxes, masks_of_everything
+from razer.models.sam.mask_proposals import ProposalLimits, automatic_masks, masks_in_boxes
 from razer.models.sam.open_model import sam_model
 
 
 class SamSegmenter:
-    """SAM and SAM 2 and their kin: exports in two ONNX files (MobileSAM, EdgeSAM, SAM 2.1, SlimSAM), or checkpoints
+    """SAM, SAM 2 and similar models: exports in two ONNX files (MobileSAM, EdgeSAM, SAM 2.1, SlimSAM), or checkpoints
     of the `transformers` library.
 
     Args:
@@ -54,7 +54,7 @@ class SamSegmenter:
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame; they may overlap. With `boxes`, in its order, else best first."""
         if self.detector is None:
-            return Masks(*masks_of_everything(self.model, frame.rgb, self.limits))
+            return Masks(*automatic_masks(self.model, frame.rgb, self.limits))
         detections = self.detector.segment(frame)
         detections = detections.select(np.flatnonzero(detections.masks.any(axis=(1, 2))))  # an empty mask has no box
         masks = masks_in_boxes(self.model, frame.rgb, mask_boxes(detections.masks))

@@ -20,8 +20,8 @@ _STRETCHES = {"sam2", "sam2_video", "sam3_tracker", "edgetam", "edgetam_video"}
 
 
 class TorchSam:
-    """SAM, SAM 2 and their kin, Promptable. The model is loaded on first use and stays behind when this travels to
-    another process. Raises BadInput for other checkpoints."""
+    """SAM, SAM 2 and similar models; a Promptable. The model is loaded on first use and is not pickled. Raises BadInput
+    for other checkpoints."""
 
     def __init__(self, checkpoint: Checkpoint, batch: int, device: Device) -> None:
         if checkpoint.kind not in _KEEPS_SHAPE | _STRETCHES:

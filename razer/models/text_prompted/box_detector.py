@@ -33,8 +33,14 @@ class PhraseBoxes:
 
 
 class PhraseDetector:
-    """A checkpoint for zero-shot object detection. It is loaded on first use and stays behind when this travels to
-    another process."""
+    """A checkpoint for zero-shot object detection. It is loaded on first use and is not pickled.
+
+    Args:
+        checkpoint: of Grounding DINO or OWLv2.
+        phrases: names of what is to be detected.
+        confidence: lowest score of a box, in [0, 1].
+        device: auto, cpu or cuda.
+    """
 
     def __init__(self, checkpoint: Checkpoint, phrases: Sequence[str], confidence: float, device: Device) -> None:
         self.checkpoint, self.phrases, self.confidence, self.device = checkpoint, phrases, confidence, device

@@ -21,7 +21,14 @@ _TEXT_TOKENS = 32  # to which SAM 3 fills up a text
 
 
 class Sam3Detector:
-    """A SAM 3 checkpoint. It is loaded on first use and stays behind when this travels to another process."""
+    """A SAM 3 checkpoint. It is loaded on first use and is not pickled.
+
+    Args:
+        checkpoint: of SAM 3.
+        phrases: names of what is to be segmented.
+        confidence: lowest score of a mask, in [0, 1].
+        device: auto, cpu or cuda.
+    """
 
     def __init__(self, checkpoint: Checkpoint, phrases: Sequence[str], confidence: float, device: Device) -> None:
         self.checkpoint, self.phrases, self.confidence, self.device = checkpoint, phrases, confidence, device
