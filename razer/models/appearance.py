@@ -43,8 +43,8 @@ class AppearanceEmbedder:
         return np.where(length > 1e-6, vectors / np.maximum(length, 1e-6), even).astype(np.float32)
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
-        """The vector (dimension,) of colour and texture alone: an image has no metric size. Raises BadInput for an empty
-        mask."""
+        """The vector (dimension,) of colour and texture alone, as an image has no metric size. Raises BadInput for an
+        empty mask."""
         if not mask.any():
             raise BadInput("the picture's box or mask is empty: give one that covers something")
         height, width = mask.shape

@@ -101,7 +101,7 @@ def test_fewer_vertices_than_neighbours() -> None:
     assert nearest_vertices(source[:0], point, 5).labels(np.zeros(0, int)).tolist() == [0]
 
 
-def test_a_surface_carried_to_itself_stays_though_vertices_coincide() -> None:
+def test_labels_transferred_to_the_same_surface_stay_though_vertices_coincide() -> None:
     twins = np.zeros((4, 3))
     assert nearest_vertices(twins, twins).labels(np.array([4, 3, 2, 1])).tolist() == [4, 3, 2, 1]
 

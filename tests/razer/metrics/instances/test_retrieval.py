@@ -19,7 +19,7 @@ from razer.vocabulary import vocabulary
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 100_000), st.booleans())
-def test_partners_are_those_of_the_largest_overlap(seed: int, missed_is_wrong: bool) -> None:
+def test_predicted_masks_are_those_of_the_largest_overlap(seed: int, missed_is_wrong: bool) -> None:
     rng = np.random.default_rng(seed)
     truth = np.repeat(rng.integers(0, 5, 10), rng.integers(1, 6, 10))
     predicted = np.where(rng.random(len(truth)) < 0.6, truth, rng.integers(0, 5, len(truth)))

@@ -54,7 +54,7 @@ def test_contract() -> None:
     assert result["retrieval"]["given_masks"] is None
 
 
-def test_known_numbers() -> None:
+def test_known_values() -> None:
     truth = truth_scene()
     result = evaluate([("a", truth, prediction(truth))], DEFAULT)
     assert result.class_aware is not None
@@ -79,7 +79,7 @@ def test_known_numbers() -> None:
     assert (curve.precision.tolist(), curve.recall.tolist()) == ([pytest.approx(2 / 3), 1, 1], [1, 1, 0.5])
 
 
-def test_duplicates_are_second_pieces_of_a_found_truth() -> None:
+def test_duplicates_are_second_parts_of_a_matched_truth() -> None:
     truth = truth_scene()
     predicted = np.where(truth.instances == 5, 5, 0)
     predicted[np.flatnonzero(predicted)[:150]] = 6
@@ -216,7 +216,7 @@ def test_a_surface_in_the_frame_of_its_own_trajectory_is_moved_first() -> None:
     assert left.class_agnostic["ap25"] == 0.0
 
 
-def test_names_that_no_list_has_are_told() -> None:
+def test_names_that_no_list_has_are_reported() -> None:
     truth = truth_scene()
     strange = replace(prediction(truth), class_names={2: "chair", 3: "zorb"})
     assert evaluate([("a", truth, strange)], PRESETS["scannet200"]).unknown_names == ("zorb",)

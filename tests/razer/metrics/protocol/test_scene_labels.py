@@ -28,7 +28,7 @@ def test_confidence_is_the_share_of_the_largest_of_the_class_in_the_scene() -> N
     assert labels.scores == {5: 0.25, 6: 1.0}
 
 
-def test_of_overlapping_masks_the_surest_is_seen_then_the_lowest_id() -> None:
+def test_of_overlapping_masks_the_highest_score_wins_then_the_lowest_id() -> None:
     masks = {1: np.array([0, 1, 2]), 2: np.array([1, 2, 3]), 3: np.array([2, 3, 4])}
     assert flatten_masks(masks, {1: 0.5, 2: 0.5, 3: 0.9}, 6).tolist() == [1, 1, 3, 3, 3, 0]
     assert flatten_masks(masks, {}, 6).tolist() == [1, 1, 1, 2, 3, 0]

@@ -103,7 +103,7 @@ def test_lengths_and_shares() -> None:
     assert metrics_of_distances(np.ones(2), np.ones(2)).fscore[0.02] == 0.0
 
 
-def test_unseen_truth_need_not_be_complete_but_may_be_hit() -> None:
+def test_unobserved_truth_need_not_be_complete_but_may_be_hit() -> None:
     vertices, triangles = wavy_sheet(10, 0.05)
     seen = vertices[:, 0] < 0.2
     half = PredictedScene(vertices[seen])

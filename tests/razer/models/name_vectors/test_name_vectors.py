@@ -127,7 +127,7 @@ def test_an_encoder_takes_any_name_in_captions(monkeypatch: pytest.MonkeyPatch) 
     assert embedder.known_names == ()
 
 
-def test_the_cosine_of_unlike_names_is_told(table: Path) -> None:
+def test_the_cosine_of_unrelated_names_is_their_median(table: Path) -> None:
     vectors = unit(TEXT.astype(np.float64))
     cosines = [vectors[i] @ vectors[j] for i in range(4) for j in range(i)]
     assert unrelated_cosine(NamesEmbedder(table)) == pytest.approx(np.median(cosines), abs=1e-6)

@@ -132,9 +132,9 @@ def test_a_segmenter_travels_before_and_after_its_first_use(tmp_path: Path) -> N
     segmenter = SamSegmenter(EXPORTS["sam2"].write(tmp_path), points=5)
     before = pickle.loads(pickle.dumps(segmenter)).segment(frame)
     after = segmenter.segment(frame)
-    again = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
     np.testing.assert_array_equal(before.masks, after.masks)
-    np.testing.assert_array_equal(again.masks, after.masks)
+    np.testing.assert_array_equal(unpickled.masks, after.masks)
 
 
 def test_the_two_files_may_be_named(tmp_path: Path) -> None:
@@ -257,8 +257,8 @@ def test_of_several_pairs_in_a_folder_the_known_one_is_taken(tmp_path: Path) -> 
         (tmp_path / name).write_bytes(b"")
     with pytest.raises(BadInput, match="give a folder with just the two"):
         encoder_and_decoder(tmp_path)
-    found = encoder_and_decoder(tmp_path, ("encoder.onnx", "decoder_single.onnx"))
-    assert [file.name for file in found] == ["encoder.onnx", "decoder_single.onnx"]
+    files = encoder_and_decoder(tmp_path, ("encoder.onnx", "decoder_single.onnx"))
+    assert [file.name for file in files] == ["encoder.onnx", "decoder_single.onnx"]
 
 
 def test_what_is_no_pair_is_refused_at_once(tmp_path: Path) -> None:
