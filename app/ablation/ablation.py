@@ -21,7 +21,8 @@ from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.nearest_vertices import transfer_labels
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 
 _NEVER = 10**6

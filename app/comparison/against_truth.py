@@ -13,7 +13,7 @@ from razer.errors import BadInput
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.evaluation import Evaluation, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
-from razer.metrics.trajectory_errors import PoseErrors, TrajectoryNumbers, errors_over_time, trajectory_numbers
+from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time, trajectory_metrics
 from razer.plugins import NO_TRUST, Trust
 
 LEAST_POSES = 3
@@ -33,7 +33,7 @@ class Measured:
     """A run's numbers in the frame of the truth, and how it got there."""
 
     evaluation: Evaluation
-    pose: TrajectoryNumbers
+    pose: TrajectoryMetrics
     errors: PoseErrors
 
 
@@ -58,9 +58,9 @@ def measure(folder: Path, run: MappedRun, truth: Truth, preset: Preset, trust: T
 
 def compare_trajectories(
     reference: TimedPoses, estimate: TimedPoses, reference_name: str, estimate_name: str
-) -> TrajectoryNumbers:
+) -> TrajectoryMetrics:
     """The numbers of two trajectories; raises BadInput where fewer than LEAST_POSES of their stamps agree."""
-    numbers = trajectory_numbers(reference, estimate)
+    numbers = trajectory_metrics(reference, estimate)
     n_common = 0 if numbers is None else numbers.compared
     if numbers is None or n_common < LEAST_POSES:
         raise BadInput(

@@ -11,12 +11,12 @@ from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.geometry import inverse
 from razer.metrics.preset import Preset
-from razer.metrics.protocol import over_scenes
+from razer.metrics.protocol import scene_aggregation
 from razer.metrics.protocol.evaluation import plain_json
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.surface.surface_distance import TriangleSurface
-from razer.metrics.surface.surface_errors import compare
-from razer.metrics.trajectory_errors import PoseErrors, TrajectoryNumbers, errors_over_time
+from razer.metrics.surface.surface_errors import metrics_of_distances
+from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time
 from razer.plugins import NO_TRUST, Trust
 from razer.volume.mesh_extraction import LabelledMesh
 
@@ -34,7 +34,7 @@ class Comparison:
     preset: str
     a: MappedRun
     b: MappedRun
-    pose: TrajectoryNumbers
+    pose: TrajectoryMetrics
     errors: PoseErrors
     surface: Numbers | None
     instances: Matching
@@ -75,7 +75,7 @@ class Comparison:
             "tracked_a": self.a.tracked,
             "tracked_b": self.b.tracked,
             "a_from_b": numbers.truth_from_estimate.tolist(),
-            "aligned_by": numbers.ground,
+            "aligned_by": numbers.basis,
         } | {key: None if side is None else side.pose.truth_from_estimate.tolist() for key, side in sides.items()}
 
 
@@ -124,12 +124,12 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | 
         return None
     to_reference = TriangleSurface(reference.vertices, reference.triangles).distances(other.vertices)
     to_other = TriangleSurface(other.vertices, other.triangles).distances(reference.vertices)
-    numbers = over_scenes.surface([compare(to_reference, to_other)]) or {}
+    numbers = scene_aggregation.surface([metrics_of_distances(to_reference, to_other)]) or {}
     return {key: value for key, value in numbers.items() if key != "on_truth"}
 
 
 def _notes(
-    a: MappedRun, b: MappedRun, pose: TrajectoryNumbers, truth_a: Measured | None, truth_b: Measured | None
+    a: MappedRun, b: MappedRun, pose: TrajectoryMetrics, truth_a: Measured | None, truth_b: Measured | None
 ) -> list[str]:
     """What weakens the comparison."""
     alignments = {"B to A": pose}
@@ -138,7 +138,7 @@ def _notes(
     notes = [
         f"{which}: the camera hardly left a line, so that orientations helped to align"
         for which, numbers in alignments.items()
-        if numbers.ground == "orientations"
+        if numbers.basis == "orientations"
     ]
     for side, run in (("A", a), ("B", b)):
         if bare := [o.id for o in run.panoptic.objects if not o.n_vertices]:

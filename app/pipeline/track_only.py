@@ -20,7 +20,7 @@ from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame
 from razer.metrics.scene_pair import TimedPoses
-from razer.metrics.trajectory_errors import trajectory_numbers
+from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
 from slam.system import SlamSystem
 
@@ -64,7 +64,7 @@ class TrackedPath:
     def _errors(self) -> dict[str, float | None]:
         numbers = None
         if self.given and self.final:
-            numbers = trajectory_numbers(self._timed(self.given), self._timed(self.final))
+            numbers = trajectory_metrics(self._timed(self.given), self._timed(self.final))
         if numbers is None:
             return {"ate_rmse_m": None, "rpe_trans_m": None, "rpe_rot_deg": None}
         step = numbers.per_frame

@@ -1,1 +1,1 @@
-"""How good a map is: pure numpy."""
+"""Evaluation metrics of panoptic 3D maps, in numpy and scipy alone."""

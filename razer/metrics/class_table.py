@@ -1,4 +1,4 @@
-"""Classes compared by name, though truth and prediction may take their names from different lists."""
+"""Class name normalisation: truth and prediction may take their names from different label sets."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _SYNONYMS = (
 )
 
 
-def plain(name: str) -> str:
-    """A name as it is compared: small letters, words parted by single spaces."""
+def normalized_name(name: str) -> str:
+    """A name as it is compared: lower case, words separated by single spaces."""
     return " ".join(name.lower().replace("-", " ").replace("_", " ").split())
 
 
@@ -46,36 +46,36 @@ class ClassTable:
     def number(self, name: str) -> int:
         """The class a name stands for, 0 for none: the class of that name, or of another name for the same thing, or
         the NYU40 class that one of the known lists sorts the name under, if this list has that class."""
-        wanted = plain(name)
-        if wanted in self._numbers:
-            return self._numbers[wanted]
-        for synonym in _synonyms(wanted):
+        key = normalized_name(name)
+        if key in self._numbers:
+            return self._numbers[key]
+        for synonym in _synonyms(key):
             if synonym in self._numbers:
                 return self._numbers[synonym]
-        coarse = _nyu40_name(wanted)
-        return self.number(coarse) if coarse and coarse != wanted else 0
+        coarse = _nyu40_name(key)
+        return self.number(coarse) if coarse and coarse != key else 0
 
     def numbers(self, names: Mapping[int, str]) -> dict[int, int]:
         """The class of each named id; ids whose name is unknown are left out."""
-        found = {number: self.number(name) for number, name in names.items()}
-        return {number: known for number, known in found.items() if known}
+        classes = {instance: self.number(name) for instance, name in names.items()}
+        return {instance: number for instance, number in classes.items() if number}
 
-    def chosen(self, names: Iterable[str], otherwise_all: bool = False) -> set[int]:
-        """The numbers of some names, as far as the table has them; of no names, none or all."""
+    def subset(self, names: Iterable[str], all_if_empty: bool = False) -> set[int]:
+        """The numbers of some names, as far as the table has them; of no names none, or all with `all_if_empty`."""
         names = tuple(names)
-        if not names and otherwise_all:
+        if not names and all_if_empty:
             return set(self.names)
         return {self.number(name) for name in names} - {0}
 
     @cached_property
     def _numbers(self) -> dict[str, int]:
         # Of two numbers with one name the lower stands for both.
-        return {plain(name): number for number, name in sorted(self.names.items(), reverse=True)}
+        return {normalized_name(name): number for number, name in sorted(self.names.items(), reverse=True)}
 
 
-def _from_list(known: Vocabulary) -> tuple[dict[int, str], dict[str, str]]:
-    names = {category.id: category.name for category in known.categories if category.id > 0}
-    return names, {category.name: category.group for category in known.categories if category.group}
+def _from_list(listed: Vocabulary) -> tuple[dict[int, str], dict[str, str]]:
+    names = {category.id: category.name for category in listed.categories if category.id > 0}
+    return names, {category.name: category.group for category in listed.categories if category.group}
 
 
 def _synonyms(name: str) -> tuple[str, ...]:
@@ -88,6 +88,6 @@ def _nyu40_name(name: str) -> str:
     nyu40 = vocabulary("nyu40").by_id
     for listed in VOCABULARIES:
         for category in vocabulary(listed).categories:
-            if plain(category.name) == name and category.nyu40 in nyu40:
+            if normalized_name(category.name) == name and category.nyu40 in nyu40:
                 return nyu40[category.nyu40].name
     return ""

@@ -1,4 +1,4 @@
-"""The rules of an evaluation, every one an option; razer.metrics.presets has those of the papers."""
+"""Evaluation settings: every rule of a protocol is an option; razer.metrics.presets holds those of the papers."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ class Preset(Settings):
 
     name: str = Field("default", description="What the rules are called in tables.")
     source: str = Field("", description="Where the rules come from.")
-    vocabulary: str = Field(
-        FROM_TRUTH, description="List that all names are looked up in; 'truth': the names the truth itself bears."
-    )
+    vocabulary: str = Field(FROM_TRUTH, description="Label set of all names; 'truth': the names of the truth itself.")
 
     # From the predicted surface to the truth's vertices.
     instance_k: int = Field(
@@ -56,7 +54,7 @@ class Preset(Settings):
     )
     strict: bool = Field(True, description="Whether the intersection over union must exceed a threshold, or reach it.")
     min_region: int = Field(
-        100, ge=1, description="Vertices of the smallest truth looked for and of the smallest prediction that exists."
+        100, ge=1, description="Vertices of the smallest truth and of the smallest prediction that are evaluated."
     )
     score: Literal["own", "one", "size_share"] = Field(
         "own",
@@ -64,7 +62,8 @@ class Preset(Settings):
         "of its class in the scene.",
     )
     optimistic: bool = Field(
-        False, description="Matched predictions get confidence 1: flatters, since no system knows what will match."
+        False,
+        description="Matched predictions get confidence 1: biased upwards, since no system knows what will match.",
     )
     instance_class: Literal["own", "vertices"] = Field(
         "own",
@@ -87,7 +86,7 @@ class Preset(Settings):
     )
     semantic_ignored: tuple[str, ...] = Field((), description="Classes that semantic segmentation leaves out.")
     semantic_ignored_parts: tuple[str, ...] = Field(
-        (), description="Words: classes with one of them in their name are left out of semantic segmentation, too."
+        (), description="Substrings: classes with one of them in their name are left out of semantic segmentation, too."
     )
     semantic_lists: dict[str, tuple[str, ...]] = Field(
         {}, description="Further lists of left-out classes whose numbers are reported beside the first ones."
@@ -106,7 +105,7 @@ class Preset(Settings):
         "wrong", description="What a true instance counts as that no predicted one overlaps enough."
     )
 
-    # What such numbers are made with, for those who make them again; the evaluation itself does not look at it.
+    # How the published maps were made, for reproducing them; the evaluation itself does not use it.
     text_template: str = Field("a {} in a scene", description="Sentence a class name is put into to be embedded.")
     name_among: Literal["vocabulary", "scene"] = Field(
         "vocabulary", description="Classes a system may choose from: the whole list, or those in the scene's truth."

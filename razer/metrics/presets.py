@@ -1,4 +1,4 @@
-"""The rules that published numbers follow, as presets: protocols A to D of the evaluation."""
+"""Evaluation presets: the rules that published numbers follow (docs/evaluation.md, "Presets"; protocols A to D)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is compared: the truth of a scene and what a system predicts of it, as plain arrays."""
+"""Evaluation input: ground truth and prediction of one scene, as plain arrays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TimedPoses:
     def __post_init__(self) -> None:
         if self.world_from_camera.shape != (len(self.stamps), 4, 4):
             raise ValueError(
-                f"{len(self.stamps)} stamps and poses {self.world_from_camera.shape}: one 4x4 each, please"
+                f"{len(self.stamps)} stamps and poses {self.world_from_camera.shape}: one 4x4 each is needed"
             )
         if (np.diff(self.stamps) <= 0).any():
             raise ValueError("the stamps of a trajectory must increase")
@@ -30,9 +30,9 @@ class TimedPoses:
 
 @dataclass(frozen=True, slots=True)
 class TruthScene:
-    """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for nobody's, classes (V,) with 0 for
-    unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all, as nobody can be
-    blamed for what no frame saw), triangles (T, 3) of vertex numbers, and the trajectory."""
+    """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for none, classes (V,) with 0 for
+    unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all; what no frame
+    observed should not count), triangles (T, 3) of vertex numbers, and the trajectory."""
 
     vertices: FloatArray
     instances: IntArray
@@ -62,7 +62,7 @@ class PredictedScene:
     labels on the truth's vertices: vertices None, instances (V,) and/or classes (V,);
     masks on the truth's vertices: masks, instance id -> vertex numbers (M,), which may overlap.
 
-    Instance ids are >= 1, 0 is nobody's. scores: of the ids (1 where missing). class_names: of the ids.
+    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids.
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the

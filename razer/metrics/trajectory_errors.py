@@ -1,4 +1,4 @@
-"""How well poses are estimated: absolute trajectory error after alignment, relative pose errors, share tracked."""
+"""Trajectory errors: absolute (ATE) after Umeyama alignment, relative (RPE), and the share of frames tracked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, FloatArray, Int64Array, IntArray
 from razer.metrics.scene_pair import TimedPoses
-from razer.metrics.umeyama import Ground, align_poses
+from razer.metrics.umeyama import AlignmentBasis, align_poses
 
 MAX_DIFFERENCE_S = 0.02
 
@@ -24,8 +24,8 @@ class RelativeErrors:
 
 
 @dataclass(frozen=True, slots=True)
-class TrajectoryNumbers:
-    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4) and its ground; errors from one
+class TrajectoryMetrics:
+    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4) and its basis; errors from one
     frame to the next and over one second; poses compared, and the share of the true frames that have an estimated
     pose."""
 
@@ -36,7 +36,7 @@ class TrajectoryNumbers:
     compared: int
     tracked: float
     truth_from_estimate: Float64Array
-    ground: Ground
+    basis: AlignmentBasis
 
 
 class PoseErrors(NamedTuple):
@@ -47,11 +47,11 @@ class PoseErrors(NamedTuple):
     angles_deg: FloatArray
 
 
-def trajectory_numbers(
+def trajectory_metrics(
     truth: TimedPoses, estimate: TimedPoses, max_difference_s: float = MAX_DIFFERENCE_S
-) -> TrajectoryNumbers | None:
+) -> TrajectoryMetrics | None:
     """Compare trajectories (protocol E); None where no stamps agree. Sources: Sturm et al., IROS 2012; Umeyama 1991."""
-    rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
+    rows, columns = match_timestamps(truth.stamps, estimate.stamps, max_difference_s)
     if len(rows) == 0:
         return None
     stamps, true_poses = truth.stamps[rows], truth.world_from_camera[rows]
@@ -60,7 +60,7 @@ def trajectory_numbers(
     errors = _errors(stamps, true_poses, poses)
     frames = truth.n_frames or len(truth.stamps)
     seconds = _one_second_later(stamps, max_difference_s)
-    return TrajectoryNumbers(
+    return TrajectoryMetrics(
         _root_mean_square(errors.distances_m),
         _root_mean_square(errors.angles_deg),
         _relative(true_poses, poses, np.arange(len(poses) - 1), np.arange(1, len(poses))),
@@ -68,7 +68,7 @@ def trajectory_numbers(
         len(poses),
         len(poses) / frames,
         alignment.target_from_source,
-        alignment.ground,
+        alignment.basis,
     )
 
 
@@ -78,8 +78,15 @@ def errors_over_time(
     truth_from_estimate: Float64Array,
     max_difference_s: float = MAX_DIFFERENCE_S,
 ) -> PoseErrors:
-    """The error of each estimated pose, brought to the truth by an alignment (4, 4), where stamps agree."""
-    rows, columns = associate(truth.stamps, estimate.stamps, max_difference_s)
+    """The error of each estimated pose that has a true one at its stamp.
+
+    Args:
+        truth: true poses, metres.
+        estimate: estimated poses, metres, in a frame of their own.
+        truth_from_estimate: (4, 4), the alignment of the two frames.
+        max_difference_s: stamps further apart than this do not agree, seconds.
+    """
+    rows, columns = match_timestamps(truth.stamps, estimate.stamps, max_difference_s)
     return _errors(
         truth.stamps[rows], truth.world_from_camera[rows], truth_from_estimate @ estimate.world_from_camera[columns]
     )
@@ -90,17 +97,17 @@ def _errors(stamps: FloatArray, truth: FloatArray, estimate: FloatArray) -> Pose
     return PoseErrors(stamps, distances_m, _angles_deg(truth, estimate))
 
 
-def associate(
+def match_timestamps(
     truth_stamps: FloatArray, estimate_stamps: FloatArray, max_difference_s: float
 ) -> tuple[Int64Array, Int64Array]:
-    """Numbers (M,) of true and estimated stamps that belong together, increasing: the nearest first, each stamp once,
-    at most max_difference_s apart."""
+    """Indices (M,) of true and estimated stamps that match, increasing: the nearest pairs first, each stamp once, at
+    most max_difference_s apart; as the TUM benchmark's associate.py."""
     pairs = []
     for row, stamp in enumerate(truth_stamps):
         first, after = np.searchsorted(estimate_stamps, [stamp - max_difference_s, stamp + max_difference_s])
         # One more on either side: the limit itself counts, whatever its rounding.
-        near = range(max(int(first) - 1, 0), min(int(after) + 1, len(estimate_stamps)))
-        pairs += [(abs(float(estimate_stamps[c] - stamp)), row, c) for c in near]
+        candidates = range(max(int(first) - 1, 0), min(int(after) + 1, len(estimate_stamps)))
+        pairs += [(abs(float(estimate_stamps[c] - stamp)), row, c) for c in candidates]
     used_rows, used_columns = set(), set()
     chosen = []
     for difference, row, column in sorted(pairs):
@@ -113,15 +120,15 @@ def associate(
 
 
 def _one_second_later(stamps: FloatArray, tolerance_s: float) -> tuple[Int64Array, Int64Array]:
-    """Numbers (M,) of stamps and of those nearest to one second later, where they differ by a frame at most."""
+    """Indices (M,) of stamps and of those nearest to one second later, where they differ by a frame at most."""
     spacing = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     after = np.searchsorted(stamps, stamps + 1.0).clip(1, max(len(stamps) - 1, 1))
     if len(stamps) < 2:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     before_is_nearer = (stamps + 1.0) - stamps[after - 1] <= stamps[after] - (stamps + 1.0)
     later = np.where(before_is_nearer, after - 1, after)
-    good = np.abs(stamps[later] - stamps - 1.0) <= max(spacing / 2, tolerance_s) + 1e-9
-    first = np.flatnonzero(good & (later > np.arange(len(stamps))))
+    is_one_second = np.abs(stamps[later] - stamps - 1.0) <= max(spacing / 2, tolerance_s) + 1e-9
+    first = np.flatnonzero(is_one_second & (later > np.arange(len(stamps))))
     return first, later[first]
 
 

@@ -1,4 +1,4 @@
-"""The rigid motion between two trajectories of one recording, also where the camera hardly moved."""
+"""Umeyama alignment of two trajectories of one recording, also where the camera hardly moved."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, FloatArray
 
-Ground = Literal["identity", "positions", "orientations"]
+AlignmentBasis = Literal["identity", "positions", "orientations"]
 
 _SAME = 1e-5  # poses that differ by less, metres and parts of a rotation matrix, were written to a file and read back
 _SPREAD_M = 0.02  # positions that stay nearer to a line than this do not fix the rotation about it
@@ -18,11 +18,11 @@ _ORIENTATION_M = 0.01  # how far out an orientation counts beside positions, whe
 
 @dataclass(frozen=True, slots=True)
 class PoseAlignment:
-    """target_from_source (4, 4), and its ground: the poses are the same (identity), their positions alone, or, as these
-    lie on a line or at one point, their orientations too."""
+    """target_from_source (4, 4), and what it is based on: the poses are the same (identity), their positions alone, or,
+    as these lie on a line or at one point, their orientations too."""
 
     target_from_source: Float64Array
-    ground: Ground
+    basis: AlignmentBasis
 
 
 def align_poses(source: FloatArray, target: FloatArray) -> PoseAlignment:

@@ -1,4 +1,4 @@
-"""2D models behind two protocols: what finds masks, and what describes them by vectors."""
+"""2D models behind two protocols: segmenters, which make masks, and embedders, which make a vector for each."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from razer.plugins import Trust, load
 
 SEGMENTERS = {
     "geometric": "razer.models.geometric.segmenter:GeometricSegmenter",
-    "oracle": "razer.models.oracle.models:OracleSegmenter",
-    "masks": "razer.models.stored_masks:MasksOnDisk",
+    "oracle": "razer.models.oracle.segmenter:OracleSegmenter",
+    "masks": "razer.models.stored_masks:StoredMasks",
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
     "prompted": "razer.models.text_prompted.segmenter:PromptedSegmenter",
     "sam": "razer.models.sam.segmenter:SamSegmenter",
@@ -21,20 +21,20 @@ SEGMENTERS = {
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
     "clip": "razer.models.clip.embedder:ClipEmbedder",
-    "names": "razer.models.names:NamesEmbedder",
-    "oracle": "razer.models.oracle.models:OracleEmbedder",
+    "names": "razer.models.name_vectors.embedder:NamesEmbedder",
+    "oracle": "razer.models.oracle.embedder:OracleEmbedder",
 }
 
 
 class Segmenter(Protocol):
-    """The paper's F, first half: M_t = F(I_t) (eq. 2)."""
+    """The paper's F, first half: M_t = F(I_t) (RAZER eq. 2)."""
 
     def segment(self, frame: Frame) -> Masks:
-        """The masks found in one frame; may be none."""
+        """The masks of one frame; may be none."""
 
 
 class Embedder(Protocol):
-    """The paper's F, second half: a vector for each mask (eq. 11)."""
+    """The paper's F, second half: a vector for each mask (RAZER eq. 11)."""
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Vectors of unit length, (N, D) float32, one for each of the N masks."""
@@ -42,7 +42,7 @@ class Embedder(Protocol):
 
 @runtime_checkable
 class TextSide(Protocol):
-    """An embedder whose vectors can be asked for by words: the paper's phi_text (section III-H)."""
+    """An embedder whose vectors can be queried by text: the paper's phi_text (RAZER section III-H)."""
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Vectors of unit length, (N, D) float32, in the space of `embed`; each text is embedded as it stands."""
@@ -50,7 +50,7 @@ class TextSide(Protocol):
 
 @runtime_checkable
 class NameTable(TextSide, Protocol):
-    """A text side that knows names and no sentences, and so is asked without prompts round them."""
+    """A text side that knows names and no sentences, and so is queried without prompt templates."""
 
     @property
     def known_names(self) -> Sequence[str]:
@@ -59,7 +59,7 @@ class NameTable(TextSide, Protocol):
 
 @runtime_checkable
 class ImageSide(Protocol):
-    """An embedder whose vectors can be asked for by a picture (section III-H)."""
+    """An embedder whose vectors can be queried by an image (RAZER section III-H)."""
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
         """Vector of unit length, (D,) float32, in the space of `embed`, of what a mask (H, W) covers in an image
@@ -79,5 +79,5 @@ def make_embedder(name: str, options: Mapping[str, Any] | None = None, trust: Tr
 
 
 def unrelated_cosine(embedder: Embedder) -> float:
-    """The cosine that vectors of unlike things have in the embedder's space: its `unrelated_cosine`, else 0."""
+    """The cosine that vectors of unlike objects have in the embedder's space: its `unrelated_cosine`, else 0."""
     return float(getattr(embedder, "unrelated_cosine", 0.0))

@@ -1,4 +1,4 @@
-"""A small vector for each mask, of colour, texture and size: no weights, no language."""
+"""Hand-crafted appearance descriptors: histograms of colour, texture and shape for each mask, without weights."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array, Uint
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 
-_EVERY = 4  # a grid of every fourth pixel, at 640x480, says enough of a mask's colours
+_SAMPLE_STRIDE = 4  # pixels at 640x480; every fourth is enough for a mask's colours
 _CHROMA_BINS, _LIGHT_BINS, _TEXTURE_BINS, _SIZE_BINS, _SHAPE_BINS = 6, 8, 6, 7, 4
-# Proportions change most with the point of view, so they count least.
+# Proportions change most with the point of view, so they have the lowest weight.
 _WEIGHTS = {"chroma": 1.0, "light": 1.0, "texture": 0.6, "size": 0.35, "flat": 0.25, "long": 0.25}
 
 
 class AppearanceEmbedder:
     """Soft histograms of colour (Lab), lightness and gradient, and of size and proportions in metres.
 
-    It tells masks of one recording apart and finds what looks alike, so it serves association and queries by
-    image. It knows no words: there is no text side. Each block of the vector is the square root of a histogram
+    It separates masks of one recording and ranks by likeness, so it serves association and queries by
+    image. It knows no language: there is no text side. Each block of the vector is the square root of a histogram
     (so that a product is the Bhattacharyya coefficient) less that of an even one, which keeps unrelated masks
     near a cosine of zero; blocks are weighted and the whole has unit length.
     """
@@ -28,14 +28,14 @@ class AppearanceEmbedder:
     dimension = _CHROMA_BINS**2 + _LIGHT_BINS + _TEXTURE_BINS + _SIZE_BINS + 2 * _SHAPE_BINS
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
-        """Unit vectors (N, dimension) float32; an empty mask gets the one that is alike to none in particular."""
+        """Unit vectors (N, dimension) float32; an empty mask gets a constant one."""
         if len(masks) == 0:
             return np.zeros((0, self.dimension), np.float32)
-        every = max(1, round(_EVERY * frame.intrinsics.width / 640))
-        owner, pixel = _samples(masks.masks, every)
+        stride = max(1, round(_SAMPLE_STRIDE * frame.intrinsics.width / 640))
+        owner, pixel = _samples(masks.masks, stride)
         blocks = {
-            **_colour_blocks(frame, every, owner, pixel, len(masks)),
-            **_shape_blocks(frame, every, owner, pixel, len(masks)),
+            **_colour_blocks(frame, stride, owner, pixel, len(masks)),
+            **_shape_blocks(frame, stride, owner, pixel, len(masks)),
         }
         vectors = np.concatenate([_WEIGHTS[name] * _centred(block) for name, block in blocks.items()], axis=1)
         length = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -43,8 +43,8 @@ class AppearanceEmbedder:
         return np.where(length > 1e-6, vectors / np.maximum(length, 1e-6), even).astype(np.float32)
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
-        """The vector (dimension,) of colour and texture alone: a picture tells no size. Raises BadInput for an empty
-        mask."""
+        """The vector (dimension,) of colour and texture alone, as an image has no metric size. Raises BadInput for an
+        empty mask."""
         if not mask.any():
             raise BadInput("the picture's box or mask is empty: give one that covers something")
         height, width = mask.shape
@@ -54,24 +54,24 @@ class AppearanceEmbedder:
         return vector
 
 
-def _samples(masks: BoolArray, every: int) -> tuple[Int64Array, Int64Array]:
+def _samples(masks: BoolArray, stride: int) -> tuple[Int64Array, Int64Array]:
     """Mask number and grid position of each sampled pixel; every mask with pixels has a sample."""
-    grid = np.ascontiguousarray(masks[:, ::every, ::every])
+    grid = np.ascontiguousarray(masks[:, ::stride, ::stride])
     for missed in np.flatnonzero(~grid.any(axis=(1, 2))):
-        for row, column in np.argwhere(masks[missed])[:1] // every:
+        for row, column in np.argwhere(masks[missed])[:1] // stride:
             grid[missed, row, column] = True
     owner, pixel = np.divmod(np.flatnonzero(grid), grid[0].size)
     return owner, pixel
 
 
-def _colour_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
-    size = tuple(-(-side // every) for side in frame.depth.shape)
+def _colour_blocks(frame: Frame, stride: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
+    size = tuple(-(-side // stride) for side in frame.depth.shape)
     small = cv2.resize(frame.rgb, size[::-1], interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7).astype(np.float32)
     gradient = np.hypot(cv2.Sobel(light, cv2.CV_32F, 1, 0), cv2.Sobel(light, cv2.CV_32F, 0, 1)) / 8
     values = lab.reshape(-1, 3)[pixel].astype(np.float64)
-    chroma = [_even_out((values[:, channel] - 128) / 12) for channel in (1, 2)]
+    chroma = [_compressed((values[:, channel] - 128) / 12) for channel in (1, 2)]
     texture = np.log1p(gradient.ravel()[pixel].astype(np.float64)) / np.log(60)
     return {
         "chroma": _soft_histogram_2d(owner, chroma[0], chroma[1], n, _CHROMA_BINS),
@@ -80,19 +80,19 @@ def _colour_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Arra
     }
 
 
-def _even_out(value: Float64Array) -> Float64Array:
+def _compressed(value: Float64Array) -> Float64Array:
     """[-inf, inf] to [0, 1], finest about 0, where the colours of rooms crowd."""
     return 0.5 + value / (1 + np.abs(value)) / 2
 
 
-def _shape_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
+def _shape_blocks(frame: Frame, stride: int, owner: Int64Array, pixel: Int64Array, n: int) -> dict[str, Float64Array]:
     """Longest extent on a log scale from 5 cm to 5 m, and the two proportions of the scatter's axes."""
     camera = frame.intrinsics
-    depth = frame.depth[::every, ::every]
+    depth = frame.depth[::stride, ::stride]
     v, u = np.divmod(pixel, depth.shape[1])
     z = depth.ravel()[pixel].astype(np.float64)
-    read = z > 0
-    owner, z, u, v = owner[read], z[read], u[read] * every, v[read] * every
+    has_depth = z > 0
+    owner, z, u, v = owner[has_depth], z[has_depth], u[has_depth] * stride, v[has_depth] * stride
     points = np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z])
     count = np.bincount(owner, minlength=n)
     share = 1 / np.maximum(count, 1)
@@ -102,12 +102,12 @@ def _shape_blocks(frame: Frame, every: int, owner: Int64Array, pixel: Int64Array
     for row, column in ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)):  # the lower triangle is all that is read
         scatter[:, row, column] = np.bincount(owner, centred[row] * centred[column], n) * share
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(scatter), 1e-8))
-    known = np.flatnonzero(count > 0)
-    thin, middle, length = (spread[known] * 12**0.5).T
+    measured = np.flatnonzero(count > 0)
+    thin, middle, length = (spread[measured] * 12**0.5).T
     return {
-        "size": _soft_histogram(known, np.log(length / 0.05) / np.log(100), n, _SIZE_BINS),
-        "flat": _soft_histogram(known, np.sqrt(thin / middle), n, _SHAPE_BINS),
-        "long": _soft_histogram(known, np.sqrt(middle / length), n, _SHAPE_BINS),
+        "size": _soft_histogram(measured, np.log(length / 0.05) / np.log(100), n, _SIZE_BINS),
+        "flat": _soft_histogram(measured, np.sqrt(thin / middle), n, _SHAPE_BINS),
+        "long": _soft_histogram(measured, np.sqrt(middle / length), n, _SHAPE_BINS),
     }
 
 

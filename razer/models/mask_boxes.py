@@ -1,4 +1,4 @@
-"""The upright rectangles around masks."""
+"""Axis-aligned bounding boxes of masks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each mask shows, cut out as a square picture for an image encoder."""
+"""Square image crops around masks, with dimmed background, for an image encoder."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ from razer.arrays import BoolArray, Uint8Array
 def mask_crops(
     rgb: Uint8Array, masks: BoolArray, size: int, *, scale: float, background: float, fill: Uint8Array
 ) -> Uint8Array:
-    """Pictures (N, size, size, 3) uint8 of the square about each mask (N, H, W) of an image (H, W, 3).
+    """Crops (N, size, size, 3) uint8 of the square around each mask. A mask without pixels counts as the whole image.
 
-    The square's side is `scale` times the longer side of the mask's bounds. What is not the mask shows with a
-    share of `background` in [0, 1] over the colour `fill` (3,), and what is not the image is `fill`. A mask without
-    pixels counts as the whole image.
+    Args:
+        rgb: (H, W, 3), the image.
+        masks: (N, H, W).
+        size: side of the crops, pixels.
+        scale: side of the square over the longer side of the mask's bounding box.
+        background: opacity in [0, 1] of what is outside the mask, over `fill`.
+        fill: (3,), the colour outside the image.
     """
     crops = np.empty((len(masks), size, size, 3), np.uint8)
     dimmed = cv2.LUT(rgb, _dimming(background, fill))
     for mask, crop in zip(masks, crops, strict=True):
-        shown = mask if mask.any() else np.ones_like(mask)
-        square = _square(rgb, dimmed, shown, scale, fill)
+        region = mask if mask.any() else np.ones_like(mask)
+        square = _square(rgb, dimmed, region, scale, fill)
         smaller = len(square) > size
         cv2.resize(square, (size, size), dst=crop, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
     return crops

@@ -1,4 +1,4 @@
-"""Which of many overlapping mask proposals are kept."""
+"""Filters of mask proposals: stability score, mask IoU, non-maximum suppression."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def stability(logits: Float32Array, offset: float = 1.0) -> Float32Array:
 
 
 def mask_iou(masks: BoolArray) -> Float32Array:
-    """Intersection over union of each two of N masks (N, h, w), as (N, N); two that are empty have 0."""
+    """Intersection over union (N, N) of all pairs of N masks (N, h, w); 0 for two empty ones."""
     flat = masks.reshape(len(masks), masks.shape[1] * masks.shape[2]).astype(np.float32)
     shared = flat @ flat.T
     area = flat.sum(axis=1)

@@ -1,4 +1,4 @@
-"""The mean of a dense feature map over masks (eq. 11), without bringing the map to the size of the image."""
+"""Masked average pooling of a dense feature map (RAZER eq. 11), without upsampling the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masks of things and surfaces, every pixel in one, from Mask2Former, OneFormer and their kin."""
+"""Panoptic segmentation by Mask2Former, OneFormer and similar models: things and stuff, every pixel in one mask."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
 
 _KINDS = {"mask2former", "oneformer", "maskformer"}
-_TASK = "the task is panoptic"  # what OneFormer is told to do, in the words of its training
+_TASK = "the task is panoptic"  # OneFormer's task prompt, as in its training
 _TASK_TOKENS = 77
 
 
 class PanopticSegmenter:
     """A checkpoint of the `transformers` library for universal segmentation.
 
-    weights: its folder, or a name of the catalogue or the hub. confidence: least score of a mask. Lower: more of the
+    weights: its folder, or a name of the catalogue or the hub. confidence: lowest score of a mask. Lower: more of the
     image is covered, with more errors. device: auto, cpu or cuda. Raises BadInput.
     """
 
@@ -33,8 +33,8 @@ class PanopticSegmenter:
             raise BadInput(f"segmenter option confidence is from 0 to 1, not {confidence}")
         self.checkpoint, self.confidence, self.device = Checkpoint.of(weights), confidence, device
         if self.checkpoint.kind not in _KINDS:
-            known = ", ".join(sorted(_KINDS))
-            raise BadInput(f"{self.checkpoint.folder} holds '{self.checkpoint.kind}', and panoptic takes {known}")
+            supported = ", ".join(sorted(_KINDS))
+            raise BadInput(f"{self.checkpoint.folder} holds '{self.checkpoint.kind}', and panoptic takes {supported}")
         torch_device(device)
 
     def segment(self, frame: Frame) -> Masks:
@@ -45,8 +45,8 @@ class PanopticSegmenter:
             outputs.class_queries_logits[0].float(), outputs.masks_queries_logits[0].float(), size, self.confidence
         )
         names = self._model.config.id2label
-        found = tuple(names[number] for number in classes.tolist())
-        return Masks(masks.cpu().numpy(), scores.cpu().numpy(), found)
+        class_names = tuple(names[number] for number in classes.tolist())
+        return Masks(masks.cpu().numpy(), scores.cpu().numpy(), class_names)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name not in ("_model", "_processor", "_task")}

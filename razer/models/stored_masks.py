@@ -1,4 +1,4 @@
-"""Masks that some other program found, read from files."""
+"""Precomputed masks, read from files that another program wrote."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Masks
 
 
-class MasksOnDisk:
-    """Masks from `folder`: for frame 7 either `000007.png`, 16 or 8 bit ids with 0 = nobody, or `000007.npz` with
+class StoredMasks:
+    """Masks from `folder`: for frame 7 either `000007.png`, 16 or 8 bit ids with 0 = unlabelled, or `000007.npz` with
     `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1] and `names` (N,); for `ids`, N
     counts the positive ids in increasing order. A frame without a file has no masks.
 
@@ -32,7 +32,7 @@ class MasksOnDisk:
         shape = (frame.intrinsics.height, frame.intrinsics.width)
         stem = self.folder / f"{frame.index:06d}"
         if (image := stem.with_suffix(".png")).exists():
-            return Masks.from_ids(_right_size(_read_png(image), shape, image))
+            return Masks.from_ids(_checked_size(_read_png(image), shape, image))
         if (archive := stem.with_suffix(".npz")).exists():
             return _read_npz(archive, shape)
         return Masks.none(*shape)
@@ -57,19 +57,19 @@ def _read_npz(file: Path, shape: tuple[int, int]) -> Masks:
         masks = Masks.from_ids(arrays["ids"])
     else:
         raise UnusableFrame(f"{file} holds neither ids (H, W), whole numbers, nor masks (N, H, W)")
-    _right_size(masks.masks, shape, file)
-    return _described(masks, arrays, file)
+    _checked_size(masks.masks, shape, file)
+    return _with_scores_and_names(masks, arrays, file)
 
 
-def _right_size(image: NDArray, shape: tuple[int, int], file: Path) -> NDArray:
+def _checked_size(image: NDArray, shape: tuple[int, int], file: Path) -> NDArray:
     if image.shape[-2:] != shape:
         (height, width), (rows, columns) = shape, image.shape[-2:]
         raise UnusableFrame(f"{file} is {columns}x{rows} pixels, but the frame is {width}x{height}")
     return image
 
 
-def _described(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
-    """The masks with the scores and names that came along."""
+def _with_scores_and_names(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
+    """The masks with the scores and names in the file."""
     scores = np.asarray(arrays.get("scores", masks.scores))
     names = arrays.get("names")
     if scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():

@@ -18,7 +18,8 @@ from razer.geometry import back_project, transform_points
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
 from razer.metrics.surface.nearest_vertices import transfer_labels
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -26,11 +26,11 @@ def overlap(a: np.ndarray, b: np.ndarray) -> float:
     return both / (int(a.sum()) + int(b.sum()) - both)
 
 
-def judge_class(
+def outcomes_of_class(
     ids: np.ndarray, predictions: list[Prediction], labels: list[int], label: int, threshold: float
 ) -> tuple[list[tuple[float, int]], int, bool, bool]:
     """(score, right or wrong) of what counts, misses, whether there is a truth and a prediction."""
-    own = [(m, s) for m, found, s in predictions if found == label and int(m.sum()) >= SMALLEST]
+    own = [(m, s) for m, predicted, s in predictions if predicted == label and int(m.sum()) >= SMALLEST]
     every_truth = truths_of(ids, label)
     truths = [t for t in every_truth if int(t.sum()) >= SMALLEST]
     counted: list[tuple[float, int]] = []
@@ -81,12 +81,12 @@ def benchmark(scenes: list[BenchmarkScene], labels: list[int]) -> dict[int, list
     for label in labels:
         result[label] = []
         for threshold in OVERLAPS:
-            judged = [judge_class(ids, predictions, labels, label, threshold) for ids, predictions in scenes]
-            counted = [one for part, _, _, _ in judged for one in part]
-            misses = sum(part for _, part, _, _ in judged)
-            if not any(truth for _, _, truth, _ in judged):
+            outcomes = [outcomes_of_class(ids, predictions, labels, label, threshold) for ids, predictions in scenes]
+            counted = [one for part, _, _, _ in outcomes for one in part]
+            misses = sum(part for _, part, _, _ in outcomes)
+            if not any(truth for _, _, truth, _ in outcomes):
                 result[label].append(math.nan)
-            elif not any(found for _, _, _, found in judged) or not counted:
+            elif not any(predicted for _, _, _, predicted in outcomes) or not counted:
                 result[label].append(0.0)
             else:
                 result[label].append(area(counted, misses))

@@ -2,7 +2,7 @@
 
 The features hold the image's brightness at a quarter of the model's resolution. Asked at a point, the decoder gives
 what is as bright as the point; asked in a box, the box; and the opposite of both if the prompt does not end as this
-export wants it. Of its masks for a point one is right, one is the same again with less quality, one has no firm border,
+export wants it. Of its masks for a point one is right, one repeats it with less quality, one has no firm border,
 and, where there are four, the first is for prompts of several points only.
 """
 
@@ -177,9 +177,9 @@ class Export:
 
 
 _ANSWER = """
-    here = Gather<axis=1>(pts, nought)
+    point = Gather<axis=1>(pts, nought)
     quarter = Constant<value_float=0.25>()
-    cell = Mul(here, quarter)
+    cell = Mul(point, quarter)
     whole_cell = Floor(cell)
     xy = Cast<to=7>(whole_cell)
     reverse = Constant<value_ints=[1,0]>()

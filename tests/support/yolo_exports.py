@@ -13,20 +13,20 @@ GRID = 4  # pixels of the input that a cell of the prototypes spans
 COCO80 = {i: f"class {i}" for i in range(80)} | {56: "chair", 41: "cup"}
 
 
-def dense(n_anchors: int, found: list[tuple], n_classes: int = 80, n_prototypes: int = 32) -> np.ndarray:
+def dense(n_anchors: int, detections: list[tuple], n_classes: int = 80, n_prototypes: int = 32) -> np.ndarray:
     """Predictions (1, 4 + classes + M, anchors) of (x1, y1, x2, y2, score, class)."""
     rows = np.zeros((1, 4 + n_classes + n_prototypes, n_anchors), np.float32)
-    for anchor, (x1, y1, x2, y2, score, number) in enumerate(found):
+    for anchor, (x1, y1, x2, y2, score, number) in enumerate(detections):
         rows[0, :4, anchor] = (x1 + x2) / 2, (y1 + y2) / 2, x2 - x1, y2 - y1
         rows[0, 4 + number, anchor] = score
         rows[0, 4 + n_classes, anchor] = 1
     return rows
 
 
-def end_to_end(n_rows: int, found: list[tuple], n_prototypes: int = 32) -> np.ndarray:
+def end_to_end(n_rows: int, detections: list[tuple], n_prototypes: int = 32) -> np.ndarray:
     """Predictions (1, N, 6 + M) of (x1, y1, x2, y2, score, class)."""
     rows = np.zeros((1, n_rows, 6 + n_prototypes), np.float32)
-    for row, values in enumerate(found):
+    for row, values in enumerate(detections):
         rows[0, row, :6] = values
         rows[0, row, 6] = 1
     return rows
@@ -77,7 +77,7 @@ def write_export(
         [numpy_helper.from_array(array, name) for name, array in constants.items()],
     )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
-    told = {"task": "segment", "stride": "32", "names": str(COCO80)} if metadata is None else metadata
-    helper.set_model_props(model, told)
+    properties = {"task": "segment", "stride": "32", "names": str(COCO80)} if metadata is None else metadata
+    helper.set_model_props(model, properties)
     onnx.save(model, str(file))
     return file

@@ -1,1 +1,1 @@
-"""Instances against true ones: matching, AP, panoptic quality, retrieval."""
+"""Instance metrics: matching, average precision, panoptic quality, top-1 retrieval."""

@@ -1,4 +1,4 @@
-"""Which instances of two maps of one place are the same thing."""
+"""One-to-one instance correspondence between two maps of one place, by optimal assignment on IoU."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MIN_IOU = 0.25
 
 
 class InstancePair(NamedTuple):
-    """The ids of one thing in two maps, and the intersection over union of its vertices."""
+    """The ids of one object in two maps, and the intersection over union of its vertices."""
 
     a: int
     b: int
@@ -26,9 +26,15 @@ class InstancePair(NamedTuple):
 def pair_instances(
     vertices_a: FloatArray, ids_a: IntArray, vertices_b: FloatArray, ids_b: IntArray, min_iou: float = MIN_IOU
 ) -> tuple[InstancePair, ...]:
-    """The one-to-one pairs whose overlaps add up to most, each at least min_iou, by increasing id in the first map.
+    """The one-to-one pairs whose IoUs add up to most (Hungarian assignment), by increasing id in the first map.
 
-    Both maps lie in one frame: vertices (N, 3), (M, 3) in metres with ids (N,), (M,), 0 for nobody."""
+    Args:
+        vertices_a: (N, 3), metres; both maps lie in one frame.
+        ids_a: (N,), instance ids of these, 0 for none.
+        vertices_b: (M, 3), metres.
+        ids_b: (M,), instance ids of these, 0 for none.
+        min_iou: pairs below this intersection over union are left out.
+    """
     overlaps = surface_overlaps(vertices_a, ids_a, vertices_b, ids_b)
     iou = np.where(overlaps.iou >= min_iou, overlaps.iou, 0.0)
     rows, columns = linear_sum_assignment(iou, maximize=True)
@@ -46,9 +52,17 @@ def surface_overlaps(
     ids_b: IntArray,
     max_distance_m: float = MAX_DISTANCE_M,
 ) -> Overlaps:
-    """What instances share, counted over the vertices of both maps, so that neither is the measure of the other: each
-    vertex bears its own id and that of the nearest vertex of the other map within max_distance_m."""
-    there = transfer_labels(vertices_b, ids_b, vertices_a, max_distance_m)
-    back = transfer_labels(vertices_a, ids_a, vertices_b, max_distance_m)
+    """Overlaps of instances counted over the vertices of both maps, so that neither is the reference of the other:
+    each vertex bears its own id and that of the nearest vertex of the other map.
+
+    Args:
+        vertices_a: (N, 3), metres; both maps lie in one frame.
+        ids_a: (N,), instance ids of these, 0 for none.
+        vertices_b: (M, 3), metres.
+        ids_b: (M,), instance ids of these, 0 for none.
+        max_distance_m: farther vertices of the other map carry no id.
+    """
+    b_on_a = transfer_labels(vertices_b, ids_b, vertices_a, max_distance_m)
+    a_on_b = transfer_labels(vertices_a, ids_a, vertices_b, max_distance_m)
     own_a, own_b = ids_a.astype(np.int64), ids_b.astype(np.int64)
-    return count_overlaps(np.concatenate([own_a, back]), np.concatenate([there, own_b]))
+    return count_overlaps(np.concatenate([own_a, a_on_b]), np.concatenate([b_on_a, own_b]))

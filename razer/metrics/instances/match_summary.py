@@ -1,4 +1,4 @@
-"""Which truths were found at an overlap of one half whatever their class, which twice, and which not at all."""
+"""Class-agnostic matches at IoU 0.5: true positives, duplicates, missed truths."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from razer.arrays import Float64Array
-from razer.metrics.instances.matching import Judgement, Overlaps, judge
+from razer.metrics.instances.matching import MatchOutcomes, Overlaps, match_predictions
 
 
 class Match(NamedTuple):
@@ -18,26 +18,33 @@ class Match(NamedTuple):
     iou: float
 
 
-class Found(NamedTuple):
-    """What matched, the ids of predictions that double a truth that another one matched, the ids of missed truths."""
+class MatchSummary(NamedTuple):
+    """The matches, the ids of predictions that duplicate a truth that another one matched, the ids of missed truths."""
 
     matches: tuple[Match, ...]
     duplicates: tuple[int, ...]
     missed: tuple[int, ...]
 
 
-def find_matches(overlaps: Overlaps, scores: Float64Array, min_region: int, strict: bool = True) -> Found:
-    """Match G truths and P predictions with scores (P,) by ScanNet's rules at 0.5."""
-    judgement = judge(overlaps, scores, 0.5, min_region, strict)
-    matches = _matches(overlaps, judgement)
-    return Found(matches, _duplicates(overlaps, matches, min_region), judgement.missed)
+def summarize_matches(overlaps: Overlaps, scores: Float64Array, min_region: int, strict: bool = True) -> MatchSummary:
+    """Match G truths and P predictions by ScanNet's rules at IoU 0.5.
+
+    Args:
+        overlaps: shared vertices, (G, P).
+        scores: (P,), confidences of the predictions.
+        min_region: vertices of the smallest truth and prediction that are evaluated.
+        strict: whether 0.5 must be exceeded, or reached.
+    """
+    outcomes = match_predictions(overlaps, scores, 0.5, min_region, strict)
+    matches = _matches(overlaps, outcomes)
+    return MatchSummary(matches, _duplicates(overlaps, matches, min_region), outcomes.missed)
 
 
-def _matches(overlaps: Overlaps, judgement: Judgement) -> tuple[Match, ...]:
+def _matches(overlaps: Overlaps, outcomes: MatchOutcomes) -> tuple[Match, ...]:
     iou = overlaps.iou
-    rows = np.searchsorted(overlaps.truth_ids, [t for t, _ in judgement.pairs])
-    columns = np.searchsorted(overlaps.predicted_ids, [p for _, p in judgement.pairs])
-    return tuple(Match(t, p, float(iou[r, c])) for (t, p), r, c in zip(judgement.pairs, rows, columns, strict=True))
+    rows = np.searchsorted(overlaps.truth_ids, [t for t, _ in outcomes.pairs])
+    columns = np.searchsorted(overlaps.predicted_ids, [p for _, p in outcomes.pairs])
+    return tuple(Match(t, p, float(iou[r, c])) for (t, p), r, c in zip(outcomes.pairs, rows, columns, strict=True))
 
 
 def _duplicates(overlaps: Overlaps, matches: tuple[Match, ...], min_region: int) -> tuple[int, ...]:

@@ -16,29 +16,29 @@ ANY_CLASS = "any"
 
 @dataclass(frozen=True, slots=True)
 class PanopticCounts:
-    """Of one class: sum of the matches' intersections over union, matches, wrong predictions, missed truths."""
+    """Of one class: sum of the matches' IoUs, and the numbers of true and false positives and false negatives."""
 
     iou_sum: float = 0.0
-    matches: int = 0
-    wrong: int = 0
-    missed: int = 0
+    true_positives: int = 0
+    false_positives: int = 0
+    false_negatives: int = 0
 
     def __add__(self, other: PanopticCounts) -> PanopticCounts:
         return PanopticCounts(
             self.iou_sum + other.iou_sum,
-            self.matches + other.matches,
-            self.wrong + other.wrong,
-            self.missed + other.missed,
+            self.true_positives + other.true_positives,
+            self.false_positives + other.false_positives,
+            self.false_negatives + other.false_negatives,
         )
 
     @property
-    def numbers(self) -> tuple[float, float, float]:
-        """PQ = sum IoU / (TP + FP/2 + FN/2), SQ = sum IoU / TP (0 without matches), RQ = TP / (TP + FP/2 + FN/2)."""
-        weight = self.matches + (self.wrong + self.missed) / 2
+    def quality(self) -> tuple[float, float, float]:
+        """PQ = sum IoU / (TP + FP/2 + FN/2), SQ = sum IoU / TP (0 without TP), RQ = TP / (TP + FP/2 + FN/2)."""
+        weight = self.true_positives + (self.false_positives + self.false_negatives) / 2
         if weight == 0:
             return (float("nan"),) * 3
-        segmentation = self.iou_sum / self.matches if self.matches else 0.0
-        return self.iou_sum / weight, segmentation, self.matches / weight
+        segmentation = self.iou_sum / self.true_positives if self.true_positives else 0.0
+        return self.iou_sum / weight, segmentation, self.true_positives / weight
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +58,18 @@ def count_segments(
     predicted_classes: Mapping[int, Hashable] | None = None,
     min_region: int = 1,
 ) -> dict[Any, PanopticCounts]:
-    """Match the segments (V,) of truth and prediction, 0 for none, class by class; without classes all are of one.
+    """Match the segments of truth and prediction class by class.
 
     A pair matches where IoU > 0.5, with the union lacking what the prediction has on vertices of no true segment.
-    Predictions with more than half of their vertices there, or on too small truths, are neither right nor wrong."""
+    Predictions with more than half of their vertices there, or on too small truths, do not count.
+
+    Args:
+        truth: (V,), segment ids, 0 for none.
+        predicted: (V,), segment ids, 0 for none.
+        truth_classes: class by segment id; None: all are of one class.
+        predicted_classes: the same for the prediction.
+        min_region: vertices of the smallest segment that is evaluated.
+    """
     void = truth <= 0
     if truth_classes is not None:
         void = void | ~np.isin(truth, list(truth_classes))
@@ -69,7 +77,7 @@ def count_segments(
         predicted = np.where(np.isin(predicted, list(predicted_classes)), predicted, 0)
     overlaps = count_overlaps(np.asarray(truth, np.int64), np.asarray(predicted, np.int64), void)
     true_names, predicted_names = (
-        np.array([_index_of(classes, int(i)) for i in ids], dtype=object)
+        np.array([_class_of(classes, int(i)) for i in ids], dtype=object)
         for ids, classes in (
             (overlaps.truth_ids, truth_classes),
             (overlaps.predicted_ids, None if truth_classes is None else predicted_classes),
@@ -85,9 +93,9 @@ def panoptic_quality(counts: Iterable[Mapping[Any, PanopticCounts]]) -> Panoptic
     for scene in counts:
         for name, part in scene.items():
             total[name] = total.get(name, PanopticCounts()) + part
-    per_class = {name: total[name].numbers for name in sorted(total, key=str)}
-    known = [numbers for numbers in per_class.values() if not np.isnan(numbers[0])]
-    pq, sq, rq = np.mean(known, axis=0) if known else [float("nan")] * 3
+    per_class = {name: total[name].quality for name in sorted(total, key=str)}
+    evaluated = [quality for quality in per_class.values() if not np.isnan(quality[0])]
+    pq, sq, rq = np.mean(evaluated, axis=0) if evaluated else [float("nan")] * 3
     return PanopticQuality(float(pq), float(sq), float(rq), per_class)
 
 
@@ -97,34 +105,43 @@ def merge_stuff(
     instance_classes: Mapping[int, int],
     stuff: Iterable[int],
 ) -> tuple[Int64Array, dict[int, int]]:
-    """Segments (V,) and their classes out of instances (V,) and classes (V,), 0 for none: each instance is one, and
-    each stuff class, whose vertices and instances are merged, is one with the id after the highest instance + class."""
+    """Panoptic segments (V,) and their classes: each instance is a segment, and so is each stuff class, whose vertices
+    and instances are merged, with the id after the highest instance + class.
+
+    Args:
+        instances: (V,), instance ids, 0 for none.
+        classes: (V,), class numbers, 0 for none.
+        instance_classes: class number by instance id.
+        stuff: numbers of the stuff classes.
+    """
     stuff = sorted(set(stuff))
-    of_vertex = np.where(instances > 0, _looked_up(instances, instance_classes), classes)
+    vertex_classes = np.where(instances > 0, _lookup(instances, instance_classes), classes)
     first = int(instances.max(initial=0)) + 1
-    merged = np.isin(of_vertex, stuff)
-    segments = np.where(merged, first + of_vertex, np.maximum(instances, 0))
+    is_stuff = np.isin(vertex_classes, stuff)
+    segments = np.where(is_stuff, first + vertex_classes, np.maximum(instances, 0))
     things = {i: c for i, c in instance_classes.items() if c not in stuff}
     return segments, things | {first + c: c for c in stuff}
 
 
-def _looked_up(ids: IntArray, classes: Mapping[int, int]) -> Int64Array:
-    known, place = np.unique(ids, return_inverse=True)
-    return np.array([classes.get(int(i), 0) for i in known], np.int64)[place].reshape(ids.shape)
+def _lookup(ids: IntArray, classes: Mapping[int, int]) -> Int64Array:
+    distinct, index = np.unique(ids, return_inverse=True)
+    return np.array([classes.get(int(i), 0) for i in distinct], np.int64)[index].reshape(ids.shape)
 
 
-def _index_of(classes: Mapping[int, Hashable] | None, number: int) -> Hashable:
+def _class_of(classes: Mapping[int, Hashable] | None, number: int) -> Hashable:
     return ANY_CLASS if classes is None else classes.get(number)
 
 
 def _counts(overlaps: Overlaps, truth: BoolArray, predicted: BoolArray, min_region: int) -> PanopticCounts:
     chosen = overlaps.select(truth.astype(np.bool_), predicted.astype(np.bool_))
-    big, real = chosen.truth_sizes >= min_region, chosen.predicted_sizes >= min_region
+    is_large_truth, is_large_prediction = chosen.truth_sizes >= min_region, chosen.predicted_sizes >= min_region
     union = chosen.truth_sizes[:, None] + chosen.predicted_sizes - chosen.counts - chosen.void
     iou = chosen.counts / np.maximum(union, 1)
-    matched = (iou > 0.5) & big[:, None] & real
-    ignorable = chosen.void + chosen.counts[~big].sum(axis=0)
-    wrong = real & ~matched.any(axis=0) & (2 * ignorable <= chosen.predicted_sizes)
-    missed = big & ~matched.any(axis=1)
+    matched = (iou > 0.5) & is_large_truth[:, None] & is_large_prediction
+    ignorable = chosen.void + chosen.counts[~is_large_truth].sum(axis=0)
+    false_positives = is_large_prediction & ~matched.any(axis=0) & (2 * ignorable <= chosen.predicted_sizes)
+    false_negatives = is_large_truth & ~matched.any(axis=1)
     # More than half of both lies in the overlap, so that no segment can match twice.
-    return PanopticCounts(float(iou[matched].sum()), int(matched.sum()), int(wrong.sum()), int(missed.sum()))
+    return PanopticCounts(
+        float(iou[matched].sum()), int(matched.sum()), int(false_positives.sum()), int(false_negatives.sum())
+    )

@@ -1,4 +1,4 @@
-"""The true instances that went worst, with the numbers to look them up by."""
+"""Worst-case list: the true instances with the lowest best IoU, with the ids to look them up by."""
 
 from __future__ import annotations
 
@@ -31,7 +31,16 @@ def worst_instances(
     min_region: int,
     count: int,
 ) -> tuple[WorstInstance, ...]:
-    """The `count` true instances of at least min_region vertices with the lowest best intersection over union."""
+    """The `count` true instances with the lowest best intersection over union.
+
+    Args:
+        scene: its name.
+        overlaps: shared vertices of true and predicted instances.
+        truth_classes: class names by true instance id.
+        predicted_classes: class names by predicted instance id.
+        min_region: vertices of the smallest truth that is listed.
+        count: how many.
+    """
     iou = overlaps.iou
     best = iou.argmax(axis=1) if iou.shape[1] else np.zeros(len(iou), np.int64)
     rows = []

@@ -1,1 +1,1 @@
-"""One scene and many scenes evaluated by a preset's rules."""
+"""Evaluation protocols: one scene by a preset's rules, and the aggregation over scenes."""

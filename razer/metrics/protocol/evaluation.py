@@ -1,4 +1,4 @@
-"""The evaluator: pairs of truth and prediction in, every number of the protocols out."""
+"""The evaluator: pairs of ground truth and prediction in, all metrics of the protocols out."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from typing import Any
 from razer.metrics.instances.precision_recall import Curve
 from razer.metrics.instances.worst_instances import WorstInstance, worst_of
 from razer.metrics.preset import Preset
-from razer.metrics.protocol import instances_over_scenes, over_scenes
+from razer.metrics.protocol import instance_aggregation, scene_aggregation
 from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 Pair = tuple[str, TruthScene, PredictedScene]
-Numbers = Mapping[str, Any]
+Metrics = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """All numbers of one evaluation, by the preset's rules. Parts that do not apply are None, numbers without a value
+    """All metrics of one evaluation, by the preset's rules. Parts that do not apply are None, metrics without a value
     (a class without truth) nan.
 
     duplicates, missed, n_truth, n_predicted: instances, regardless of class and at an overlap of 0.5. curves: precision
     over recall at 0.5 by class, "any" for all merged. confusion: names (C,), "" for none, and counts, C rows of C, true
-    by predicted class. scenes: the same numbers of each scene, with the ids of what matched, doubled or was missed."""
+    by predicted class. scenes: the same metrics of each scene, with the ids of matches, duplicates and misses."""
 
     preset: Preset
-    class_agnostic: Numbers | None = None
-    class_aware: Numbers | None = None
-    semantic: Numbers | None = None
-    panoptic: Numbers | None = None
-    surface: Numbers | None = None
+    class_agnostic: Metrics | None = None
+    class_aware: Metrics | None = None
+    semantic: Metrics | None = None
+    panoptic: Metrics | None = None
+    surface: Metrics | None = None
     duplicates: int | None = None
     missed: int | None = None
-    pose: Numbers | None = None
+    pose: Metrics | None = None
     n_truth: int | None = None
     n_predicted: int | None = None
-    retrieval: Numbers | None = None
-    confusion: Numbers | None = None
+    retrieval: Metrics | None = None
+    confusion: Metrics | None = None
     worst: tuple[WorstInstance, ...] = ()
     unknown_names: tuple[str, ...] = ()
-    scenes: Mapping[str, Numbers] = field(default_factory=dict)
+    scenes: Mapping[str, Metrics] = field(default_factory=dict)
     curves: Mapping[str, Curve] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
@@ -55,62 +55,62 @@ class Evaluation:
 
 
 def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
-    """Evaluate (name, truth, prediction) scene by scene by the preset's rules; only one scene is held at a time, what
-    is kept of it are judgements and counts."""
+    """Evaluate (name, truth, prediction) scene by scene by the preset's rules; only one scene is held at a time, of
+    which match outcomes and counts are kept."""
     results: list[SceneResult] = []
-    scenes: dict[str, Numbers] = {}
+    scenes: dict[str, Metrics] = {}
     for name, truth, predicted in pairs:
         results.append(evaluate_scene(name, truth, predicted, preset))
-        scenes[name] = _scene_numbers(results[-1], preset)
+        scenes[name] = _scene_metrics(results[-1], preset)
         del truth, predicted
     return _summary(results, preset, scenes)
 
 
-def _scene_numbers(result: SceneResult, preset: Preset) -> Numbers:
-    """The numbers of one scene, without tables by class."""
-    alone = _summary([result], preset, {})
-    numbers = {
-        name: _short(getattr(alone, name))
+def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:
+    """The metrics of one scene, without tables by class."""
+    evaluation = _summary([result], preset, {})
+    metrics = {
+        name: _without_tables(getattr(evaluation, name))
         for name in ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "pose")
     }
-    found = None if result.instances is None else result.instances.found
-    ids = {} if found is None else {"duplicates": found.duplicates, "missed": found.missed}
-    matches = [] if found is None else [match._asdict() for match in found.matches]
-    return numbers | {"n_truth": alone.n_truth, "n_predicted": alone.n_predicted, **ids, "matches": matches}
+    summary = None if result.instances is None else result.instances.match_summary
+    ids = {} if summary is None else {"duplicates": summary.duplicates, "missed": summary.missed}
+    matches = [] if summary is None else [match._asdict() for match in summary.matches]
+    return metrics | {"n_truth": evaluation.n_truth, "n_predicted": evaluation.n_predicted, **ids, "matches": matches}
 
 
-def _short(numbers: Numbers | None) -> Numbers | None:
-    if numbers is None:
+def _without_tables(metrics: Metrics | None) -> Metrics | None:
+    if metrics is None:
         return None
-    return {key: value for key, value in numbers.items() if key not in ("per_class", "splits", "lists")}
+    return {key: value for key, value in metrics.items() if key not in ("per_class", "splits", "lists")}
 
 
-def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str, Numbers]) -> Evaluation:
+def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str, Metrics]) -> Evaluation:
     instances = [r.instances for r in results if r.instances is not None]
     confusions = [r.confusion for r in results if r.confusion is not None]
-    aware = instances_over_scenes.class_aware(instances, preset)
-    found = [r.found for r in instances]
+    aware = instance_aggregation.class_aware(instances, preset)
+    summaries = [r.match_summary for r in instances]
     return Evaluation(
         preset=preset,
-        class_agnostic=instances_over_scenes.class_agnostic(instances, preset),
+        class_agnostic=instance_aggregation.class_agnostic(instances, preset),
         class_aware=aware,
-        semantic=over_scenes.semantic(confusions, preset),
-        panoptic=instances_over_scenes.panoptic(instances, aware is not None, preset),
-        surface=over_scenes.surface([r.surface for r in results if r.surface is not None]),
-        duplicates=sum(len(f.duplicates) for f in found) if found else None,
-        missed=sum(len(f.missed) for f in found) if found else None,
-        pose=over_scenes.pose([r.pose for r in results if r.pose is not None]),
+        semantic=scene_aggregation.semantic(confusions, preset),
+        panoptic=instance_aggregation.panoptic(instances, aware is not None, preset),
+        surface=scene_aggregation.surface([r.surface for r in results if r.surface is not None]),
+        duplicates=sum(len(s.duplicates) for s in summaries) if summaries else None,
+        missed=sum(len(s.missed) for s in summaries) if summaries else None,
+        pose=scene_aggregation.pose([r.pose for r in results if r.pose is not None]),
         n_truth=sum(r.n_truth for r in instances) if instances else None,
         n_predicted=sum(r.n_predicted for r in instances) if instances else None,
-        retrieval=over_scenes.retrieval(
+        retrieval=scene_aggregation.retrieval(
             [r.retrieval_given for r in results if r.retrieval_given is not None],
             [r.retrieval_partners for r in results if r.retrieval_partners is not None],
         ),
-        confusion=over_scenes.confusion_table(confusions),
+        confusion=scene_aggregation.confusion_table(confusions),
         worst=worst_of((w for r in instances for w in r.worst), preset.worst),
         unknown_names=tuple(sorted({name for r in results for name in r.unknown_names})),
         scenes=scenes,
-        curves=instances_over_scenes.curves(instances, aware is not None),
+        curves=instance_aggregation.curves(instances, aware is not None),
     )
 
 

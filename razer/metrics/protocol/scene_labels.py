@@ -1,4 +1,4 @@
-"""A prediction laid over the truth: what both say of the truth's vertices that count, by a preset's rules."""
+"""Labels of truth and prediction on the truth's evaluated vertices, by a preset's rules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from razer.arrays import BoolArray, Int64Array
 from razer.metrics.class_table import ClassTable
 from razer.metrics.preset import Preset
-from razer.metrics.protocol.vertex_labels import Carrier, Masks, painted, renumbered
+from razer.metrics.protocol.vertex_labels import InstanceLabels, LabelTransfer, flatten_masks, relabel
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 
@@ -24,7 +24,7 @@ class SceneLabels:
     truth_instances: Int64Array
     truth_classes: Int64Array
     truth_instance_classes: Mapping[int, int]
-    predicted_instances: Masks | None
+    predicted_instances: InstanceLabels | None
     predicted_classes: Int64Array | None
     predicted_instance_classes: Mapping[int, int]
     scores: Mapping[int, float]
@@ -32,23 +32,23 @@ class SceneLabels:
     @property
     def single_instances(self) -> Int64Array:
         """One predicted instance for each vertex (V,): where masks overlap that of the higher score, then lower id."""
-        found = self.predicted_instances
-        if not isinstance(found, Mapping):
-            return np.zeros(len(self.truth_instances), np.int64) if found is None else found
-        return painted(found, self.scores, len(self.truth_instances))
+        instances = self.predicted_instances
+        if not isinstance(instances, Mapping):
+            return np.zeros(len(self.truth_instances), np.int64) if instances is None else instances
+        return flatten_masks(instances, self.scores, len(self.truth_instances))
 
 
-def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneLabels:
+def labels_on_truth(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneLabels:
     """Bring a prediction onto the truth's vertices and its class names into the preset's list. Raises ValueError for
     labels or masks that do not fit the truth."""
     table = ClassTable.of(preset.vocabulary, truth.class_names)
     counts = truth.counts
-    carrier = Carrier(truth, predicted, preset)
-    instances = carrier.instances()
+    transfer = LabelTransfer(truth, predicted, preset)
+    instances = transfer.instances()
     own_classes = table.numbers(predicted.class_names)
-    classes = carrier.classes(table.numbers(predicted.vertex_class_names), own_classes, instances)
+    classes = transfer.classes(table.numbers(predicted.vertex_class_names), own_classes, instances)
     truth_instances = np.asarray(truth.instances, np.int64)[counts]
-    truth_classes = renumbered(truth.classes, table.numbers(truth.class_names))[counts]
+    truth_classes = relabel(truth.classes, table.numbers(truth.class_names))[counts]
     instances = _only(instances, counts)
     classes = None if classes is None else classes[counts]
     if predicted.classes is not None and classes is not None and instances is not None:
@@ -67,24 +67,24 @@ def lay_over(truth: TruthScene, predicted: PredictedScene, preset: Preset) -> Sc
     )
 
 
-def _only(instances: Masks | None, counts: BoolArray) -> Masks | None:
+def _only(instances: InstanceLabels | None, counts: BoolArray) -> InstanceLabels | None:
     """The instances on the vertices that count, numbered among these."""
     if instances is None or counts.all():
         return instances
     if not isinstance(instances, Mapping):
         return instances[counts]
-    place = np.cumsum(counts) - 1
-    return {number: place[mask[counts[mask]]] for number, mask in instances.items()}
+    new_index = np.cumsum(counts) - 1
+    return {number: new_index[mask[counts[mask]]] for number, mask in instances.items()}
 
 
-def _class_by_vertices(instances: Masks, classes: Int64Array) -> dict[int, int]:
+def _class_by_vertices(instances: InstanceLabels, classes: Int64Array) -> dict[int, int]:
     """The most frequent class of each instance's vertices, the lowest of equally frequent ones; none if unlabelled."""
     if isinstance(instances, Mapping):
         modes = {number: _mode(classes[mask]) for number, mask in instances.items()}
         return {number: mode for number, mode in modes.items() if mode}
-    own = (instances > 0) & (classes > 0)
+    is_labelled = (instances > 0) & (classes > 0)
     span = int(classes.max(initial=0)) + 1
-    pairs, counts = np.unique(instances[own] * span + classes[own], return_counts=True)
+    pairs, counts = np.unique(instances[is_labelled] * span + classes[is_labelled], return_counts=True)
     order = np.lexsort((-(pairs % span), counts))  # the last one written stays
     return {int(pair) // span: int(pair) % span for pair in pairs[order]}
 
@@ -95,22 +95,22 @@ def _mode(classes: Int64Array) -> int:
 
 
 def _scores(
-    instances: Masks | None, classes: Mapping[int, int], own: Mapping[int, float], preset: Preset
+    instances: InstanceLabels | None, classes: Mapping[int, int], predicted_scores: Mapping[int, float], preset: Preset
 ) -> Mapping[int, float]:
     """The confidence of each prediction by the preset's rule."""
     if preset.score == "own" or instances is None:
-        return own
+        return predicted_scores
     sizes = _sizes(instances)
     if preset.score == "one":
         return dict.fromkeys(sizes, 1.0)
     largest: dict[int, int] = {}
     for number, size in sizes.items():
-        kind = classes.get(number, 0)
-        largest[kind] = max(size, largest.get(kind, 1))
+        class_number = classes.get(number, 0)
+        largest[class_number] = max(size, largest.get(class_number, 1))
     return {number: size / largest[classes.get(number, 0)] for number, size in sizes.items()}
 
 
-def _sizes(instances: Masks) -> dict[int, int]:
+def _sizes(instances: InstanceLabels) -> dict[int, int]:
     if isinstance(instances, Mapping):
         return {number: len(mask) for number, mask in instances.items()}
     ids, counts = np.unique(instances[instances > 0], return_counts=True)

@@ -1,4 +1,4 @@
-"""One scene evaluated: judgements and counts that can be pooled with those of other scenes."""
+"""Evaluation of one scene: match outcomes and counts that can be pooled with those of other scenes."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from razer.metrics.instances.instance_ap import Scene, SceneJudgement, judge_scene, scores_of
-from razer.metrics.instances.match_summary import Found, find_matches
+from razer.arrays import Int64Array
+from razer.metrics.instances.instance_ap import Scene, SceneOutcomes, match_scene, scores_of
+from razer.metrics.instances.match_summary import MatchSummary, summarize_matches
 from razer.metrics.instances.matching import Overlaps
 from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segments, merge_stuff
-from razer.metrics.instances.retrieval import RetrievalCounts, classes_given, classes_of_partners
+from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrieval, predicted_mask_retrieval
 from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
 from razer.metrics.preset import Preset
-from razer.metrics.protocol.scene_labels import SceneLabels, lay_over
+from razer.metrics.protocol.scene_labels import SceneLabels, labels_on_truth
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
-from razer.metrics.surface.surface_errors import SurfaceNumbers, surface_numbers
-from razer.metrics.trajectory_errors import TrajectoryNumbers, trajectory_numbers
+from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_metrics
+from razer.metrics.trajectory_errors import TrajectoryMetrics, trajectory_metrics
 
 MAIN_LIST = ""
 
@@ -30,10 +31,10 @@ class InstanceResult:
     """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
     named: whether any prediction has a class. groups: class name -> split of the vocabulary."""
 
-    agnostic: SceneJudgement
-    aware: Mapping[str, SceneJudgement] | None
+    agnostic: SceneOutcomes
+    aware: Mapping[str, SceneOutcomes] | None
     named: bool
-    found: Found
+    match_summary: MatchSummary
     n_truth: int
     n_predicted: int
     panoptic_agnostic: Mapping[Any, PanopticCounts]
@@ -44,25 +45,35 @@ class InstanceResult:
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """What is kept of one scene; None for parts that do not apply. unknown_names: names that the list lacks."""
+    """Results of one scene; None for parts that do not apply. unknown_names: names that the list lacks."""
 
     name: str
     instances: InstanceResult | None
     confusion: Counter[tuple[str, str]] | None
     retrieval_given: RetrievalCounts | None
     retrieval_partners: RetrievalCounts | None
-    surface: SurfaceNumbers | None
-    pose: TrajectoryNumbers | None
+    surface: SurfaceMetrics | None
+    pose: TrajectoryMetrics | None
     unknown_names: frozenset[str]
 
 
 def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, preset: Preset) -> SceneResult:
-    """Evaluate one scene by the preset's rules."""
+    """Evaluate one scene.
+
+    Args:
+        name: of the scene, for the list of worst instances.
+        truth: ground truth on V vertices.
+        predicted: the prediction; its surface may lie in the frame of its own trajectory.
+        preset: the rules.
+
+    Raises:
+        ValueError: where predicted labels or masks do not fit the truth's vertices.
+    """
     pose = _pose(truth, predicted)
     if predicted.own_frame and pose is not None and predicted.vertices is not None:
         motion = pose.truth_from_estimate
         predicted = replace(predicted, vertices=predicted.vertices @ motion[:3, :3].T + motion[:3, 3])
-    labels = lay_over(truth, predicted, preset)
+    labels = labels_on_truth(truth, predicted, preset)
     overlaps = None if labels.predicted_instances is None else _scene(labels, _evaluated(labels, preset)).overlaps()
     return SceneResult(
         name,
@@ -70,14 +81,14 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         _confusion(labels),
         _retrieval_given(labels, predicted, preset),
         None if overlaps is None else _retrieval_partners(labels, preset),
-        surface_numbers(truth, predicted),
+        surface_metrics(truth, predicted),
         pose,
         frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
     )
 
 
 def _names(truth: TruthScene, predicted: PredictedScene) -> set[str]:
-    """The class names that truth and prediction make use of."""
+    """The class names that truth and prediction use."""
     names = {*predicted.class_names.values(), *(predicted.names_of_truth or {}).values()}
     for classes, named in ((truth.classes, truth.class_names), (predicted.classes, predicted.vertex_class_names)):
         used = [] if classes is None else np.unique(classes).tolist()
@@ -85,16 +96,16 @@ def _names(truth: TruthScene, predicted: PredictedScene) -> set[str]:
     return names
 
 
-def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryNumbers | None:
+def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryMetrics | None:
     if truth.trajectory is None or predicted.trajectory is None:
         return None
-    return trajectory_numbers(truth.trajectory, predicted.trajectory)
+    return trajectory_metrics(truth.trajectory, predicted.trajectory)
 
 
 def _evaluated(labels: SceneLabels, preset: Preset, classes: tuple[str, ...] | None = None) -> set[int]:
     """The numbers of the classes whose instances are evaluated."""
-    chosen = labels.table.chosen(preset.instance_classes if classes is None else classes, otherwise_all=True)
-    return chosen - labels.table.chosen(preset.instance_ignored)
+    chosen = labels.table.subset(preset.instance_classes if classes is None else classes, all_if_empty=True)
+    return chosen - labels.table.subset(preset.instance_ignored)
 
 
 def _scene(labels: SceneLabels, evaluated: set[int], aware: bool = False) -> Scene:
@@ -113,13 +124,13 @@ def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Prese
     evaluated = _evaluated(labels, preset)
     scene = _scene(labels, evaluated)
     scores = scores_of(scene, overlaps)
-    found = find_matches(overlaps, scores, preset.min_region, preset.strict)
+    summary = summarize_matches(overlaps, scores, preset.min_region, preset.strict)
     single, names = labels.single_instances, labels.table.names
     return InstanceResult(
-        judge_scene(scene, overlaps, preset.ap_settings),
+        match_scene(scene, overlaps, preset.ap_settings),
         _aware(labels, overlaps, preset) if labels.truth_instance_classes else None,
         bool(labels.predicted_instance_classes),
-        found,
+        summary,
         int((overlaps.truth_sizes >= preset.min_region).sum()),
         int((overlaps.predicted_sizes >= preset.min_region).sum()),
         count_segments(scene.truth, single, min_region=preset.panoptic_min_region),
@@ -136,21 +147,21 @@ def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Prese
     )
 
 
-def _aware(labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> dict[str, SceneJudgement]:
-    """Judgements by class for each list of classes."""
+def _aware(labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> dict[str, SceneOutcomes]:
+    """Match outcomes by class for each list of classes."""
     main = _scene(labels, _evaluated(labels, preset), aware=True)
-    judged = {MAIN_LIST: judge_scene(main, overlaps, preset.ap_settings)}
+    outcomes = {MAIN_LIST: match_scene(main, overlaps, preset.ap_settings)}
     for title, classes in preset.class_lists.items():
         scene = _scene(labels, _evaluated(labels, preset, classes), aware=True)
-        judged[title] = judge_scene(scene, scene.overlaps(), preset.ap_settings)
-    return judged
+        outcomes[title] = match_scene(scene, scene.overlaps(), preset.ap_settings)
+    return outcomes
 
 
 def _panoptic(
-    labels: SceneLabels, single: np.ndarray, evaluated: set[int], preset: Preset
+    labels: SceneLabels, single: Int64Array, evaluated: set[int], preset: Preset
 ) -> dict[Any, PanopticCounts]:
     """Things as instances, stuff merged, by class name."""
-    stuff = labels.table.chosen(preset.stuff)
+    stuff = labels.table.subset(preset.stuff)
     counted = evaluated | stuff
     predicted_classes = np.zeros_like(single) if labels.predicted_classes is None else labels.predicted_classes
     sides = (
@@ -171,8 +182,8 @@ def _confusion(labels: SceneLabels) -> Counter[tuple[str, str]] | None:
 
 
 def _retrieval_classes(labels: SceneLabels, preset: Preset) -> dict[int, str]:
-    """The class names of the true instances that are asked for."""
-    chosen = labels.table.chosen(preset.retrieval_classes) or _evaluated(labels, preset)
+    """The class names of the true instances that are queried."""
+    chosen = labels.table.subset(preset.retrieval_classes) or _evaluated(labels, preset)
     return {i: labels.table.names[c] for i, c in labels.truth_instance_classes.items() if c in chosen}
 
 
@@ -180,13 +191,14 @@ def _retrieval_given(labels: SceneLabels, predicted: PredictedScene, preset: Pre
     if predicted.names_of_truth is None:
         return None
     given = {i: labels.table.names[c] for i, c in labels.table.numbers(predicted.names_of_truth).items()}
-    return classes_given(_retrieval_classes(labels, preset), given)
+    return given_mask_retrieval(_retrieval_classes(labels, preset), given)
 
 
 def _retrieval_partners(labels: SceneLabels, preset: Preset) -> RetrievalCounts | None:
     if not labels.predicted_instance_classes or not labels.truth_instance_classes:
         return None
-    asked = _retrieval_classes(labels, preset)
+    queried = _retrieval_classes(labels, preset)
     overlaps = _scene(labels, set(labels.table.names)).overlaps()
     own = {i: labels.table.names[c] for i, c in labels.predicted_instance_classes.items()}
-    return classes_of_partners(overlaps, asked, own, preset.retrieval_min_iou, preset.retrieval_missed == "wrong")
+    missed_is_wrong = preset.retrieval_missed == "wrong"
+    return predicted_mask_retrieval(overlaps, queried, own, preset.retrieval_min_iou, missed_is_wrong)

@@ -1,1 +1,1 @@
-"""Surfaces against the true one."""
+"""Surface metrics: accuracy, completeness, chamfer distance, F-score, and label transfer between meshes."""

@@ -1,4 +1,4 @@
-"""Labels carried from one surface's vertices to another's."""
+"""Nearest-neighbour label transfer between the vertices of two surfaces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from razer.arrays import BoolArray, Float64Array, FloatArray, Int64Array, IntArray
 
-_SPARE = 4  # neighbours asked for beyond k, so that most ties at the k-th are seen at once
+_SPARE = 4  # neighbours queried beyond k, so that most ties at the k-th are resolved at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +23,8 @@ class Neighbours:
         """The label (V,) that most of the neighbours bear of (P,) source labels, the lowest of equally frequent ones;
         0 where there is no neighbour."""
         padded = np.append(np.asarray(source_labels, np.int64), 0)
-        near = padded[self.index]
-        return near[:, 0] if near.shape[1] == 1 else _majority(near, self.index < self.n_source)
+        votes = padded[self.index]
+        return votes[:, 0] if votes.shape[1] == 1 else _majority(votes, self.index < self.n_source)
 
 
 def nearest_vertices(
@@ -34,26 +34,33 @@ def nearest_vertices(
     max_distance_m: float | None = None,
     among: BoolArray | None = None,
 ) -> Neighbours:
-    """The k source points (P, 3), of those chosen by `among` (P,), nearest to each of V points (V, 3), at most
-    max_distance_m metres away.
+    """The k source points nearest to each point.
 
     Distances are compared as squares, dx^2 + dy^2 + dz^2 in float64. Of equally near points the lower number comes
     first; with k = 1 a source point at the very place and with the very number of the point comes before it, so that a
-    surface carried to itself stays as it is even where vertices coincide."""
+    surface carried to itself stays as it is even where vertices coincide.
+
+    Args:
+        source: (P, 3), points to search, metres.
+        points: (V, 3), points to find neighbours of, metres.
+        k: neighbours for each point.
+        max_distance_m: neighbours farther than this are left out; None: no limit.
+        among: (P,), the source points to search; None: all.
+    """
     source, points = np.asarray(source, np.float64), np.asarray(points, np.float64)
     chosen = np.arange(len(source)) if among is None else np.flatnonzero(among)
     if len(chosen) == 0 or len(points) == 0:
         return Neighbours(np.full((len(points), k), len(source), np.int64), len(source))
-    found = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + (_SPARE if k > 1 else 1))
-    index = np.append(chosen, len(source))[found]
+    nearest = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + (_SPARE if k > 1 else 1))
+    index = np.append(chosen, len(source))[nearest]
     if k == 1:
         own = chosen[chosen < len(points)]
         same = own[(source[own] == points[own]).all(axis=1)]
         index[same, 0] = same
     if max_distance_m is not None:
         # A distance of exactly the limit is within it, whatever its square rounds to.
-        far = np.sqrt(_squares(source, points, index)) > max_distance_m
-        index[far] = len(source)
+        is_far = np.sqrt(_squares(source, points, index)) > max_distance_m
+        index[is_far] = len(source)
     return Neighbours(index, len(source))
 
 
@@ -64,23 +71,30 @@ def transfer_labels(
     max_distance_m: float | None = 0.05,
     k: int = 1,
 ) -> Int64Array:
-    """The label (V,) of each truth vertex (V, 3): that of the nearest of the (P, 3) predicted vertices, or of most
-    of the k nearest (a tie goes to the lower label), within max_distance_m metres; 0 where there is none."""
+    """The label (V,) of each truth vertex: that of the nearest predicted vertex, or of most of the k nearest.
+
+    Args:
+        predicted_vertices: (P, 3), metres.
+        predicted_ids: (P,), their labels.
+        truth_vertices: (V, 3), metres.
+        max_distance_m: predicted vertices farther than this carry no label; None: no limit. 0 where none is left.
+        k: neighbours that vote; a tie goes to the lower label.
+    """
     return nearest_vertices(predicted_vertices, truth_vertices, k, max_distance_m).labels(predicted_ids)
 
 
-def _ordered(tree: cKDTree, source: FloatArray, points: FloatArray, k: int, asked: int) -> Int64Array:
-    """The k nearest of each point, ordered by distance, then by number, out of the `asked` nearest or more."""
-    _, near = tree.query(points, k=list(range(1, min(asked, len(source)) + 1)))
-    squares = _squares(source, points, near)
-    chosen = np.lexsort((near, squares), axis=1)[:, :k]
-    index = np.take_along_axis(near, chosen, axis=1).astype(np.int64)
-    if asked < len(source):
-        # More points may lie as far as the k-th than were asked for; the tree's distances may differ by rounding.
+def _ordered(tree: cKDTree, source: FloatArray, points: FloatArray, k: int, n_queried: int) -> Int64Array:
+    """The k nearest of each point, ordered by distance, then by number, out of the `n_queried` nearest or more."""
+    _, nearest = tree.query(points, k=list(range(1, min(n_queried, len(source)) + 1)))
+    squares = _squares(source, points, nearest)
+    chosen = np.lexsort((nearest, squares), axis=1)[:, :k]
+    index = np.take_along_axis(nearest, chosen, axis=1).astype(np.int64)
+    if n_queried < len(source):
+        # More points may lie as far as the k-th than were queried; the tree's distances may differ by rounding.
         kth = np.take_along_axis(squares, chosen[:, -1:], axis=1)[:, 0]
         undecided = np.flatnonzero(squares.max(axis=1) <= kth * (1 + 1e-12))
         if len(undecided):
-            index[undecided] = _ordered(tree, source, points[undecided], k, 2 * asked)
+            index[undecided] = _ordered(tree, source, points[undecided], k, 2 * n_queried)
     missing = max(k - index.shape[1], 0)
     return np.pad(index, ((0, 0), (0, missing)), constant_values=len(source))
 

@@ -1,4 +1,4 @@
-"""How far points are from triangles."""
+"""Point-to-triangle distances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a reconstructed surface agrees with the true one: accuracy, completeness, chamfer distance, F-score."""
+"""Surface reconstruction metrics: accuracy, completeness, chamfer distance, F-score."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ F_SCORE_LIMITS_M = (0.02, 0.05)
 
 
 @dataclass(frozen=True, slots=True)
-class SurfaceNumbers:
+class SurfaceMetrics:
     """accuracy_m: mean distance of the predicted vertices from the true surface; completeness_m: of the true ones that
     count from the predicted surface; chamfer_m: the mean of both. By limit in metres: precision and recall, the shares
     within it of predicted and true vertices, and fscore, their harmonic mean. on_truth: whether the prediction lies on
-    the truth's own vertices, so that the distances are 0 and say nothing of the system."""
+    the truth's own vertices, so that the distances are 0 and do not measure the system."""
 
     accuracy_m: float
     completeness_m: float
@@ -30,33 +30,33 @@ class SurfaceNumbers:
     on_truth: bool = False
 
 
-def surface_numbers(truth: TruthScene, predicted: PredictedScene) -> SurfaceNumbers | None:
+def surface_metrics(truth: TruthScene, predicted: PredictedScene) -> SurfaceMetrics | None:
     """Compare the surfaces; None where the prediction is masks only, or where either side has no vertex.
 
-    Vertices that nobody could see do not have to be complete, but a prediction may lie on them. Labels on the truth's
+    Vertices that no frame observed do not have to be complete, but a prediction may lie on them. Labels on the truth's
     vertices have the truth's surface, which is 0 from itself."""
     if not truth.counts.any():
         return None
     if predicted.vertices is None:
-        itself = np.zeros(len(truth.vertices))
-        labelled = predicted.instances is not None or predicted.classes is not None
-        return replace(compare(itself, itself), on_truth=True) if labelled else None
+        zeros = np.zeros(len(truth.vertices))
+        is_labelled = predicted.instances is not None or predicted.classes is not None
+        return replace(metrics_of_distances(zeros, zeros), on_truth=True) if is_labelled else None
     if len(predicted.vertices) == 0:
         return None
     true_surface = TriangleSurface(truth.vertices, truth.triangles)
     predicted_surface = TriangleSurface(predicted.vertices, predicted.triangles)
-    return compare(
+    return metrics_of_distances(
         true_surface.distances(predicted.vertices), predicted_surface.distances(truth.vertices[truth.counts])
     )
 
 
-def compare(to_truth_m: FloatArray, to_predicted_m: FloatArray) -> SurfaceNumbers:
-    """The numbers of the distances (P,) of predicted and (V,) of true vertices, metres, at least one of each."""
+def metrics_of_distances(to_truth_m: FloatArray, to_predicted_m: FloatArray) -> SurfaceMetrics:
+    """The metrics of the distances (P,) of predicted and (V,) of true vertices, metres, at least one of each."""
     accuracy, completeness = float(to_truth_m.mean()), float(to_predicted_m.mean())
     precision = {limit: float((to_truth_m <= limit).mean()) for limit in F_SCORE_LIMITS_M}
     recall = {limit: float((to_predicted_m <= limit).mean()) for limit in F_SCORE_LIMITS_M}
     fscore = {limit: _harmonic(precision[limit], recall[limit]) for limit in F_SCORE_LIMITS_M}
-    return SurfaceNumbers(accuracy, completeness, (accuracy + completeness) / 2, precision, recall, fscore)
+    return SurfaceMetrics(accuracy, completeness, (accuracy + completeness) / 2, precision, recall, fscore)
 
 
 def _harmonic(a: float, b: float) -> float:

@@ -1,1 +1,1 @@
-"""Image-text models: CLIP, SigLIP and their kin."""
+"""Image-text embeddings: CLIP, SigLIP and similar models."""

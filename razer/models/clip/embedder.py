@@ -1,4 +1,4 @@
-"""Vectors that words and pictures can be held against, by an image-text model such as CLIP or SigLIP (eq. 11)."""
+"""Open-vocabulary mask embeddings by an image-text model such as CLIP or SigLIP (RAZER eq. 11)."""
 
 from __future__ import annotations
 
@@ -24,24 +24,28 @@ Kind = Literal["crops", "dense", "tokens"]
 
 
 class ClipEmbedder:
-    """One vector for each mask, one for each text, in the space of the model in `weights`: a folder, a file or a hub
-    id (see clip_library); `architecture` is open_clip's MODEL or MODEL:TAG where a file holds weights alone.
+    """One vector for each mask, one for each text, in the space of the model.
 
-    vectors: "crops" encodes a picture of each mask; "dense" encodes the frame once and takes the mean over the mask's
-    pixels of features that texts can be held against (MaskCLIP's value path, or a model made for it): quicker, and
-    worse for small things; "tokens" takes the mean of the encoder's own tokens, which tell things apart but know no
-    words.
-    crop_scale: side of a crop over the longer side of the mask. Larger: more of what is around it is seen.
-    background: share in [0, 1] with which the rest of a crop shows. 0 looks unlike any picture the model was trained
-    on, 1 does not say which of the things in the crop is meant; HOV-SG too takes about half of each.
-    map_scale: shorter side of the frame for "dense" and "tokens", over the size of pictures that the model was
-    trained with. Larger: finer features, and time grows at least with the square.
-    batch: pictures or texts encoded at a time. Larger: faster on a GPU, more memory.
-    unrelated_cosine: what pictures of unlike things have in common (see `likeness`): 0.55 to 0.85 with CLIP ViT-B/32,
-    0.72 on average over objects of LVIS. Larger: what looks alike is told apart, and one thing from two sides, too.
+    The files are checked at once, and loaded on first use, so that the embedder can be sent to another process.
 
-    The files are looked for at once, and loaded on first use, so that the embedder can travel to another process.
-    Raises BadInput.
+    Args:
+        weights: a folder, a file or a hub id (see razer.models.clip.library).
+        vectors: "crops" encodes a crop of each mask; "dense" encodes the frame once and pools, over the mask's pixels,
+            features aligned with text (MaskCLIP's value path, or a model made for it): faster, and worse for small
+            objects; "tokens" pools the encoder's own tokens, which discriminate but are not aligned with text.
+        crop_scale: side of a crop over the longer side of the mask. Larger: more context.
+        background: opacity in [0, 1] of the rest of a crop. 0 looks unlike any image the model was trained on, 1 does
+            not say which object in the crop is meant; HOV-SG too takes about half of each.
+        map_scale: shorter side of the frame for "dense" and "tokens", over the input size that the model was trained
+            with. Larger: finer features, and time grows at least with the square.
+        batch: crops or texts encoded at a time. Larger: faster on a GPU, more memory.
+        unrelated_cosine: cosine of images of unrelated objects: 0.55 to 0.85 with CLIP ViT-B/32, 0.72 on average over
+            objects of LVIS. Larger: similar objects are separated, and so are two sides of one object.
+        architecture: open_clip's MODEL or MODEL:TAG where a file holds weights alone.
+        device: auto, cpu or cuda.
+
+    Raises:
+        BadInput: for impossible options, or where there is no such model.
     """
 
     def __init__(
@@ -81,7 +85,7 @@ class ClipEmbedder:
         return self._of_masks(rgb, mask[None])[0]
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
-        """See TextSide; raises BadInput where vectors know no words."""
+        """See TextSide; raises BadInput where vectors are not aligned with text."""
         if self.vectors == "tokens":
             raise BadInput(
                 "an image encoder's own tokens cannot be held against text: set embedder option vectors to crops or "
@@ -96,21 +100,21 @@ class ClipEmbedder:
         return _unit(self._of_crops(rgb, masks) if self.vectors == "crops" else self._of_features(rgb, masks))
 
     def _of_crops(self, rgb: Uint8Array, masks: BoolArray) -> Float32Array:
-        wanted, encode = self._towers.image_input, self._towers.encode_images
+        image_input, encode = self._towers.image_input, self._towers.encode_images
 
         def encoded(chosen: slice) -> Float32Array:
-            look = {"scale": self.crop_scale, "background": self.background}
-            crops = mask_crops(rgb, masks[chosen], wanted.size, fill=wanted.neutral, **look)
-            return encode(wanted.batch(crops))
+            style = {"scale": self.crop_scale, "background": self.background}
+            crops = mask_crops(rgb, masks[chosen], image_input.size, fill=image_input.neutral, **style)
+            return encode(image_input.batch(crops))
 
         return self._in_batches(len(masks), encoded)
 
     def _of_features(self, rgb: Uint8Array, masks: BoolArray) -> Float32Array:
-        wanted = self._towers.image_input
-        height, width = _map_size(rgb.shape[:2], wanted.size, self._towers.patch, self.map_scale)
-        smaller = height < rgb.shape[0]
-        resized = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
-        image = wanted.batch(resized[None])[0]
+        image_input = self._towers.image_input
+        height, width = _map_size(rgb.shape[:2], image_input.size, self._towers.patch, self.map_scale)
+        shrinks = height < rgb.shape[0]
+        resized = cv2.resize(rgb, (width, height), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC)
+        image = image_input.batch(resized[None])[0]
         return pool_masks(self._towers.feature_map(image, aligned=self.vectors == "dense"), masks)
 
     def _in_batches(self, n: int, encode: Callable[[slice], Float32Array]) -> Float32Array:
@@ -138,6 +142,6 @@ def _unit(vectors: Float32Array) -> Float32Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
 
 
-def _require(holds: bool, otherwise: str) -> None:
-    if not holds:
-        raise BadInput(f"embedder option {otherwise}")
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise BadInput(f"embedder option {message}")

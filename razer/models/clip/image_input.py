@@ -1,4 +1,4 @@
-"""What an image encoder takes: the size of its pictures and how their colours are scaled."""
+"""Image preprocessing of an encoder: input size and colour normalisation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Uint8Array
 from razer.errors import BadInput
-from razer.models.hub.sidecar_files import nearest, read_json
+from razer.models.hub.sidecar_files import find_sidecar, read_json
 
 # Where the libraries write it: transformers before and since processors are one file, and exports of open_clip.
 _FILES = ("preprocessor_config.json", "processor_config.json", "preprocess_cfg.json")
@@ -42,8 +42,8 @@ class ImageInput:
 
     @classmethod
     def beside(cls, weights: Path, *, size: int | None = None) -> ImageInput:
-        """As a preprocessor file beside the weights says; a known size goes before. Raises BadInput."""
-        file = next(filter(None, (nearest(weights, name) for name in _FILES)), None)
+        """As in the preprocessor file beside the weights; a size that is given goes before. Raises BadInput."""
+        file = next(filter(None, (find_sidecar(weights, name) for name in _FILES)), None)
         if file is None:
             raise BadInput(f"{weights} has no {_FILES[0]} beside it, which says how colours are scaled")
         config = read_json(file)

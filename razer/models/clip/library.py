@@ -1,4 +1,4 @@
-"""Which library runs an image-text model, told by the files there are, and the model opened by it."""
+"""Choice of the library that runs an image-text model, by its files: transformers, open_clip or ONNX Runtime."""
 
 from __future__ import annotations
 
@@ -24,7 +24,17 @@ def library_of(weights: Path, architecture: str | None) -> Library:
 
 
 def open_towers(weights: Path, library: Library, architecture: str | None, device: Device) -> Towers:
-    """Load both towers; raises BadInput."""
+    """Load both towers.
+
+    Args:
+        weights: file or folder of the model.
+        library: that runs it, as of library_of.
+        architecture: open_clip's MODEL or MODEL:TAG where a file holds weights alone.
+        device: auto, cpu or cuda.
+
+    Raises:
+        BadInput: where it cannot be loaded.
+    """
     if library == "onnx":
         from razer.models.clip.onnx_towers import OnnxTowers
 
@@ -51,8 +61,8 @@ def _library_of_file(file: Path, architecture: str | None) -> Library:
 
 def _library_of_folder(folder: Path) -> Library:
     config = folder / "config.json"
-    described = read_json(config) if config.is_file() else {}
-    has_both_sides = {"vision_config", "text_config"} <= described.keys()
+    settings = read_json(config) if config.is_file() else {}
+    has_both_sides = {"vision_config", "text_config"} <= settings.keys()
     if has_both_sides and _has_weights(folder):
         return "transformers"
     if (folder / "open_clip_config.json").is_file():
@@ -61,7 +71,7 @@ def _library_of_folder(folder: Path) -> Library:
         return "onnx"
     if has_both_sides:
         raise BadInput(f"{folder} describes an image-text model, but has no weights: model.safetensors is missing")
-    kind = f" but a {described['model_type']}" if "model_type" in described else ""
+    kind = f" but a {settings['model_type']}" if "model_type" in settings else ""
     raise BadInput(
         f"{folder} is no image-text model{kind}: it needs config.json of CLIP or SigLIP with its weights, "
         "open_clip_config.json, or vision_model.onnx"

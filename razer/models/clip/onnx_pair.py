@@ -1,4 +1,4 @@
-"""The files of an image-text model exported to ONNX: one graph for pictures, one for texts, and what lies beside."""
+"""Image and text graphs of an image-text model exported to ONNX."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NAMES = (("vision", "text"), ("visual", "textual"), ("image", "text"))
 
 @dataclass(frozen=True)
 class OnnxPair:
-    """Image tower and text tower; None where there are only pictures."""
+    """Image tower and text tower; None where there is no text tower."""
 
     image: Path
     text: Path | None
@@ -41,9 +41,9 @@ class OnnxPair:
 
 
 def _text_beside(image: Path) -> Path | None:
-    """The other tower where the names differ in one word only: "x-visual.onnx", "x-textual.onnx"."""
-    for picture_word, text_word in _NAMES:
-        other = image.with_name(image.name.replace(picture_word, text_word))
-        if other != image and other.is_file():
-            return other
+    """The text tower where the names differ in one word only: "x-visual.onnx", "x-textual.onnx"."""
+    for image_word, text_word in _NAMES:
+        text = image.with_name(image.name.replace(image_word, text_word))
+        if text != image and text.is_file():
+            return text
     return None

@@ -1,4 +1,4 @@
-"""CLIP, SigLIP and their kin as a pair of ONNX graphs, as exported for transformers.js or from open_clip."""
+"""CLIP and similar models as a pair of ONNX graphs, as exported for transformers.js or from open_clip."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _VECTORS = ("image_embeds", "text_embeds", "image_features", "text_features", "e
 
 
 class OnnxTowers:
-    """Towers from a pair of graphs; the text side is opened when it is first asked. Raises BadInput."""
+    """Towers from a pair of graphs; the text tower is opened on first use. Raises BadInput."""
 
     patch: int | None = None
 
@@ -55,7 +55,7 @@ class OnnxTowers:
         return graph(ids, 2, attention_mask=attention)
 
     def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
-        """See Towers: an image tower with an output (1, D, h, w) was made to be held against texts at each pixel."""
+        """See Towers: an output (1, D, h, w) of the image tower is a feature map aligned with text."""
         if not aligned:
             raise BadInput(f"{self._pair.image} hides its tokens: set embedder option vectors to crops or dense")
         return np.ascontiguousarray(self._image(image[None], 4)[0].transpose(1, 2, 0))
@@ -68,8 +68,8 @@ class OnnxTowers:
         graph = _Graph(self._pair.text, self._device)
         if len(graph.shape) != 2 or graph.type not in ("tensor(int64)", "tensor(int32)"):
             raise BadInput(f"{self._pair.text} does not take token numbers (N, length)")
-        theirs, ours = self._image.dimensions, graph.dimensions
-        if theirs and ours and not theirs & ours:
+        image_dimensions, text_dimensions = self._image.dimensions, graph.dimensions
+        if image_dimensions and text_dimensions and not image_dimensions & text_dimensions:
             raise BadInput(
                 f"{self._pair.image} and {self._pair.text} are of different models: their vectors differ in length"
             )
@@ -78,7 +78,7 @@ class OnnxTowers:
 
 
 class _Graph:
-    """A graph of one input, or of tokens and which of them count; gives the output of the rank asked for."""
+    """A graph of one input, or of tokens and their attention mask; returns the output of a given rank."""
 
     def __init__(self, file: Path, device: Device) -> None:
         self._file = file
@@ -94,8 +94,8 @@ class _Graph:
     def __call__(self, batch: NDArray, rank: int, **more: NDArray) -> Float32Array:
         """The output of that rank for all rows; a graph made for a single row gets one at a time."""
         output = self._output(rank)
-        given = {self.name: batch, **more}
-        feed = {name: given[name].astype(_NUMPY[kind], copy=False) for name, kind in self._types.items()}
+        inputs = {self.name: batch, **more}
+        feed = {name: inputs[name].astype(_NUMPY[kind], copy=False) for name, kind in self._types.items()}
         rows = 1 if self.shape[0] == 1 else len(batch)
         parts = [
             self._run(output, {name: values[start : start + rows] for name, values in feed.items()})

@@ -1,4 +1,4 @@
-"""CLIP and its kin (MobileCLIP, PE, EVA, ...) by the library open_clip."""
+"""CLIP and similar models (MobileCLIP, PE, EVA, ...) run by the library open_clip."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from safetensors import SafetensorError
 from razer.arrays import Float32Array
 from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
-from razer.models.clip.open_clip_training import choices_for
+from razer.models.clip.open_clip_training import model_arguments
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
 
@@ -23,7 +23,7 @@ _DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, UnpicklingErr
 
 class OpenClipTowers:
     """Towers from a folder with open_clip_config.json, or from a file of weights of a named architecture (see
-    choices_for); raises BadInput."""
+    model_arguments); raises BadInput."""
 
     patch: int | None = None
 
@@ -49,7 +49,7 @@ class OpenClipTowers:
         return self._model.encode_text(self._tokenizer(list(texts)).to(self._device)).float().cpu().numpy()
 
     def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
-        """Raises BadInput: open_clip's encoders are too different from each other inside."""
+        """Raises BadInput: open_clip's encoders have no common structure."""
         raise BadInput(f"{self._weights}: features at each pixel need a model of transformers; set vectors to crops")
 
 
@@ -58,7 +58,7 @@ def _loaded(weights: Path, architecture: str | None) -> tuple[Any, Any]:
         if weights.is_dir():
             name = f"local-dir:{weights}"
             return open_clip.create_model(name, require_pretrained=True), open_clip.get_tokenizer(name)
-        choices = choices_for(architecture or "")
+        choices = model_arguments(architecture or "")
         model = open_clip.create_model(**choices, pretrained=str(weights))
         return model, open_clip.get_tokenizer(choices["model_name"])
     except _DAMAGED as error:

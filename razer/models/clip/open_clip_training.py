@@ -1,4 +1,4 @@
-"""How the published weights of an architecture of open_clip were trained, which a file of weights does not say."""
+"""Preprocessing and activation of open_clip's published weights, which a file of weights does not contain."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import open_clip
 from razer.errors import BadInput
 
 
-def choices_for(architecture: str) -> dict[str, Any]:
+def model_arguments(architecture: str) -> dict[str, Any]:
     """Arguments of create_model for weights of "MODEL" or "MODEL:TAG", by open_clip's names.
 
-    The tag is needed where published weights of one architecture want different colours or activations: with the
-    wrong ones a model computes nonsense without complaint. Raises BadInput.
+    The tag is needed where published weights of one architecture need different colour normalisation or activations:
+    with the wrong ones a model computes nonsense without an error. Raises BadInput.
     """
     model, _, tag = architecture.partition(":")
     if model not in open_clip.list_models():
-        known = get_close_matches(model, open_clip.list_models(), cutoff=0.3) or open_clip.list_models()[:5]
-        raise BadInput(f"open_clip knows no architecture '{model}': it has {', '.join(known)}")
+        nearest = get_close_matches(model, open_clip.list_models(), cutoff=0.3) or open_clip.list_models()[:5]
+        raise BadInput(f"open_clip knows no architecture '{model}': it has {', '.join(nearest)}")
     tags = open_clip.list_pretrained_tags_by_model(model)
     if tag and tag not in tags:
         raise BadInput(f"open_clip knows no weights '{tag}' of {model}: it has {', '.join(tags) or 'none'}")

@@ -1,5 +1,4 @@
-"""Features of each patch of an image by the models of transformers: those that texts can be held against, and the
-encoder's own last tokens, which they cannot."""
+"""Dense patch features of image-text models: aligned with text (MaskCLIP), or the encoder's last tokens."""
 
 from __future__ import annotations
 
@@ -20,8 +19,8 @@ def aligned_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor:
     return _pooled_alone(model.vision_model, pixels) if has_head else _value_path(model, pixels)
 
 
-def own_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor:
-    """The last tokens (patches, width), that of the whole image left out."""
+def token_features(model: Any, pixels: dict[str, Any]) -> torch.Tensor:
+    """The last tokens (patches, width), without the class token."""
     tokens = model.vision_model(**pixels).last_hidden_state[0]
     return tokens[1:] if hasattr(model.vision_model.embeddings, "class_embedding") else tokens
 

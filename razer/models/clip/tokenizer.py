@@ -1,4 +1,4 @@
-"""Texts as rows of token numbers for an exported text tower, by the tokenizer.json beside it."""
+"""Tokenisation for an exported text tower, by the tokenizer.json beside it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from razer.arrays import Int64Array
 from razer.errors import BadInput
-from razer.models.hub.sidecar_files import nearest, read_json
+from razer.models.hub.sidecar_files import find_sidecar, read_json
 
 _CLIP_LENGTH = 77
 _LONGEST = 1024  # tokenizers that know no limit name an astronomic one
 
 
 class ClipTokens:
-    """Rows of one length, padded as the model was trained; length None = as the files beside the tower say.
+    """Rows of one length, padded as the model was trained; length None = as in the files beside the tower.
 
     Raises BadInput for a missing or unreadable tokenizer.
     """
@@ -28,7 +28,7 @@ class ClipTokens:
             raise BadInput(
                 "texts for an ONNX model need the package tokenizers: pip install 'razer[transformers]'"
             ) from None
-        file = nearest(text_tower, "tokenizer.json")
+        file = find_sidecar(text_tower, "tokenizer.json")
         if file is None:
             raise BadInput(f"{text_tower} has no tokenizer.json beside it: texts cannot be read without one")
         try:
@@ -43,8 +43,8 @@ class ClipTokens:
         self._tokenizer.enable_padding(pad_id=number, pad_token=pad, length=length)
 
     def __call__(self, texts: Sequence[str]) -> tuple[Int64Array, Int64Array]:
-        """Token numbers (N, length), and 1 where they are words, 0 where padding. Texts are lowered: models of this
-        kind were trained on such."""
+        """Token ids (N, length), and the attention mask, 0 for padding. Texts are lower-cased, as these models were
+        trained."""
         encodings = self._tokenizer.encode_batch([text.lower() for text in texts])
         ids, attention = ([e.ids for e in encodings], [e.attention_mask for e in encodings])
         return np.array(ids, np.int64), np.array(attention, np.int64)
@@ -62,5 +62,5 @@ def _pad_token(text_tower: Path) -> str:
 
 
 def _beside(text_tower: Path, name: str) -> dict:
-    file = nearest(text_tower, name)
+    file = find_sidecar(text_tower, name)
     return read_json(file) if file else {}

@@ -1,4 +1,4 @@
-"""The two towers of an image-text model, whatever library runs them: pictures and texts into one space."""
+"""The protocol of two-tower image-text models, whatever library runs them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class Towers(Protocol):
 
     @property
     def image_input(self) -> ImageInput:
-        """What the image tower takes."""
+        """The preprocessing of the image tower."""
 
     @property
     def patch(self) -> int | None:
         """Side in pixels of the cells of a feature map, for images of any size; None where the size is fixed."""
 
     def encode_images(self, batch: Float32Array) -> Float32Array:
-        """Vectors (N, D) of pictures (N, 3, size, size), prepared as image_input says."""
+        """Vectors (N, D) of images (N, 3, size, size), prepared as by image_input."""
 
     def encode_texts(self, texts: Sequence[str]) -> Float32Array:
         """Vectors (N, D) of texts; raises BadInput where there is no text tower."""

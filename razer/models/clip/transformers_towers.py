@@ -1,4 +1,4 @@
-"""CLIP, SigLIP and their kin by the library transformers, from a folder that its save_pretrained writes."""
+"""CLIP, SigLIP and similar models run by the library transformers, from a folder that its save_pretrained writes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from transformers.utils import logging
 from razer.arrays import Float32Array
 from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
-from razer.models.clip.patch_features import aligned_features, has_aligned_features, own_features
+from razer.models.clip.patch_features import aligned_features, has_aligned_features, token_features
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
 
@@ -44,8 +44,8 @@ class TransformersTowers:
 
     @torch.inference_mode()
     def encode_texts(self, texts: Sequence[str]) -> Float32Array:
-        """See Towers. SigLIP was trained on small letters, padded to full length, with the padding attended to; the
-        others see no padding."""
+        """See Towers. SigLIP was trained on lower-case texts, padded to full length, with the padding attended to; the
+        others do not attend to padding."""
         longest = min(self._model.config.text_config.max_position_embeddings, self._tokenizer.model_max_length)
         tokens = self._tokenizer(
             [text.lower() for text in texts] if self._is_siglip else list(texts),
@@ -54,10 +54,10 @@ class TransformersTowers:
             max_length=longest,
             return_tensors="pt",
         ).to(self._device)
-        given = {"input_ids": tokens["input_ids"]}
+        inputs = {"input_ids": tokens["input_ids"]}
         if not self._is_siglip:
-            given["attention_mask"] = tokens["attention_mask"]
-        return _array(self._model.get_text_features(**given).pooler_output)
+            inputs["attention_mask"] = tokens["attention_mask"]
+        return _array(self._model.get_text_features(**inputs).pooler_output)
 
     @torch.inference_mode()
     def feature_map(self, image: Float32Array, *, aligned: bool) -> Float32Array:
@@ -67,7 +67,7 @@ class TransformersTowers:
         pixels = self._pixels(image[None])
         if not self._flat:
             pixels["interpolate_pos_encoding"] = True
-        tokens = aligned_features(self._model, pixels) if aligned else own_features(self._model, pixels)
+        tokens = aligned_features(self._model, pixels) if aligned else token_features(self._model, pixels)
         rows, columns = (side // self.patch for side in image.shape[1:])
         return _array(tokens).reshape(rows, columns, -1)
 

@@ -1,1 +1,1 @@
-"""Masks from depth and colour, without weights."""
+"""Geometric segmentation of RGB-D frames, without weights."""

@@ -1,8 +1,8 @@
-"""The plane through every pixel's surroundings, fitted where the surroundings are one plane.
+"""Local plane fitting in inverse depth, with shifted windows that keep depth steps and creases sharp.
 
 The inverse depth of a plane is linear in the image, and the noise of a stereo or structured-light camera is
 constant in inverse depth. So planes are fitted there, by least squares in square windows. Windows that
-contain the pixel but are centred elsewhere compete too, and the one whose residual is least wins: up to a
+contain the pixel but are centred elsewhere compete too, and the one with the smallest residual wins: up to a
 depth step or a crease from either side, planes stay those of their own side.
 """
 
@@ -15,12 +15,12 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float32Array, Int32Array
 
-_RADII = (2, 6)  # pixels; the small window is for cups and slats, the large one for calm walls
+_RADII = (2, 6)  # pixels; the small window is for cups and slats, the large one for even walls
 _SMALLER_WINDOW = 1.0  # what the small window must gain, in variances of the noise
 _SHIFTED_WINDOW = 0.3  # what a window centred elsewhere must gain
-_CALM = 1.3  # residuals below this many variances are all as good
+_NOISE_FLOOR = 1.3  # variances; smaller residuals do not rank a window higher
 _MIN_FILL = 0.4  # share of a window that needs a reading
-_MIN_SPREAD = 0.15  # least determinant of the readings' scatter, as a share of the full window's
+_MIN_SPREAD = 0.15  # lowest determinant of the readings' scatter, as a share of the full window's
 _SAME_SURFACE = 5.5  # spread of one surface's readings within a block, in standard deviations
 
 # A window's rank is one whole number: its cost in steps, then its place in the order of trial.
@@ -41,7 +41,7 @@ class LocalPlanes:
 @dataclass(frozen=True, slots=True)
 class _WindowFits:
     """The least-squares plane of the window centred at each pixel, its value there, and its mean squared
-    residual, infinite where too few readings pin the plane down."""
+    residual, infinite where the readings do not determine the plane."""
 
     value: Float32Array
     slope_x: Float32Array
@@ -50,7 +50,7 @@ class _WindowFits:
 
 
 def inverse_depth(depth_m: Float32Array, factor: int, noise_per_m: float) -> Float32Array:
-    """Mean inverse depth of each factor x factor block of an (H, W) depth image, 0 where nothing was read.
+    """Mean inverse depth of each factor x factor block of an (H, W) depth image, 0 where there is no depth.
 
     A block on a depth step takes its nearest surface only: a mean over both would float between them."""
     height, width = (size // factor * factor for size in depth_m.shape)
@@ -75,21 +75,21 @@ def fit_local_planes(inverse: Float32Array, noise_per_m: float) -> LocalPlanes:
     fits = [_fit_windows(inverse, radius) for radius in _RADII]
     offsets: list[tuple[int, int, int]] = []
     for scale, radius in enumerate(_RADII):
-        cost = np.clip(fits[scale].variance / np.float32(noise_per_m**2), _CALM, _COST_LIMIT)
+        cost = np.clip(fits[scale].variance / np.float32(noise_per_m**2), _NOISE_FLOOR, _COST_LIMIT)
         cost += np.float32(_SMALLER_WINDOW * (len(_RADII) - 1 - scale))
         ranks = np.pad(_rank(cost), radius, constant_values=int(_rank(_COST_LIMIT)))
         for dy, dx in [(i, j) for i in (0, -radius, radius) for j in (0, -radius, radius)]:
             shifted = ranks[radius + dy : radius + dy + height, radius + dx : radius + dx + width]
             np.minimum(best, shifted + (_rank(_SHIFTED_WINDOW if dx or dy else 0) + len(offsets)), out=best)
             offsets.append((scale, dy, dx))
-    return _chosen(best & (_TRIALS - 1), fits, offsets, inverse)
+    return _winning_planes(best & (_TRIALS - 1), fits, offsets, inverse)
 
 
 def _rank(cost: Float32Array | float) -> Int32Array:
     return (np.asarray(cost) * _COST_STEPS).astype(np.int32) * np.int32(_TRIALS)
 
 
-def _chosen(
+def _winning_planes(
     trial: Int32Array, fits: list[_WindowFits], offsets: list[tuple[int, int, int]], inverse: Float32Array
 ) -> LocalPlanes:
     """The winning window's plane, evaluated at the pixel itself."""
@@ -109,24 +109,24 @@ def _chosen(
 def _fit_windows(inverse: Float32Array, radius: int) -> _WindowFits:
     step = np.arange(-radius, radius + 1, dtype=np.float32)
     one, square = np.ones_like(step), step * step
-    read = (inverse > 0).astype(np.float32)
-    count = _windowed(read, one, one)
+    has_depth = (inverse > 0).astype(np.float32)
+    count = _windowed(has_depth, one, one)
     share: Float32Array = np.reciprocal(np.maximum(count, np.float32(1)))
-    x, y = _windowed(read, step, one) * share, _windowed(read, one, step) * share
-    xx = _windowed(read, square, one) * share - x * x
-    yy = _windowed(read, one, square) * share - y * y
-    xy = _windowed(read, step, step) * share - x * y
+    x, y = _windowed(has_depth, step, one) * share, _windowed(has_depth, one, step) * share
+    xx = _windowed(has_depth, square, one) * share - x * x
+    yy = _windowed(has_depth, one, square) * share - y * y
+    xy = _windowed(has_depth, step, step) * share - x * y
     mean = _windowed(inverse, one, one) * share
     xw = _windowed(inverse, step, one) * share - x * mean
     yw = _windowed(inverse, one, step) * share - y * mean
     ww = _windowed(inverse * inverse, one, one) * share - mean * mean
     determinant = xx * yy - xy * xy
     full = (radius * (radius + 1) / 3) ** 2
-    pinned = (count >= _MIN_FILL * (2 * radius + 1) ** 2) & (determinant > _MIN_SPREAD * full)
+    is_determined = (count >= _MIN_FILL * (2 * radius + 1) ** 2) & (determinant > _MIN_SPREAD * full)
     determinant = np.maximum(determinant, np.float32(1e-3))
     slope_x, slope_y = (yy * xw - xy * yw) / determinant, (xx * yw - xy * xw) / determinant
     variance = ww - slope_x * xw - slope_y * yw
-    variance[~pinned] = np.inf
+    variance[~is_determined] = np.inf
     return _WindowFits(mean - slope_x * x - slope_y * y, slope_x, slope_y, variance)
 
 

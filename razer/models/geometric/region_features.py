@@ -1,4 +1,4 @@
-"""What is known of each image region and of each border between two: colour, place, size, strength."""
+"""Features of image regions and of their borders: colour, position, size, plane, edge strength."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ COUNT, LIGHT, RED_GREEN, YELLOW_BLUE, X, Y, Z, SQUARE, AREA = range(9)
 PLANE = slice(9, 9 + N_SUMS)
 LENGTH, STRENGTH, GAP = range(3)
 
-_EVERY = 2  # means over a region need only every second pixel in each direction
+_STRIDE = 2  # pixels; means over a region need only every second one in each direction
 _MAX_GAP_M = 0.3
 _FULL_COLOUR_DIFFERENCE = 30.0  # Lab units
-_LIGHT_WEIGHT = 0.3  # light falls unevenly: lightness says less than hue
+_LIGHT_WEIGHT = 0.3  # illumination is uneven: lightness is less reliable than hue
 
 
 def region_graph(
@@ -31,29 +31,37 @@ def region_graph(
     rgb: Uint8Array,
     camera: Intrinsics,
 ) -> RegionGraph:
-    """The graph, with the columns named above, of n regions in an (h, w) label image (-1 = nobody): borders as
-    from edge_strengths, rgb (H, W, 3) at any resolution, camera that of the label image."""
+    """The graph, with the columns named above, of the regions in a label image.
+
+    Args:
+        labels: (h, w), region numbers, -1 = unlabelled.
+        n: number of regions.
+        planes: of the label image.
+        borders: strengths towards the right and the lower neighbour, as from edge_strengths.
+        rgb: (H, W, 3), at any resolution.
+        camera: intrinsics of the label image.
+    """
     depth = np.where(planes.valid, 1 / np.maximum(planes.value, np.float32(0.05)), np.float32(0))
     right, below = (_border(depth, strength, axis) for strength, axis in zip(borders, (1, 0), strict=True))
     labels = np.where(planes.valid, labels, -1)
-    return RegionGraph.of(labels, n, _pixels(depth, rgb, camera), (right, below), _EVERY)
+    return RegionGraph.of(labels, n, _pixels(depth, rgb, camera), (right, below), _STRIDE)
 
 
 def _border(depth: Float32Array, strength: Float32Array, axis: int) -> Float32Array:
     gap = np.minimum(np.abs(np.diff(depth, axis=axis, append=0)), np.float32(_MAX_GAP_M))
     across = np.ones((1, 3) if axis == 1 else (3, 1), np.uint8)
-    # The border drawn may lie a pixel beside the edge: the strongest of three counts.
+    # The border may lie a pixel beside the edge: the strongest of three counts.
     return np.stack([np.ones_like(gap), cv2.dilate(strength, across), cv2.dilate(gap, across)])
 
 
 def _pixels(depth: Float32Array, rgb: Uint8Array, camera: Intrinsics) -> Float32Array:
-    z = depth[::_EVERY, ::_EVERY]
+    z = depth[::_STRIDE, ::_STRIDE]
     small = cv2.resize(rgb, z.shape[::-1], interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32).transpose(2, 0, 1)
-    u = np.arange(0, depth.shape[1], _EVERY, dtype=np.float32)
-    v = np.arange(0, depth.shape[0], _EVERY, dtype=np.float32)[:, None]
+    u = np.arange(0, depth.shape[1], _STRIDE, dtype=np.float32)
+    v = np.arange(0, depth.shape[0], _STRIDE, dtype=np.float32)[:, None]
     u, v = (u - np.float32(camera.cx)) / np.float32(camera.fx), (v - np.float32(camera.cy)) / np.float32(camera.fy)
-    x, y, area = z * u, z * v, z * z * np.float32(_EVERY**2 / (camera.fx * camera.fy))
+    x, y, area = z * u, z * v, z * z * np.float32(_STRIDE**2 / (camera.fx * camera.fy))
     inverse = np.reciprocal(np.where(z > 0, z, np.float32(np.inf)))
     per_pixel = np.stack([np.ones_like(z), *lab, x, y, z, x * x + y * y + z * z, area])
     return np.concatenate([per_pixel, plane_sums(inverse, u, v)])

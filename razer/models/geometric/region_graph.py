@@ -1,4 +1,4 @@
-"""Touching image regions, and the merging of those that belong together, cheapest first."""
+"""Region adjacency graph, and greedy region merging by lowest cost."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class RegionGraph:
 
     sums (N, A): what adds up over a region's pixels, column 0 being their number. pairs (E, 2): smaller index
     first. boundary (E, B): what adds up along the pair's common border, column 0 being its length. region
-    (N,): where each region went; one that went elsewhere has sums of 0 and is in no pair."""
+    (N,): the region that each was merged into; a merged one has sums of 0 and is in no pair."""
 
     sums: Float64Array
     pairs: Int64Array
@@ -25,29 +25,35 @@ class RegionGraph:
 
     @classmethod
     def of(
-        cls, labels: Int32Array, n: int, pixels: Float32Array, borders: tuple[Float32Array, Float32Array], every: int
+        cls, labels: Int32Array, n: int, pixels: Float32Array, borders: tuple[Float32Array, Float32Array], stride: int
     ) -> RegionGraph:
-        """The graph of n regions in an (h, w) label image, -1 = nobody. What adds up is given by pixels
-        (A, h', w') at every so many pixels and, towards the right and the lower neighbour, by borders
-        (B, h, w)."""
-        place = labels[::every, ::every].ravel() + 1
+        """The graph of the regions in a label image.
+
+        Args:
+            labels: (h, w), region numbers, -1 = unlabelled.
+            n: number of regions.
+            pixels: (A, h', w'), what adds up over a region, at every `stride`-th pixel.
+            borders: towards the right and the lower neighbour, (B, h, w) each, what adds up along a border.
+            stride: pixels.
+        """
+        owner = labels[::stride, ::stride].ravel() + 1
         sums = np.zeros((n, len(pixels)))
         for column, image in enumerate(pixels):
-            sums[:, column] = np.bincount(place, image.ravel(), n + 1)[1:]
+            sums[:, column] = np.bincount(owner, image.ravel(), n + 1)[1:]
         flat, pairs, values = labels.ravel(), [], []
         for border, (down, right) in zip(borders, ((0, 1), (1, 0)), strict=True):
-            here, there = labels[: len(labels) - down, : labels.shape[1] - right], labels[down:, right:]
-            parted = np.zeros(labels.shape, bool)
-            parted[: here.shape[0], : here.shape[1]] = (here != there) & (np.minimum(here, there) >= 0)
-            touching = np.flatnonzero(parted)
-            other = touching + (down * labels.shape[1] + right)
-            pairs.append(np.stack([flat[touching], flat[other]], axis=1).astype(np.int64))
-            values.append(border.reshape(len(border), -1)[:, touching].T.astype(np.float64))
-        return cls(sums, *_added_up(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
+            label, neighbour = labels[: len(labels) - down, : labels.shape[1] - right], labels[down:, right:]
+            is_border = np.zeros(labels.shape, bool)
+            is_border[: label.shape[0], : label.shape[1]] = (label != neighbour) & (np.minimum(label, neighbour) >= 0)
+            pixel = np.flatnonzero(is_border)
+            next_pixel = pixel + (down * labels.shape[1] + right)
+            pairs.append(np.stack([flat[pixel], flat[next_pixel]], axis=1).astype(np.int64))
+            values.append(border.reshape(len(border), -1)[:, pixel].T.astype(np.float64))
+        return cls(sums, *_summed_pairs(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
 
     def merged(self, cost: Callable[[RegionGraph], Float64Array]) -> RegionGraph:
         """The graph after merging regions into larger neighbours, each into its cheapest, until no pair's
-        cost (E,) is below 1. Costs are asked afresh after each round; equal ones go by region number."""
+        cost (E,) is below 1. Costs are computed afresh after each round; equal ones go by region number."""
         graph = self
         while True:
             target = _targets(graph, cost(graph))
@@ -61,32 +67,32 @@ class RegionGraph:
         np.add.at(sums, target[moved], sums[moved])
         sums[moved] = 0
         pairs = target[self.pairs]
-        apart = pairs[:, 0] != pairs[:, 1]
-        summed = _added_up(pairs[apart], self.boundary[apart], len(target))
+        is_distinct = pairs[:, 0] != pairs[:, 1]
+        summed = _summed_pairs(pairs[is_distinct], self.boundary[is_distinct], len(target))
         return RegionGraph(sums, *summed, target[self.region])
 
 
-def _added_up(pairs: Int64Array, values: Float64Array, n: int) -> tuple[Int64Array, Float64Array]:
-    """Equal pairs, whichever way round, made one, and their values (E, B) summed."""
-    keys, place = np.unique(pairs.min(axis=1) * n + pairs.max(axis=1), return_inverse=True)
+def _summed_pairs(pairs: Int64Array, values: Float64Array, n: int) -> tuple[Int64Array, Float64Array]:
+    """The distinct unordered pairs, and their values (E, B) summed."""
+    keys, index = np.unique(pairs.min(axis=1) * n + pairs.max(axis=1), return_inverse=True)
     sums = np.zeros((len(keys), values.shape[1]))
     for column in range(values.shape[1]):
-        sums[:, column] = np.bincount(place, values[:, column], len(keys))
+        sums[:, column] = np.bincount(index, values[:, column], len(keys))
     return np.stack(np.divmod(keys, n), axis=1), sums
 
 
 def _targets(graph: RegionGraph, cost: Float64Array) -> Int64Array:
-    """Where each region goes in this round: a star of smaller ones into each larger one."""
+    """The region that each is merged into in this round: smaller ones into each larger one."""
     size = graph.sums[:, 0]
     target = np.arange(len(size))
-    wanted = np.flatnonzero(cost < 1)
-    order = wanted[np.argsort(-cost[wanted], kind="stable")]
+    cheap = np.flatnonzero(cost < 1)
+    order = cheap[np.argsort(-cost[cheap], kind="stable")]
     best = np.full(len(size), -1)
     best[graph.pairs[order].ravel()] = np.repeat(order, 2)  # the last to write, the cheapest, stays
     movers = np.flatnonzero(best >= 0)
-    other = graph.pairs[best[movers]].sum(axis=1) - movers
-    smaller = (size[movers] < size[other]) | ((size[movers] == size[other]) & (movers > other))
-    movers, other = movers[smaller], other[smaller]
-    settled = ~np.isin(other, movers)  # whose target moves itself, waits a round
-    target[movers[settled]] = other[settled]
+    partner = graph.pairs[best[movers]].sum(axis=1) - movers
+    is_smaller = (size[movers] < size[partner]) | ((size[movers] == size[partner]) & (movers > partner))
+    movers, partner = movers[is_smaller], partner[is_smaller]
+    is_settled = ~np.isin(partner, movers)  # a region whose partner is merged itself waits a round
+    target[movers[is_settled]] = partner[is_settled]
     return target

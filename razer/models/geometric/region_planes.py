@@ -1,4 +1,4 @@
-"""Whether one region continues the plane of another, from sums that add up when regions merge."""
+"""Coplanarity of regions, from plane moments that add up when regions merge."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ def plane_sums(inverse: Float32Array, u: Float32Array, v: Float32Array) -> Float
 
 def plane_misfit(sums: Float64Array, pairs: Int64Array) -> Float64Array:
     """Root mean square distance (E,), in inverse depth, 1/m, of the smaller of each pair's regions from the
-    plane through the larger; infinite where the larger has no definite plane."""
+    plane through the larger; infinite where the larger does not determine a plane."""
     moments = np.zeros((len(sums), 4, 4))
     moments[:, _ROW, _COLUMN] = moments[:, _COLUMN, _ROW] = sums
     first_larger = sums[pairs[:, 0], 0] >= sums[pairs[:, 1], 0]
     larger = np.where(first_larger, pairs[:, 0], pairs[:, 1])
     smaller = np.where(first_larger, pairs[:, 1], pairs[:, 0])
-    hosts, place = np.unique(larger, return_inverse=True)
-    definite = np.linalg.det(moments[hosts, :3, :3]) > 1e-6 * np.maximum(sums[hosts, 0], 1) ** 3
-    normal_equations = np.where(definite[:, None, None], moments[hosts, :3, :3], np.eye(3))
+    hosts, index = np.unique(larger, return_inverse=True)
+    is_determined = np.linalg.det(moments[hosts, :3, :3]) > 1e-6 * np.maximum(sums[hosts, 0], 1) ** 3
+    normal_equations = np.where(is_determined[:, None, None], moments[hosts, :3, :3], np.eye(3))
     planes = np.concatenate(
         [np.linalg.solve(normal_equations, moments[hosts, :3, 3:])[..., 0], np.full((len(hosts), 1), -1.0)], axis=1
-    )[place]
+    )[index]
     squares = np.einsum("ei,eij,ej->e", planes, moments[smaller], planes) / np.maximum(sums[smaller, 0], 1)
-    return np.where(definite[place], np.sqrt(np.maximum(squares, 0)), np.inf)
+    return np.where(is_determined[index], np.sqrt(np.maximum(squares, 0)), np.inf)

@@ -1,4 +1,4 @@
-"""How strongly neighbouring pixels are parted: by a depth step or by a crease of the surface."""
+"""Edge strength between neighbouring pixels: depth steps, and concave or convex creases of the surface."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _CREASE_SLACK = 1.0  # pixels
 
 @dataclass(frozen=True, slots=True)
 class EdgeLimits:
-    """What counts as an edge of strength 1: a depth step of so many standard deviations of the noise (of
-    inverse depth, 1/m), a crease of so many degrees. A convex crease mostly lies within one object."""
+    """Edges of strength 1: a depth step of so many standard deviations of the noise (of inverse depth, 1/m), a crease
+    of so many degrees. A convex crease mostly lies within one object."""
 
     noise_per_m: float
     step: float
@@ -42,16 +42,16 @@ def normals(planes: LocalPlanes, camera: Intrinsics) -> Float32Array:
 
 def edge_strengths(planes: LocalPlanes, camera: Intrinsics, limits: EdgeLimits) -> tuple[Float32Array, Float32Array]:
     """Strength in [0, STRONGEST] between each pixel and its right and its lower neighbour, each (h, w); from
-    1 on it is an edge. Next to a pixel without a reading it is STRONGEST, towards outside the image 0."""
+    1 on it is an edge. Next to a pixel without depth it is STRONGEST, towards outside the image 0."""
     directions, per_rad = normals(planes, camera), _crease_weight(planes, limits)
     return _strength(planes, directions, per_rad, limits, 1), _strength(planes, directions, per_rad, limits, 0)
 
 
 def _crease_weight(planes: LocalPlanes, limits: EdgeLimits) -> Float32Array:
-    """What a radian of crease counts at each pixel, by whether the surface there is a valley or a ridge.
+    """Strength of a crease of one radian at each pixel, by whether the surface is concave or convex there.
 
-    Nearness falls and then rises again across a valley: its Laplacian is positive, which survives projection.
-    Means over a few pixels are taken, because a pair of pixels along the crease tells nothing."""
+    Inverse depth falls and then rises again across a concave crease: its Laplacian is positive, also after projection.
+    Means over a few pixels are taken, because a pair of pixels along the crease shows none."""
     bend = np.zeros_like(planes.value)
     bend[:, :-1] += np.diff(planes.slope_x, axis=1)
     bend[:-1] += np.diff(planes.slope_y, axis=0)
@@ -68,8 +68,8 @@ def _strength(
 
     (value, next_value), (valid, next_valid) = pair(planes.value), pair(planes.valid)
     slope, next_slope = pair(planes.slope_x if axis == 1 else planes.slope_y)
-    # Both planes are asked for the inverse depth half way between the two pixels. At a crease they part by
-    # their difference of slope for every pixel the change of planes lies beside it: that is no step.
+    # Both planes are evaluated half way between the two pixels. At a crease they differ by their difference of slope
+    # for every pixel between that point and the crease: that is no step.
     step = np.abs(value - next_value + (slope + next_slope) * np.float32(0.5))
     step -= np.abs(next_slope - slope) * np.float32(_CREASE_SLACK)
     step *= np.float32(1 / (limits.step * limits.noise_per_m))

@@ -1,1 +1,1 @@
-"""Where weights come from: catalogue, download, cache."""
+"""Model weights: catalogue, download from the Hugging Face Hub, cache."""

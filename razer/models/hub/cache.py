@@ -1,4 +1,4 @@
-"""What the Hugging Face cache already holds. Nothing here asks the network."""
+"""Lookup in the local Hugging Face cache, without the network."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def cache_folder() -> Path:
 
 
 def cached_snapshot(repo: str, revision: str = "main") -> Path | None:
-    """The folder with what was fetched of a repository at a revision; None if nothing was."""
+    """The folder of a repository at a revision; None if nothing of it is in the cache."""
     folder = cache_folder() / repo_folder_name(repo_id=repo, repo_type="model")
     reference = folder / "refs" / revision
     commit = reference.read_text(encoding="ascii").strip() if reference.is_file() else revision
@@ -28,12 +28,12 @@ def cached_snapshot(repo: str, revision: str = "main") -> Path | None:
 def cached_model(entry: CatalogueEntry) -> Path | None:
     """The file of a model that is one file, else the folder of its files; None while any is missing.
 
-    Of files named by patterns it is enough that each pattern is met: the largest, the weights, are fetched last.
+    Of files named by patterns it is enough that each pattern matches one: the largest, the weights, are fetched last.
     """
     folder = cached_snapshot(entry.repo, entry.revision)
     if folder is None:
         return None
     present = [path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()]
-    if not all(any(fnmatch(name, wanted) for name in present) for wanted in entry.files):
+    if not all(any(fnmatch(name, pattern) for name in present) for pattern in entry.files):
         return None
     return folder if entry.patterns or len(entry.files) > 1 else folder / entry.files[0]

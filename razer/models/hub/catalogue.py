@@ -1,4 +1,4 @@
-"""The catalogue: models that can be fetched by name, with where they come from and what their licence asks."""
+"""Model catalogue: what can be fetched by name, with source, checksums and licence."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class CatalogueEntry:
 
     @property
     def patterns(self) -> bool:
-        """Whether the hub has to be asked which files there are."""
+        """Whether the hub's listing is needed to know which files there are."""
         return any("*" in name for name in self.files)
 
     @property
@@ -65,8 +65,8 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
 
 def entry(name: str) -> CatalogueEntry:
     """The entry called `name`; raises BadInput that names the nearest ones."""
-    known = catalogue()
-    if name in known:
-        return known[name]
-    near = get_close_matches(name, known, 3, 0.4) or list(known)
+    entries = catalogue()
+    if name in entries:
+        return entries[name]
+    near = get_close_matches(name, entries, 3, 0.4) or list(entries)
     raise BadInput(f"no model '{name}' in the catalogue: did you mean {', '.join(near)}? 'razer models list' has all")

@@ -1,4 +1,4 @@
-"""Whether a file is the one it was published as."""
+"""Checksums of downloaded files: SHA-256, or git's object id for small files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CHUNK = 1 << 20
 
 
 def checksum_kind(published: str) -> str:
-    """What a published checksum is: "sha256" for large files, "git id" for small ones, "" if it says nothing about
+    """What a published checksum is: "sha256" for large files, "git id" for small ones, "" if it is no checksum of
     the content."""
     if _SHA256.fullmatch(published):
         return "sha256"

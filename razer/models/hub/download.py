@@ -1,7 +1,7 @@
-"""Models fetched from the Hugging Face Hub into its cache, resumed where a download broke off.
+"""Resumable download of models from the Hugging Face Hub into its cache.
 
-The hub's library throws away what a broken download had brought. So each file is brought here, under the name that
-the library itself gives to unfinished ones, is checked, and only then handed to the library, which links it.
+The hub's library discards partial downloads. So each file is downloaded here, under the name that the library itself
+gives to unfinished ones, is checked, and only then handed to the library, which links it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from razer.errors import BadInput
 from razer.models.hub.cache import cache_folder, cached_model
 from razer.models.hub.catalogue import CatalogueEntry
 from razer.models.hub.checksum import checksum, checksum_kind
-from razer.models.hub.download_errors import told_plainly
+from razer.models.hub.download_errors import as_bad_input
 
 
 @dataclass(frozen=True)
@@ -34,22 +34,22 @@ class RemoteFile:
     n_bytes: int
 
 
-def fetch(entry: CatalogueEntry, tell: Callable[[str], None]) -> Path:
+def fetch(entry: CatalogueEntry, report: Callable[[str], None]) -> Path:
     """Fetch a model unless it is in the cache, and return what `model_file` returns for its name.
 
-    tell is given one line for each file. Raises BadInput where the hub, the network, the disk or the content of a file
-    stands in the way; what a broken download has brought is kept, and the next call goes on from there.
+    report is called with one line for each file. Raises BadInput where the hub, the network, the disk or the content of
+    a file stands in the way; a partial download is kept, and the next call resumes it.
     """
     if (present := cached_model(entry)) is not None:
         return present
-    with told_plainly(entry):
-        remote = [_look_up(entry, name) for name in _names(entry)]
+    with as_bad_input(entry):
+        remote = [_remote_file(entry, name) for name in _names(entry)]
         for file in sorted(remote, key=lambda file: file.n_bytes):
-            _fetch_file(entry, file, tell)
-    found = cached_model(entry)
-    if found is None:
+            _fetch_file(entry, file, report)
+    path = cached_model(entry)
+    if path is None:
         raise BadInput(f"{entry.repo} changed while it was fetched: run the command again")
-    return found
+    return path
 
 
 def _names(entry: CatalogueEntry) -> list[str]:
@@ -58,23 +58,23 @@ def _names(entry: CatalogueEntry) -> list[str]:
         return list(entry.files)
     listing = HfApi().list_repo_tree(entry.repo, revision=entry.revision)
     present = [item.path for item in listing if isinstance(item, RepoFile)]
-    for wanted in entry.files:
-        if not any(fnmatch(name, wanted) for name in present):
-            raise BadInput(f"{entry.repo} at {entry.revision} holds no {wanted}: it is not the model it was")
-    return [name for name in present if any(fnmatch(name, wanted) for wanted in entry.files)]
+    for pattern in entry.files:
+        if not any(fnmatch(name, pattern) for name in present):
+            raise BadInput(f"{entry.repo} at {entry.revision} holds no {pattern}: it is not the model it was")
+    return [name for name in present if any(fnmatch(name, pattern) for pattern in entry.files)]
 
 
-def _look_up(entry: CatalogueEntry, name: str) -> RemoteFile:
-    found: HfFileMetadata = get_hf_file_metadata(hf_hub_url(entry.repo, name, revision=entry.revision))
+def _remote_file(entry: CatalogueEntry, name: str) -> RemoteFile:
+    metadata: HfFileMetadata = get_hf_file_metadata(hf_hub_url(entry.repo, name, revision=entry.revision))
     expected = entry.sha256.get(name)
-    if not found.etag or found.size is None:
+    if not metadata.etag or metadata.size is None:
         raise BadInput(f"{entry.repo}/{name}: the server names no checksum or size; is HF_ENDPOINT a hub?")
-    if expected and found.etag != expected:
-        raise BadInput(f"{entry.repo}/{name} is not what it was: checksum {found.etag}, expected {expected}")
-    return RemoteFile(name, found.etag, found.size)
+    if expected and metadata.etag != expected:
+        raise BadInput(f"{entry.repo}/{name} is not what it was: checksum {metadata.etag}, expected {expected}")
+    return RemoteFile(name, metadata.etag, metadata.size)
 
 
-def _fetch_file(entry: CatalogueEntry, file: RemoteFile, tell: Callable[[str], None]) -> None:
+def _fetch_file(entry: CatalogueEntry, file: RemoteFile, report: Callable[[str], None]) -> None:
     """Bring one file into the cache. Another process that wants the same waits."""
     folder = repo_folder_name(repo_id=entry.repo, repo_type="model")
     blob = cache_folder() / folder / "blobs" / file.published
@@ -84,31 +84,31 @@ def _fetch_file(entry: CatalogueEntry, file: RemoteFile, tell: Callable[[str], N
     with FileLock(lock):
         if not blob.exists():
             partial = blob.with_name(f"{file.published}.incomplete")
-            _download(entry, file, partial, tell)
+            _download(entry, file, partial, report)
             _check(entry, file, partial)
             partial.rename(blob)
     hf_hub_download(entry.repo, file.name, revision=entry.revision)  # the content is there: this only links it
 
 
-def _download(entry: CatalogueEntry, file: RemoteFile, partial: Path, tell: Callable[[str], None]) -> None:
+def _download(entry: CatalogueEntry, file: RemoteFile, partial: Path, report: Callable[[str], None]) -> None:
     """Append to `partial` what it still lacks."""
-    have = partial.stat().st_size if partial.exists() else 0
-    if have > file.n_bytes:
+    held = partial.stat().st_size if partial.exists() else 0
+    if held > file.n_bytes:
         partial.unlink()
-        have = 0
+        held = 0
     free = shutil.disk_usage(partial.parent).free
-    if free < file.n_bytes - have:
+    if free < file.n_bytes - held:
         raise BadInput(
-            f"no room for {file.name}: {(file.n_bytes - have) / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB free at "
+            f"no room for {file.name}: {(file.n_bytes - held) / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB free at "
             f"{cache_folder()}; free some, or set HF_HOME to a folder on another disk"
         )
-    tell(f"{file.name}: {file.n_bytes / 1e6:.1f} MB" + (f", {have / 1e6:.1f} of them here already" if have else ""))
+    report(f"{file.name}: {file.n_bytes / 1e6:.1f} MB" + (f", {held / 1e6:.1f} of them here already" if held else ""))
     url = hf_hub_url(entry.repo, file.name, revision=entry.revision)
     with partial.open("ab") as target:
         http_get(
             url,
             target,
-            resume_size=have,
+            resume_size=held,
             headers=build_hf_headers(),
             expected_size=file.n_bytes,
             displayed_filename=Path(file.name).name,
@@ -117,9 +117,9 @@ def _download(entry: CatalogueEntry, file: RemoteFile, partial: Path, tell: Call
 
 def _check(entry: CatalogueEntry, file: RemoteFile, partial: Path) -> None:
     kind = checksum_kind(file.published)
-    if kind and (found := checksum(partial, kind)) != file.published:
+    if kind and (actual := checksum(partial, kind)) != file.published:
         partial.unlink()
         raise BadInput(
-            f"{entry.repo}/{file.name} came damaged: {kind} {found}, expected {file.published}; it is deleted, "
+            f"{entry.repo}/{file.name} came damaged: {kind} {actual}, expected {file.published}; it is deleted, "
             "run the command again"
         )

@@ -1,4 +1,4 @@
-"""What can go wrong between here and the hub, each in one plain line."""
+"""Download errors of hub, network and disk as one-line messages."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RESUMED = "what came so far is kept, run the command again to go on"
 
 
 @contextmanager
-def told_plainly(entry: CatalogueEntry) -> Iterator[None]:
+def as_bad_input(entry: CatalogueEntry) -> Iterator[None]:
     """Errors of the hub, the network and the disk as BadInput; others pass."""
     try:
         yield

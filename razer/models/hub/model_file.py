@@ -1,4 +1,4 @@
-"""From what the option `weights` says to where the model lies."""
+"""Resolution of the option `weights` to a file or folder: path, catalogue name or hub id."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _HUB_ID = re.compile(r"[\w.-]+/[\w.-]+")
 
 
 def model_file(name_or_path: str | Path) -> Path:
-    """Where a model lies: a path that exists as it stands, a name of the catalogue, or a hub id such as
+    """The file or folder of a model: a path that exists as it stands, a name of the catalogue, or a hub id such as
     "openai/clip-vit-base-patch32"; the latter two only when they are in the Hugging Face cache.
 
     A model of one file gives that file, one of several the folder that holds them as the hub names them. Raises
@@ -21,16 +21,16 @@ def model_file(name_or_path: str | Path) -> Path:
     path, name = Path(name_or_path).expanduser(), str(name_or_path)
     if path.exists():
         return path
-    found = catalogue().get(name)
-    if found is None and not _HUB_ID.fullmatch(name):
+    entry = catalogue().get(name)
+    if entry is None and not _HUB_ID.fullmatch(name):
         raise BadInput(f"no model file {path}, and no such name in the catalogue: 'razer models list' shows the names")
 
     # Late: it takes a moment, and a path needs none of it.
     from razer.models.hub.cache import cached_model, cached_snapshot
 
-    cached = cached_model(found) if found else cached_snapshot(name)
+    cached = cached_model(entry) if entry else cached_snapshot(name)
     if cached is not None:
         return cached
-    if found is not None:
-        raise BadInput(f"model '{name}' is not downloaded: {found.how_to_get}")
+    if entry is not None:
+        raise BadInput(f"model '{name}' is not downloaded: {entry.how_to_get}")
     raise BadInput(f"no file or folder {path}, and not in the Hugging Face cache: run 'hf download {name}'")

@@ -1,4 +1,4 @@
-"""Small files that belong to a model's weights and lie beside them."""
+"""Sidecar files of a model's weights: configuration and tokenizer beside them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from razer.errors import BadInput
 
 
-def nearest(weights: Path, name: str) -> Path | None:
+def find_sidecar(weights: Path, name: str) -> Path | None:
     """The file of that name in the folder of the weights (or that is the weights), or else in the one above."""
     own = weights if weights.is_dir() else weights.parent
     return next((folder / name for folder in (own, own.parent) if (folder / name).is_file()), None)

@@ -1,1 +1,1 @@
-"""Models that know the truth, with as much noise as asked for."""
+"""Oracle models: ground truth with simulated errors, which separate the map's errors from a model's."""

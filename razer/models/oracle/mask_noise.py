@@ -1,4 +1,4 @@
-"""Mistakes of 2D segmentation models, made on purpose: masks dropped, merged, split and frayed.
+"""Simulated errors of 2D segmentation: masks dropped, merged, split, and with jittered borders.
 
 Everything is a pure function of (seed, frame index, instance id): the order of frames and the number of
 threads change nothing."""
@@ -16,14 +16,25 @@ from razer.errors import BadInput
 
 _DROP, _SPLIT, _LINE, _MERGE, _JITTER = range(5)
 _RING = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-_FRAY_PX = 24
+_KNOT_SPACING_PX = 24  # of the random field that moves borders
 
 
 @dataclass(frozen=True, slots=True)
 class MaskNoise:
-    """How masks go wrong. drop: share of masks missing from a frame, decided anew every `hold` frames; split:
-    share of instances cut in two along a random line, decided anew every `split_frames` frames; merge: share of
-    masks that swallow one they touch; jitter_px: most pixels a border moves in or out. Raises BadInput."""
+    """Which errors masks have.
+
+    Args:
+        seed: of all random draws.
+        drop: share of masks missing from a frame, drawn afresh every `hold` frames.
+        hold: frames.
+        split: share of instances cut in two along a random line, drawn afresh every `split_frames` frames.
+        split_frames: frames.
+        merge: share of masks that absorb an adjacent one.
+        jitter_px: largest distance that a border moves in or out, pixels.
+
+    Raises:
+        BadInput: for impossible values.
+    """
 
     seed: int = 0
     drop: float = 0.0
@@ -42,34 +53,34 @@ class MaskNoise:
         if not 0 <= self.jitter_px <= 20:
             raise BadInput(f"jitter_px is 0 to 20 pixels, not {self.jitter_px}")
 
-    def keeps(self, frame_index: int, instance: int) -> bool:
+    def is_kept(self, frame_index: int, instance: int) -> bool:
         """Whether the instance's mask is not dropped in this frame."""
-        rng = self._windowed(_DROP, frame_index, instance, self.hold)
+        rng = self._window_rng(_DROP, frame_index, instance, self.hold)
         return self.drop == 0 or rng.random() >= self.drop
 
-    def merged(self, frame_index: int, ids: Int32Array, present: Iterable[int]) -> dict[int, int]:
-        """Which of the present instances are swallowed by which other that they touch in the id image."""
-        kept = set(present)
-        if self.merge == 0 or len(kept) < 2:
+    def absorbed_by(self, frame_index: int, ids: Int32Array, present: Iterable[int]) -> dict[int, int]:
+        """The instances that are merged into an adjacent one in the id image: absorbed -> absorbing."""
+        instances = set(present)
+        if self.merge == 0 or len(instances) < 2:
             return {}
-        neighbours = touching(ids)
-        swallowed: dict[int, int] = {}
-        for eater in sorted(kept):
-            rng = np.random.default_rng([self.seed, _MERGE, frame_index, eater])
-            if eater in swallowed or rng.random() >= self.merge:
+        neighbours = adjacent_ids(ids)
+        absorbing: dict[int, int] = {}
+        for instance in sorted(instances):
+            rng = np.random.default_rng([self.seed, _MERGE, frame_index, instance])
+            if instance in absorbing or rng.random() >= self.merge:
                 continue
             free = sorted(
-                n for n in neighbours.get(eater, ()) if n in kept - swallowed.keys() - set(swallowed.values())
+                n for n in neighbours.get(instance, ()) if n in instances - absorbing.keys() - set(absorbing.values())
             )
             if free:
-                swallowed[free[rng.integers(len(free))]] = eater
-        return swallowed
+                absorbing[free[rng.integers(len(free))]] = instance
+        return absorbing
 
-    def pieces(self, frame_index: int, instance: int, mask: BoolArray) -> list[BoolArray]:
-        """The mask, or the two parts it is cut into in this frame; the line keeps its place in the mask's box."""
+    def split_parts(self, frame_index: int, instance: int, mask: BoolArray) -> list[BoolArray]:
+        """The mask, or the two parts it is cut into in this frame; the line keeps its position in the mask's box."""
         if self.split == 0:
             return [mask]
-        rng = self._windowed(_SPLIT, frame_index, instance, self.split_frames)
+        rng = self._window_rng(_SPLIT, frame_index, instance, self.split_frames)
         if rng.random() >= self.split:
             return [mask]
         angle, offset = rng.uniform(0, np.pi), rng.uniform(-0.15, 0.15)
@@ -81,9 +92,15 @@ class MaskNoise:
         second = mask & ~first
         return [first, second] if first.any() and second.any() else [mask]
 
-    def frayed(self, frame_index: int, instance: int, part: int, mask: BoolArray) -> BoolArray:
-        """The mask with its border moved by a smooth random distance of at most jitter_px pixels; the array
-        must have that much room round the mask wherever it may grow."""
+    def jittered(self, frame_index: int, instance: int, part: int, mask: BoolArray) -> BoolArray:
+        """The mask with its border moved by a smooth random distance of at most jitter_px pixels.
+
+        Args:
+            frame_index: of the frame.
+            instance: its id.
+            part: which part of the split mask it is.
+            mask: (h, w), with a margin of jitter_px pixels wherever it may grow.
+        """
         if self.jitter_px == 0:
             return mask
         rng = np.random.default_rng([self.seed, _JITTER, frame_index, instance, part])
@@ -96,11 +113,11 @@ class MaskNoise:
         # `level` steps from 0 (far outside) to 2 n + 1 (deep inside); n + 1 is the border itself.
         steps = 2 * self.jitter_px + 1
         height, width = mask.shape
-        knots = rng.random((height // _FRAY_PX + 2, width // _FRAY_PX + 2), np.float32) * steps
+        knots = rng.random((height // _KNOT_SPACING_PX + 2, width // _KNOT_SPACING_PX + 2), np.float32) * steps
         threshold = cv2.resize(knots, (width, height), interpolation=cv2.INTER_LINEAR)
         return level > np.minimum(threshold, steps - 1e-3).astype(np.uint8)
 
-    def _windowed(self, kind: int, frame_index: int, instance: int, length: int) -> np.random.Generator:
+    def _window_rng(self, kind: int, frame_index: int, instance: int, length: int) -> np.random.Generator:
         """A generator that stays the same for `length` frames; instances do not all change together."""
         return np.random.default_rng([self.seed, kind, (frame_index + 7 * instance) // length, instance])
 
@@ -108,7 +125,13 @@ class MaskNoise:
 FULL_NOISE = MaskNoise(drop=0.15, split=0.10, merge=0.05, jitter_px=3)
 
 
-def touching(ids: Int32Array) -> dict[int, set[int]]:
+def check_noise_preset(noise: str) -> None:
+    """Refuse a `noise` option that is neither "none" nor "full"; raises BadInput."""
+    if noise not in ("none", "full"):
+        raise BadInput(f"noise is none or full, not '{noise}'")
+
+
+def adjacent_ids(ids: Int32Array) -> dict[int, set[int]]:
     """For each positive id of an (H, W) image the other positive ids next to it (4-neighbours)."""
     neighbours: dict[int, set[int]] = {}
     for a, b in ((ids[:, :-1], ids[:, 1:]), (ids[:-1], ids[1:])):

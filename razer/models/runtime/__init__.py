@@ -1,1 +1,1 @@
-"""What computes a model: ONNX Runtime, torch, checkpoints of transformers."""
+"""Inference back ends: ONNX Runtime, torch, checkpoints of transformers."""

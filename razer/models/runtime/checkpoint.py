@@ -11,11 +11,11 @@ from typing import Any
 
 from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
-from razer.models.model_view import DEVIATION, MEAN
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
+from razer.models.square_layout import DEVIATION, MEAN
 
-_HALF = (0.5, 0.5, 0.5)  # what SAM 3 has where its settings say nothing
+_HALF = (0.5, 0.5, 0.5)  # SAM 3's default
 _PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
 
 
@@ -43,7 +43,7 @@ class Checkpoint:
 
     @property
     def kind(self) -> str:
-        """The library's name of the architecture, such as sam2; empty if the file tells none."""
+        """The library's name of the architecture, such as sam2; empty if the file has none."""
         return str(self.config.get("model_type", ""))
 
     def colours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -58,13 +58,13 @@ class Checkpoint:
 
     def load(self, loader: str, device: Device) -> Any:
         """The model, by one of the library's classes, ready to compute on the device; raises BadInput."""
-        loaded, told = self._from_pretrained(loader, output_loading_info=True)
-        if missing := told["missing_keys"]:
+        model, info = self._from_pretrained(loader, output_loading_info=True)
+        if missing := info["missing_keys"]:
             raise BadInput(
                 f"{self.folder} lacks {len(missing)} weights, such as {min(missing)}: "
                 "it was saved from another kind of model"
             )
-        return loaded.eval().to(torch_device(device))
+        return model.eval().to(torch_device(device))
 
     def part(self, loader: str, **options: Any) -> Any:
         """A processor or tokenizer, by one of the library's classes; raises BadInput."""
@@ -84,7 +84,7 @@ class Checkpoint:
 
 
 def _check_whole(file: Path) -> None:
-    """A file in safetensors format tells its own length."""
+    """Refuse a file in safetensors format, which records its own length, that is cut short."""
     from safetensors import SafetensorError, safe_open
 
     if file.suffix != ".safetensors":

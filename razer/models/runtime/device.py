@@ -1,4 +1,4 @@
-"""Where a model computes, as settings name it: "auto" is CUDA where there is one."""
+"""Devices of inference, as settings name them: "auto" is CUDA where there is one."""
 
 from __future__ import annotations
 

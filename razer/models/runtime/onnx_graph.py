@@ -1,4 +1,4 @@
-"""An ONNX file as a function of named arrays: checked where it is named, loaded where it is used."""
+"""ONNX graphs as functions of named arrays, checked at construction and loaded on first use."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _TYPES = {
 
 
 @dataclass(frozen=True)
-class Port:
-    """An input or output of a graph; a side that may vary is None."""
+class TensorSpec:
+    """An input or output of a graph; a dynamic dimension is None."""
 
     name: str
     shape: tuple[int | None, ...]
     type: str
 
     @classmethod
-    def of(cls, node: Any) -> Port:
-        """What ONNX Runtime tells of an input or output, where a side that varies is a name or nothing."""
+    def of(cls, node: Any) -> TensorSpec:
+        """From ONNX Runtime's description, where a dynamic dimension is a name or None."""
         return cls(node.name, tuple(side if isinstance(side, int) else None for side in node.shape), node.type)
 
     def __str__(self) -> str:
@@ -43,34 +43,34 @@ class OnnxGraph:
     """A graph with its `inputs` and `outputs` by name, and the `metadata` in its file. device "auto" takes CUDA where
     ONNX Runtime has it.
 
-    The file is read once to check it; the session that computes is opened on first use, so that the graph can travel
-    to another process. Raises BadInput.
+    The file is read once to check it; the session that computes is opened on first use, so that the graph can be
+    sent to another process. Raises BadInput.
     """
 
     def __init__(self, file: Path, device: Device = "auto") -> None:
         self.file, self.device, self.providers = file, device, providers(device)
         session = open_session(file, [CPU], optimised=False)
-        self.inputs = {node.name: Port.of(node) for node in session.get_inputs()}
-        self.outputs = {node.name: Port.of(node) for node in session.get_outputs()}
+        self.inputs = {node.name: TensorSpec.of(node) for node in session.get_inputs()}
+        self.outputs = {node.name: TensorSpec.of(node) for node in session.get_outputs()}
         self.metadata: dict[str, str] = dict(session.get_modelmeta().custom_metadata_map)
-        for port in self.inputs.values():
-            if port.type not in _TYPES:
-                raise BadInput(f"{file} takes {port} as {port.type}, which no known model does")
+        for spec in self.inputs.values():
+            if spec.type not in _TYPES:
+                raise BadInput(f"{file} takes {spec} as {spec.type}, which no known model does")
 
     def __call__(self, feeds: Mapping[str, NDArray]) -> dict[str, NDArray]:
-        """All outputs by name for inputs by name; numbers are brought to the types the graph wants, and float16 back
-        to float32. Raises BadInput where the graph does not take the shapes."""
-        given = {name: np.ascontiguousarray(array, _TYPES[self.inputs[name].type]) for name, array in feeds.items()}
+        """All outputs by name for inputs by name; arrays are cast to the types of the graph, and float16 outputs to
+        float32. Raises BadInput where the graph does not take the shapes."""
+        inputs = {name: np.ascontiguousarray(array, _TYPES[self.inputs[name].type]) for name, array in feeds.items()}
         session = self._session
         try:
-            outputs = session.run(None, given)
+            outputs = session.run(None, inputs)
         except Exception as error:  # ONNX Runtime's errors have no base class of their own
             shapes = ", ".join(f"{name} {'x'.join(map(str, array.shape))}" for name, array in feeds.items())
             raise BadInput(f"{self.file} cannot compute {shapes}: {one_line(error)}") from error
-        half = (np.asarray(output) for output in outputs)
+        arrays = (np.asarray(output) for output in outputs)
         return {
             name: array.astype(np.float32) if array.dtype == np.float16 else array
-            for name, array in zip(self.outputs, half, strict=True)
+            for name, array in zip(self.outputs, arrays, strict=True)
         }
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""An ONNX file as a function of one array."""
+"""ONNX graphs with a single input array."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class OnnxModel:
         self.file, self.metadata, self.providers = self._graph.file, self._graph.metadata, self._graph.providers
         inputs = list(self._graph.inputs.values())
         if len(inputs) != 1 or inputs[0].type not in _FLOATING:
-            taken = ", ".join(f"{port} {port.type}" for port in inputs) or "nothing"
+            taken = ", ".join(f"{spec} {spec.type}" for spec in inputs) or "nothing"
             raise BadInput(f"{self.file} does not take one image of floating-point numbers, but {taken}")
         self.input = inputs[0]
         self.outputs = tuple(self._graph.outputs.values())
 
     def __call__(self, batch: Float32Array) -> list[Float32Array]:
         """All outputs for one input array, as float32; raises BadInput where the graph does not take its shape."""
-        found = self._graph({self.input.name: batch})
-        return [np.asarray(output, np.float32) for output in found.values()]
+        outputs = self._graph({self.input.name: batch})
+        return [np.asarray(output, np.float32) for output in outputs.values()]

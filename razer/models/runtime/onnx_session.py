@@ -1,4 +1,4 @@
-"""ONNX Runtime, set up so that it leaves room for the rest of the method and speaks in one line."""
+"""ONNX Runtime sessions, set up to leave cores to the rest of the method and to report errors in one line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ONLY_FATAL = 4  # ONNX Runtime would print what is raised anyway
 
 
 def providers(device: Device) -> list[str]:
-    """What is to compute, the best first; raises BadInput."""
+    """Execution providers, the preferred first; raises BadInput."""
     if device not in ("auto", "cpu", "cuda"):
         raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
     has_cuda = CUDA in onnxruntime.get_available_providers()
@@ -24,8 +24,8 @@ def providers(device: Device) -> list[str]:
     return [CPU] if device == "cpu" or not has_cuda else [CUDA, CPU]
 
 
-def open_session(file: Path, wanted: Sequence[str], *, optimised: bool = True) -> onnxruntime.InferenceSession:
-    """A session of a graph; one that is only looked at need not be optimised. Raises BadInput."""
+def open_session(file: Path, providers: Sequence[str], *, optimised: bool = True) -> onnxruntime.InferenceSession:
+    """A session of a graph; one that is only inspected need not be optimised. Raises BadInput."""
     options = onnxruntime.SessionOptions()
     options.log_severity_level = _ONLY_FATAL
     # Threads that spin while they wait take the cores from the process that maps.
@@ -33,6 +33,6 @@ def open_session(file: Path, wanted: Sequence[str], *, optimised: bool = True) -
     if not optimised:
         options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
     try:
-        return onnxruntime.InferenceSession(file, options, list(wanted))
+        return onnxruntime.InferenceSession(file, options, list(providers))
     except Exception as error:  # ONNX Runtime's errors have no base class of their own
         raise BadInput(f"{file} is no ONNX model, or is damaged: {one_line(error)}") from error

@@ -1,4 +1,4 @@
-"""Where torch computes."""
+"""Torch device of a setting."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from razer.models.runtime.device import Device
 
 
 def torch_device(device: Device) -> torch.device:
-    """Where a model of the settings' device computes; raises BadInput."""
+    """The torch device of a setting; raises BadInput."""
     if device not in ("auto", "cpu", "cuda"):
         raise BadInput(f"option device is auto, cpu or cuda, not '{device}'")
     if device == "cuda" and not torch.cuda.is_available():

@@ -1,1 +1,1 @@
-"""Models of SAM's family."""
+"""Promptable segmentation: SAM, SAM 2 and similar models."""

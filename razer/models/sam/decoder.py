@@ -1,4 +1,4 @@
-"""The prompt side of SAM: points or boxes become masks, under the names that each export gives to the same things."""
+"""SAM's prompt encoder and mask decoder: points or boxes become masks, by the input names of each export."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from razer.arrays import Float32Array, Float64Array
 from razer.errors import BadInput
-from razer.models.model_view import ModelView
 from razer.models.runtime.onnx_graph import OnnxGraph
-from razer.models.sam.promptable import Answers
+from razer.models.sam.promptable import MaskBatches
+from razer.models.square_layout import SquareLayout
 
-OBJECT, CORNER, OPPOSITE_CORNER, NO_POINT = 1, 2, 3, -1  # what SAM calls the labels of points
+OBJECT, CORNER, OPPOSITE_CORNER, NO_POINT = 1, 2, 3, -1  # SAM's labels of points
 _MASKS = ("low_res_masks", "pred_masks", "masks")  # the first one there is; the last may have the image's size
 _SCORES = ("iou_predictions", "iou_scores", "scores")
 _NOT_FEATURES = {
@@ -53,59 +53,59 @@ class SamDecoder:
         self.pads_boxes = self.nested and not pads_itself
         self.takes_boxes = not self.nested or "input_boxes" in names
 
-    def at_points(self, features: Mapping[str, NDArray], view: ModelView, points: Float64Array) -> Answers:
+    def at_points(self, features: Mapping[str, NDArray], layout: SquareLayout, points: Float64Array) -> MaskBatches:
         """As Promptable."""
         prompts, labels = points[:, None], np.full((len(points), 1), OBJECT)
-        for logits, scores in self._run(features, view, prompts, labels, self.pads_points):
+        for logits, scores in self._run(features, layout, prompts, labels, self.pads_points):
             several = slice(1, None) if logits.shape[1] == _WITH_SINGLE else slice(None)
             yield logits[:, several], scores[:, several]
 
-    def in_boxes(self, features: Mapping[str, NDArray], view: ModelView, boxes: Float64Array) -> Answers:
+    def in_boxes(self, features: Mapping[str, NDArray], layout: SquareLayout, boxes: Float64Array) -> MaskBatches:
         """As Promptable."""
         if not self.takes_boxes:
             raise BadInput(f"{self.graph.file} takes points only: leave out option boxes, or use another export")
         labels = np.tile([CORNER, OPPOSITE_CORNER], (len(boxes), 1))
-        yield from self._run(features, view, boxes.reshape(-1, 2, 2), labels, self.pads_boxes)
+        yield from self._run(features, layout, boxes.reshape(-1, 2, 2), labels, self.pads_boxes)
 
     def _run(
-        self, features: Mapping[str, NDArray], view: ModelView, points: NDArray, labels: NDArray, pad: bool
-    ) -> Answers:
-        wanted = self.n_points or points.shape[1] + pad
-        placed = _filled_up(view.coordinates(points), wanted, axis=1, value=0)
-        labels = _filled_up(labels, wanted, axis=1, value=NO_POINT)
-        given = {name: features[source] for name, source in self.features.items()}
-        for start in range(0, len(placed), self.batch):
+        self, features: Mapping[str, NDArray], layout: SquareLayout, points: NDArray, labels: NDArray, pad: bool
+    ) -> MaskBatches:
+        n_points = self.n_points or points.shape[1] + pad
+        coordinates = _padded(layout.coordinates(points), n_points, axis=1, value=0)
+        labels = _padded(labels, n_points, axis=1, value=NO_POINT)
+        inputs = {name: features[source] for name, source in self.features.items()}
+        for start in range(0, len(coordinates), self.batch):
             part = slice(start, start + self.batch)
-            n = len(placed[part])
+            n = len(coordinates[part])
             size = self.n_prompts or n
             prompts = self._prompts(
-                _filled_up(placed[part], size, axis=0, value=0),
-                _filled_up(labels[part], size, axis=0, value=NO_POINT),
-                view,
+                _padded(coordinates[part], size, axis=0, value=0),
+                _padded(labels[part], size, axis=0, value=NO_POINT),
+                layout,
             )
-            masks, scores = self._masks_and_scores(self.graph({**given, **prompts}), size, view)
+            masks, scores = self._masks_and_scores(self.graph({**inputs, **prompts}), size, layout)
             yield masks[:n], scores[:n]
 
-    def _prompts(self, points: NDArray, labels: NDArray, view: ModelView) -> dict[str, NDArray]:
-        """The inputs that depend on the prompts, and those that say that there is no more."""
-        lead = (slice(None),) if not self.nested else (None,)
-        every = {
-            self.points: points[lead],
-            self.labels: labels[lead],
+    def _prompts(self, points: NDArray, labels: NDArray, layout: SquareLayout) -> dict[str, NDArray]:
+        """The inputs that depend on the prompts, and the empty ones that some exports require."""
+        batch_axis = (slice(None),) if not self.nested else (None,)
+        inputs = {
+            self.points: points[batch_axis],
+            self.labels: labels[batch_axis],
             "input_boxes": np.zeros((1, 0, 4)),
-            "mask_input": np.zeros(self._mask_shape(len(points), view)),
+            "mask_input": np.zeros(self._mask_shape(len(points), layout)),
             "has_mask_input": np.zeros(1),
-            "orig_im_size": np.array([view.height, view.width]),
+            "orig_im_size": np.array([layout.height, layout.width]),
         }
-        return {name: array for name, array in every.items() if name in self.graph.inputs}
+        return {name: array for name, array in inputs.items() if name in self.graph.inputs}
 
-    def _mask_shape(self, n: int, view: ModelView) -> tuple[int, ...]:
-        port = self.graph.inputs.get("mask_input")
-        known = port.shape if port else ()
-        return (n, 1, *((side or view.side // 4) for side in known[2:]))
+    def _mask_shape(self, n: int, layout: SquareLayout) -> tuple[int, ...]:
+        spec = self.graph.inputs.get("mask_input")
+        shape = spec.shape if spec else ()
+        return (n, 1, *((side or layout.side // 4) for side in shape[2:]))
 
     def _masks_and_scores(
-        self, outputs: Mapping[str, NDArray], n: int, view: ModelView
+        self, outputs: Mapping[str, NDArray], n: int, layout: SquareLayout
     ) -> tuple[Float32Array, Float32Array]:
         masks, scores = outputs[self.masks], outputs[self.scores]
         if masks.ndim != 4 + self.nested or masks.shape[-4] != n or scores.shape != masks.shape[:-2]:
@@ -116,23 +116,23 @@ class SamDecoder:
         if self.nested:
             masks, scores = masks[0], scores[0]
         of_image = self.masks == "masks" and "orig_im_size" in self.graph.inputs
-        return (masks if of_image else view.filled(masks)), scores
+        return (masks if of_image else layout.filled(masks)), scores
 
 
-def _filled_up(array: NDArray, size: int, axis: int, value: int) -> NDArray:
+def _padded(array: NDArray, size: int, axis: int, value: int) -> NDArray:
     """The array with `value` behind it along an axis, up to a size."""
-    more = [(0, max(0, size - side) if at == axis else 0) for at, side in enumerate(array.shape)]
-    return np.pad(array, more, constant_values=value)
+    padding = [(0, max(0, size - side) if at == axis else 0) for at, side in enumerate(array.shape)]
+    return np.pad(array, padding, constant_values=value)
 
 
-def _matched(graph: OnnxGraph, wanted: set[str], offered: Mapping[str, object]) -> dict[str, str]:
-    """Which output of the encoder each of the decoder's features is; one alone may go by any name."""
-    unknown, unused = sorted(wanted - set(offered)), sorted(set(offered) - wanted)
+def _matched(graph: OnnxGraph, required: set[str], offered: Mapping[str, object]) -> dict[str, str]:
+    """The output of the encoder that each of the decoder's features is; a single one may have any name."""
+    unknown, unused = sorted(required - set(offered)), sorted(set(offered) - required)
     if len(unknown) == 1 and len(unused) == 1:
-        return {**{name: name for name in wanted & set(offered)}, unknown[0]: unused[0]}
+        return {**{name: name for name in required & set(offered)}, unknown[0]: unused[0]}
     if unknown:
         raise BadInput(
             f"{graph.file} wants {', '.join(unknown)}, and the encoder gives {', '.join(offered)}: "
             "the two files are not of one export"
         )
-    return {name: name for name in wanted}
+    return {name: name for name in required}

@@ -1,4 +1,4 @@
-"""Which two files of a SAM export are its encoder and its decoder."""
+"""Encoder and decoder files of a SAM export in ONNX format."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def encoder_and_decoder(folder: Path, known: Sequence[str] = ()) -> tuple[Path, 
     encoders = [file for file in files if "encoder" in file.stem.lower() and file not in decoders]
     if len(encoders) == 1 and len(decoders) == 1:
         return encoders[0], decoders[0]
-    found = ", ".join(file.name for file in files) or "no ONNX file"
+    names = ", ".join(file.name for file in files) or "no ONNX file"
     raise BadInput(
-        f"{folder} should hold one *encoder*.onnx and one *decoder*.onnx, and holds {found}: "
+        f"{folder} should hold one *encoder*.onnx and one *decoder*.onnx, and holds {names}: "
         "give a folder with just the two, or to segmenter sam the encoder with option decoder"
     )

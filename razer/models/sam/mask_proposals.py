@@ -1,4 +1,4 @@
-"""From the answers of a promptable model to masks of an image."""
+"""Automatic mask generation (Kirillov et al. 2023): a grid of point prompts, then filters and suppression."""
 
 from __future__ import annotations
 
@@ -17,10 +17,18 @@ _OVERLAP_RASTER = 128  # columns on which overlaps are measured, about: enough f
 
 @dataclass(frozen=True)
 class ProposalLimits:
-    """points: prompts along the longer side of the image, each giving up to three masks. More: smaller things are
-    found, and the time grows with the square. min_quality: least quality that the model expects of a mask.
-    min_stability: least stability against the threshold. Lower: more masks, with worse borders. most_iou: overlap above
-    which the lesser of two masks is dropped. Higher: one thing has several masks. Raises BadInput."""
+    """Which mask proposals are made and kept.
+
+    Args:
+        points: prompts along the longer side of the image, each giving up to three masks. More: smaller objects, and
+            time grows with the square.
+        min_quality: lowest IoU that the model predicts for a mask, in [0, 1].
+        min_stability: lowest stability against the threshold, in [0, 1]. Lower: more masks, with worse borders.
+        most_iou: overlap above which the worse of two masks is dropped. Higher: one object has several masks.
+
+    Raises:
+        BadInput: for impossible values.
+    """
 
     points: int = 16
     min_quality: float = 0.8
@@ -33,19 +41,19 @@ class ProposalLimits:
             raise BadInput("segmenter options: points is at least 1, and quality, stability and IoU are from 0 to 1")
 
 
-def masks_of_everything(model: Promptable, rgb: Uint8Array, limits: ProposalLimits) -> tuple[BoolArray, Float32Array]:
-    """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the quality expected of each."""
-    features, view = model.encode(rgb)
+def automatic_masks(model: Promptable, rgb: Uint8Array, limits: ProposalLimits) -> tuple[BoolArray, Float32Array]:
+    """Masks (N, H, W) of an image (H, W, 3), best first, which may overlap, and the predicted IoU of each."""
+    features, layout = model.encode(rgb)
     height, width = rgb.shape[:2]
     parts: list[tuple[Float32Array, ...]] = []
-    for found, scores in model.at_points(features, view, point_grid(height, width, limits.points)):
-        good = scores >= limits.min_quality
-        candidates, quality, firmness = found[good], scores[good], stability(found[good])
-        stable = firmness >= limits.min_stability
-        parts.append((candidates[stable], quality[stable], firmness[stable]))
-    logits, quality, firmness = (np.concatenate(column) for column in zip(*parts, strict=True))
+    for proposals, scores in model.at_points(features, layout, point_grid(height, width, limits.points)):
+        is_good = scores >= limits.min_quality
+        candidates, quality, steadiness = proposals[is_good], scores[is_good], stability(proposals[is_good])
+        is_stable = steadiness >= limits.min_stability
+        parts.append((candidates[is_stable], quality[is_stable], steadiness[is_stable]))
+    logits, quality, steadiness = (np.concatenate(column) for column in zip(*parts, strict=True))
     step = max(1, logits.shape[-1] // _OVERLAP_RASTER)
-    order = best_of_overlapping(logits[:, ::step, ::step] > 0, quality * firmness, limits.most_iou)
+    order = best_of_overlapping(logits[:, ::step, ::step] > 0, quality * steadiness, limits.most_iou)
     return masks_at_size(logits[order], height, width), quality[order].clip(0, 1)
 
 
@@ -54,9 +62,10 @@ def masks_in_boxes(model: Promptable, rgb: Uint8Array, boxes: Float64Array) -> B
     height, width = rgb.shape[:2]
     if not len(boxes):
         return np.zeros((0, height, width), bool)
-    features, view = model.encode(rgb)
+    features, layout = model.encode(rgb)
     best = [
-        found[np.arange(len(found)), scores.argmax(axis=1)] for found, scores in model.in_boxes(features, view, boxes)
+        logits[np.arange(len(logits)), scores.argmax(axis=1)]
+        for logits, scores in model.in_boxes(features, layout, boxes)
     ]
     return masks_at_size(np.concatenate(best), height, width)
 

@@ -1,4 +1,4 @@
-"""From what the options say to a model of SAM's family, whichever library runs it."""
+"""Opening a model of SAM's family, whichever library runs it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,23 @@ from razer.models.sam.torch_sam import TorchSam
 
 
 def sam_model(weights: str | Path, decoder: str | Path | None, batch: int, device: Device) -> Promptable:
-    """An export in two ONNX files, given as their folder or one by one, or a checkpoint of the `transformers` library;
-    `batch` prompts are answered at a time. Raises BadInput."""
-    where = model_file(weights)
+    """A promptable model of the ONNX or the `transformers` library.
+
+    Args:
+        weights: a folder with both ONNX files of an export or with a checkpoint, the encoder's file, or a name of the
+            catalogue.
+        decoder: the decoder's file where `weights` is the encoder's.
+        batch: prompts at a time.
+        device: auto, cpu or cuda.
+
+    Raises:
+        BadInput: where there is no such model.
+    """
+    path = model_file(weights)
     if decoder is not None:
-        return OnnxSam(where, model_file(decoder), batch, device)
-    if any(where.glob("*.safetensors")):
-        return TorchSam(Checkpoint.of(where), batch, device)
-    listed = catalogue().get(str(weights))
+        return OnnxSam(path, model_file(decoder), batch, device)
+    if any(path.glob("*.safetensors")):
+        return TorchSam(Checkpoint.of(path), batch, device)
+    entry = catalogue().get(str(weights))
     # The hub's cache may hold more of a repository than the catalogue names.
-    return OnnxSam(*encoder_and_decoder(where, listed.files if listed else ()), batch, device)
+    return OnnxSam(*encoder_and_decoder(path, entry.files if entry else ()), batch, device)

@@ -1,4 +1,4 @@
-"""What every model of SAM's family can do, whichever library runs it."""
+"""The protocol of promptable segmentation models, whichever library runs them."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from razer.arrays import Float32Array, Float64Array, Uint8Array
-from razer.models.model_view import ModelView
+from razer.models.square_layout import SquareLayout
 
-Answers = Iterator[tuple[Float32Array, Float32Array]]
+MaskBatches = Iterator[tuple[Float32Array, Float32Array]]
 
 
 class Promptable(Protocol):
-    """A model that looks at an image once and then answers many prompts.
+    """A model that encodes an image once and then segments it for many prompts.
 
-    Answers come in batches: logits (P, M, h, w), positive inside a mask, over the image at any resolution, and the
-    quality that the model expects of each mask, (P, M).
+    Masks come in batches: logits (P, M, h, w), positive inside a mask, over the image at any resolution, and the
+    IoU that the model predicts for each mask, (P, M).
     """
 
-    def encode(self, rgb: Uint8Array) -> tuple[Any, ModelView]:
-        """The model's own features of an image (H, W, 3), and how it lies in the model's square."""
+    def encode(self, rgb: Uint8Array) -> tuple[Any, SquareLayout]:
+        """The model's own features of an image (H, W, 3), and its layout in the model's square."""
 
-    def at_points(self, features: Any, view: ModelView, points: Float64Array) -> Answers:
-        """What lies at each of N points (N, 2) of the image, x before y, one point a prompt."""
+    def at_points(self, features: Any, layout: SquareLayout, points: Float64Array) -> MaskBatches:
+        """The masks at each of N points (N, 2) of the image, x before y, one point a prompt."""
 
-    def in_boxes(self, features: Any, view: ModelView, boxes: Float64Array) -> Answers:
-        """What each of N boxes (N, 4) of the image holds: left, top, right, bottom. May raise BadInput if the model
+    def in_boxes(self, features: Any, layout: SquareLayout, boxes: Float64Array) -> MaskBatches:
+        """The masks in each of N boxes (N, 4) of the image: left, top, right, bottom. May raise BadInput if the model
         takes none."""

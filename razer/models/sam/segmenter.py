@@ -1,4 +1,4 @@
-"""Masks of everything in sight, or of what a detector boxed, from a model of SAM's family."""
+"""Class-agnostic segmentation by SAM: of the whole image, or in the boxes of a detector."""
 
 from __future__ import annotations
 
@@ -13,18 +13,26 @@ from razer.frame import Frame, Masks
 from razer.models import Segmenter, make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.runtime.device import Device
-from razer.models.sam.mask_proposals import ProposalLimits, masks_in_boxes, masks_of_everything
+from razer.models.sam.mask_proposals import ProposalLimits, automatic_masks, masks_in_boxes
 from razer.models.sam.open_model import sam_model
 
 
 class SamSegmenter:
-    """SAM and SAM 2 and their kin: exports in two ONNX files (MobileSAM, EdgeSAM, SAM 2.1, SlimSAM), or checkpoints
+    """SAM, SAM 2 and similar models: exports in two ONNX files (MobileSAM, EdgeSAM, SAM 2.1, SlimSAM), or checkpoints
     of the `transformers` library.
 
-    weights: a name of the catalogue, a folder with both files or with a checkpoint, or the encoder's file, with
-    `decoder` the other. batch: prompts at a time. boxes: instead of at points, masks are sought in the boxes around the
-    masks of this segmenter, an object or a name with boxes_options; they take its names and scores. device: auto, cpu
-    or cuda. limits: the options of ProposalLimits. Raises BadInput.
+    Args:
+        weights: a name of the catalogue, a folder with both files or with a checkpoint, or the encoder's file.
+        decoder: the decoder's file where `weights` is the encoder's.
+        batch: prompts at a time.
+        boxes: a segmenter, by name or as an object: instead of at a grid of points, masks are made in the boxes around
+            its masks, and take its class names and scores.
+        boxes_options: options of that segmenter, where it is given by name.
+        device: auto, cpu or cuda.
+        limits: the options of ProposalLimits.
+
+    Raises:
+        BadInput: for impossible options, or where there is no such model.
     """
 
     def __init__(
@@ -46,7 +54,8 @@ class SamSegmenter:
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame; they may overlap. With `boxes`, in its order, else best first."""
         if self.detector is None:
-            return Masks(*masks_of_everything(self.model, frame.rgb, self.limits))
-        found = self.detector.segment(frame)
-        found = found.select(np.flatnonzero(found.masks.any(axis=(1, 2))))  # what covers nothing has no box
-        return Masks(masks_in_boxes(self.model, frame.rgb, mask_boxes(found.masks)), found.scores, found.class_names)
+            return Masks(*automatic_masks(self.model, frame.rgb, self.limits))
+        detections = self.detector.segment(frame)
+        detections = detections.select(np.flatnonzero(detections.masks.any(axis=(1, 2))))  # an empty mask has no box
+        masks = masks_in_boxes(self.model, frame.rgb, mask_boxes(detections.masks))
+        return Masks(masks, detections.scores, detections.class_names)

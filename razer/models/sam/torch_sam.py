@@ -1,4 +1,4 @@
-"""SAM checkpoints of the `transformers` library, in torch."""
+"""SAM checkpoints of the `transformers` library, run by torch."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import torch
 
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput
-from razer.models.model_view import ModelView
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
-from razer.models.sam.promptable import Answers
+from razer.models.sam.promptable import MaskBatches
+from razer.models.square_layout import SquareLayout
 
 _KEEPS_SHAPE = {"sam"}
 _STRETCHES = {"sam2", "sam2_video", "sam3_tracker", "edgetam", "edgetam_video"}
 
 
 class TorchSam:
-    """SAM, SAM 2 and their kin, Promptable. The model is loaded on first use and stays behind when this travels to
-    another process. Raises BadInput for other checkpoints."""
+    """SAM, SAM 2 and similar models; a Promptable. The model is loaded on first use and is not pickled. Raises BadInput
+    for other checkpoints."""
 
     def __init__(self, checkpoint: Checkpoint, batch: int, device: Device) -> None:
         if checkpoint.kind not in _KEEPS_SHAPE | _STRETCHES:
@@ -38,28 +38,28 @@ class TorchSam:
         return self.checkpoint.load("AutoModelForMaskGeneration", self.device)
 
     @torch.inference_mode()
-    def encode(self, rgb: Uint8Array) -> tuple[Any, ModelView]:
+    def encode(self, rgb: Uint8Array) -> tuple[Any, SquareLayout]:
         """As Promptable."""
         height, width = rgb.shape[:2]
         side = self._model.prompt_encoder.input_image_size
-        view = ModelView.of(height, width, side, self.checkpoint.kind in _STRETCHES)
-        square = torch.from_numpy(view.square(rgb, *self.colours)).to(torch_device(self.device))
-        return self._model.get_image_embeddings(square), view
+        layout = SquareLayout.of(height, width, side, self.checkpoint.kind in _STRETCHES)
+        square = torch.from_numpy(layout.square(rgb, *self.colours)).to(torch_device(self.device))
+        return self._model.get_image_embeddings(square), layout
 
-    def at_points(self, features: Any, view: ModelView, points: Float64Array) -> Answers:
+    def at_points(self, features: Any, layout: SquareLayout, points: Float64Array) -> MaskBatches:
         """As Promptable."""
-        yield from self._answers(features, view, "input_points", view.coordinates(points)[:, None])
+        yield from self._answers(features, layout, "input_points", layout.coordinates(points)[:, None])
 
-    def in_boxes(self, features: Any, view: ModelView, boxes: Float64Array) -> Answers:
+    def in_boxes(self, features: Any, layout: SquareLayout, boxes: Float64Array) -> MaskBatches:
         """As Promptable."""
-        corners = view.coordinates(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
-        yield from self._answers(features, view, "input_boxes", corners)
+        corners = layout.coordinates(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
+        yield from self._answers(features, layout, "input_boxes", corners)
 
-    def _answers(self, features: Any, view: ModelView, name: str, prompts: Float32Array) -> Answers:
+    def _answers(self, features: Any, layout: SquareLayout, name: str, prompts: Float32Array) -> MaskBatches:
         device = torch_device(self.device)
         for start in range(0, len(prompts), self.batch):
             part = torch.from_numpy(prompts[None, start : start + self.batch]).to(device)
             with torch.inference_mode():
                 outputs = self._model(image_embeddings=features, **{name: part})
             masks, scores = outputs.pred_masks[0].float(), outputs.iou_scores[0].float()
-            yield view.filled(masks.cpu().numpy()), scores.cpu().numpy()
+            yield layout.filled(masks.cpu().numpy()), scores.cpu().numpy()

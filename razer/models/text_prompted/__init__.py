@@ -1,1 +1,1 @@
-"""Masks of what words name."""
+"""Open-vocabulary segmentation from text prompts."""

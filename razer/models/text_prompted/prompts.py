@@ -1,4 +1,4 @@
-"""The words that a segmenter is asked for."""
+"""Text prompts of a segmenter: a list, a text with commas, or a vocabulary."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
 
-def asked_words(words: str | Sequence[str]) -> tuple[str, ...]:
-    """The words of a list, of a text with commas, or of a vocabulary by name or file (see `vocabulary`), without
+def prompt_phrases(words: str | Sequence[str]) -> tuple[str, ...]:
+    """The phrases of a list, of a text with commas, or of a vocabulary by name or file (see `vocabulary`), without
     repetitions; raises BadInput if there are none."""
     if isinstance(words, str):
         words = words.split(",") if "," in words else vocabulary(words).names

@@ -1,1 +1,1 @@
-"""YOLO segmentation models in ONNX format."""
+"""Instance segmentation by YOLO models in ONNX format."""

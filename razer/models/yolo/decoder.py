@@ -1,4 +1,4 @@
-"""What the outputs of a YOLO segmentation model mean."""
+"""Decoding of YOLO segmentation outputs: layouts, non-maximum suppression, masks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Layout = Literal["dense", "end to end"]
 
 @dataclass(frozen=True)
 class Candidates:
-    """N things found: boxes (N, 4) x1, y1, x2, y2 in pixels of the input, scores (N,), classes (N,), and the mask
+    """N candidate detections: boxes (N, 4) x1, y1, x2, y2 in pixels of the input, scores (N,), classes (N,), and mask
     coefficients (N, M)."""
 
     boxes: Float32Array
@@ -34,7 +34,7 @@ class Candidates:
 
 @dataclass(frozen=True)
 class YoloDecoder:
-    """From outputs to masks. source names the model in messages; class_names is None for a model that does not tell;
+    """Masks from a model's outputs. source names the model in messages; class_names is None where the file has none;
     the rest is as in YoloSegmenter."""
 
     source: str
@@ -65,14 +65,15 @@ class YoloDecoder:
         (1, M, h, w); raises BadInput."""
         _, rows, columns = predictions.shape
         if self.layout(rows, columns, prototypes.shape[1]) == "dense":
-            found = without_doubles(dense(predictions[0], prototypes.shape[1], self.confidence), self.iou)
+            candidates = decode_dense(predictions[0], prototypes.shape[1], self.confidence)
+            candidates = non_maximum_suppression(candidates, self.iou)
         else:
-            found = end_to_end(predictions[0], self.confidence)
-        found = found.select(np.argsort(-found.scores, kind="stable")[: self.max_masks])
-        masks = prototype_masks(found.coefficients, prototypes[0], found.boxes, letterbox)
-        filled = np.array([mask.any() for mask in masks], np.bool_)
-        named = Masks(masks, found.scores.clip(0, 1), self._names(found.classes))
-        return named if filled.all() else named.select(filled)
+            candidates = decode_end_to_end(predictions[0], self.confidence)
+        candidates = candidates.select(np.argsort(-candidates.scores, kind="stable")[: self.max_masks])
+        pixels = prototype_masks(candidates.coefficients, prototypes[0], candidates.boxes, letterbox)
+        has_pixels = np.array([mask.any() for mask in pixels], np.bool_)
+        masks = Masks(pixels, candidates.scores.clip(0, 1), self._names(candidates.classes))
+        return masks if has_pixels.all() else masks.select(has_pixels)
 
     def _names(self, classes: Int64Array) -> tuple[str, ...] | None:
         if self.class_names is None:
@@ -82,35 +83,35 @@ class YoloDecoder:
         return tuple(self.class_names[number] for number in classes)
 
 
-def dense(predictions: Float32Array, n_prototypes: int, confidence: float) -> Candidates:
-    """What predictions (4 + classes + M, anchors) say with at least this confidence."""
+def decode_dense(predictions: Float32Array, n_prototypes: int, confidence: float) -> Candidates:
+    """The candidates in predictions (4 + classes + M, anchors) with at least this confidence."""
     end = len(predictions) - n_prototypes
     best = predictions[4:end].max(axis=0)
-    found = predictions[:, best >= confidence].T
-    centers, halves = found[:, :2], found[:, 2:4] / 2
+    rows = predictions[:, best >= confidence].T
+    centers, halves = rows[:, :2], rows[:, 2:4] / 2
     boxes = np.concatenate([centers - halves, centers + halves], axis=1)
-    return Candidates(boxes, best[best >= confidence], found[:, 4:end].argmax(axis=1), found[:, end:])
+    return Candidates(boxes, best[best >= confidence], rows[:, 4:end].argmax(axis=1), rows[:, end:])
 
 
-def end_to_end(predictions: Float32Array, confidence: float) -> Candidates:
-    """What predictions (N, 6 + M) say with at least this confidence."""
-    found = predictions[predictions[:, 4] >= confidence]
-    return Candidates(found[:, :4], found[:, 4], found[:, 5].astype(np.int64), found[:, 6:])
+def decode_end_to_end(predictions: Float32Array, confidence: float) -> Candidates:
+    """The candidates in predictions (N, 6 + M) with at least this confidence."""
+    rows = predictions[predictions[:, 4] >= confidence]
+    return Candidates(rows[:, :4], rows[:, 4], rows[:, 5].astype(np.int64), rows[:, 6:])
 
 
-def without_doubles(found: Candidates, iou: float) -> Candidates:
+def non_maximum_suppression(candidates: Candidates, iou: float) -> Candidates:
     """The candidates, best first, without those that overlap a better one of their class by more than `iou`."""
-    order = np.argsort(-found.scores, kind="stable")
+    order = np.argsort(-candidates.scores, kind="stable")
     kept: list[int] = []
     while len(order):
         first, order = int(order[0]), order[1:]
         kept.append(first)
-        double = box_iou(found.boxes[first], found.boxes[order]) > iou
-        order = order[~(double & (found.classes[order] == found.classes[first]))]
-    return found.select(np.array(kept, np.int64))
+        overlaps = box_iou_2d(candidates.boxes[first], candidates.boxes[order]) > iou
+        order = order[~(overlaps & (candidates.classes[order] == candidates.classes[first]))]
+    return candidates.select(np.array(kept, np.int64))
 
 
-def box_iou(box: Float32Array, others: Float32Array) -> Float32Array:
+def box_iou_2d(box: Float32Array, others: Float32Array) -> Float32Array:
     """Intersection over union (N,) of a box (4,) x1, y1, x2, y2 with each of (N, 4)."""
     sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
     shared: Float32Array = sides.clip(0).prod(axis=1)

@@ -1,4 +1,4 @@
-"""What an ONNX file tells of the YOLO segmentation model in it."""
+"""Metadata of a YOLO segmentation export: outputs, class names, input size."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class YoloExport:
 
 
 def _only_output(model: OnnxModel, n_sides: int) -> int:
-    found = [i for i, output in enumerate(model.outputs) if len(output.shape) == n_sides]
-    if len(found) != 1:
+    matching = [i for i, output in enumerate(model.outputs) if len(output.shape) == n_sides]
+    if len(matching) != 1:
         listed = ", ".join(map(str, model.outputs))
         raise BadInput(f"{model.file} is no YOLO segmentation model: expected predictions and prototypes, not {listed}")
-    return found[0]
+    return matching[0]
 
 
 def _class_names(model: OnnxModel) -> tuple[str, ...] | None:
@@ -57,17 +57,19 @@ def _class_names(model: OnnxModel) -> tuple[str, ...] | None:
 
 def _input(model: OnnxModel, size: int | None) -> tuple[Shape, tuple[int | None, int | None]]:
     """Rows and columns of the input, and the strides of those sides that the model leaves open."""
-    port = model.input
-    if len(port.shape) != 4 or port.shape[0] not in (None, 1) or port.shape[1] not in (None, 3):
-        raise BadInput(f"{model.file} takes {port}, not one colour image 1x3xHxW")
-    fixed = port.shape[2:]
+    spec = model.input
+    if len(spec.shape) != 4 or spec.shape[0] not in (None, 1) or spec.shape[1] not in (None, 3):
+        raise BadInput(f"{model.file} takes {spec}, not one colour image 1x3xHxW")
+    fixed = spec.shape[2:]
     if size is not None and (size < 1 or None not in fixed):
-        raise BadInput(f"option size = {size}: it is for models that leave it open, and {model.file} takes {port}")
+        raise BadInput(f"option size = {size}: it is for models that leave it open, and {model.file} takes {spec}")
     usual = _whole_numbers(model, "imgsz", 640) if size is None else (size, size)
     stride = _whole_numbers(model, "stride", 32)
     # A model that leaves a side open still takes whole strides only.
-    rows, columns = (own or -(-most // step) * step for own, most, step in zip(fixed, usual, stride, strict=True))
-    steps = [None if own else step for own, step in zip(fixed, stride, strict=True)]
+    rows, columns = (
+        side or -(-longest // step) * step for side, longest, step in zip(fixed, usual, stride, strict=True)
+    )
+    steps = [None if side else step for side, step in zip(fixed, stride, strict=True)]
     return (rows, columns), (steps[0], steps[1])
 
 

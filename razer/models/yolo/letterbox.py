@@ -1,4 +1,4 @@
-"""An image made to fit a network's input: scaled evenly, and padded on both sides."""
+"""Letterboxing: an image scaled evenly into a network's input and padded on both sides."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 
 Shape = tuple[int, int]
-_GREY = 114  # what YOLO models were trained to see beside the image
+_GREY = 114  # the padding that YOLO models were trained with
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class Letterbox:
     left: int
 
     @classmethod
-    def of(cls, image: Shape, most: Shape, stride: tuple[int | None, int | None] = (None, None)) -> Letterbox:
-        """The largest fit into `most` (rows, columns); a side with a stride may be smaller, by whole strides."""
-        scale = min(most[0] / image[0], most[1] / image[1])
-        rows, columns = (max(1, min(side, round(own * scale))) for own, side in zip(image, most, strict=True))
-        height = most[0] if stride[0] is None else -(-rows // stride[0]) * stride[0]
-        width = most[1] if stride[1] is None else -(-columns // stride[1]) * stride[1]
+    def of(cls, image: Shape, limit: Shape, stride: tuple[int | None, int | None] = (None, None)) -> Letterbox:
+        """The largest fit into `limit` (rows, columns); a side with a stride may be smaller, by whole strides."""
+        scale = min(limit[0] / image[0], limit[1] / image[1])
+        rows, columns = (max(1, min(side, round(own * scale))) for own, side in zip(image, limit, strict=True))
+        height = limit[0] if stride[0] is None else -(-rows // stride[0]) * stride[0]
+        width = limit[1] if stride[1] is None else -(-columns // stride[1]) * stride[1]
         return cls(image, (height, width), (rows, columns), (height - rows) // 2, (width - columns) // 2)
 
     def batch(self, rgb: Uint8Array) -> Float32Array:

@@ -1,4 +1,4 @@
-"""Masks that are weighted sums of a few coarse prototypes, as YOLACT made them."""
+"""Prototype masks (YOLACT, Bolya et al. 2019): each mask is a weighted sum of a few coarse prototypes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,13 @@ def prototype_masks(
     boxes: Float32Array,
     letterbox: Letterbox,
 ) -> BoolArray:
-    """Masks (N, H, W) at the size of the image, from coefficients (N, M), prototypes (M, h, w) that span the input,
-    and boxes (N, 4) x1, y1, x2, y2 in pixels of the input, outside which a mask is false.
+    """Masks (N, H, W) at the size of the image; the sums are interpolated before they are compared with zero.
 
-    The sums are interpolated before they are compared with zero, and inside the boxes only.
+    Args:
+        coefficients: (N, M), weights of the prototypes.
+        prototypes: (M, h, w), spanning the input.
+        boxes: (N, 4), x1, y1, x2, y2 in pixels of the input; outside its box a mask is false.
+        letterbox: how the image lies in the input.
     """
     grid = prototypes.shape[1:]
     sums = (coefficients @ prototypes.reshape(len(prototypes), -1)).reshape(-1, *grid)

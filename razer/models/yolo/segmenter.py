@@ -1,4 +1,4 @@
-"""Masks with class names from a YOLO segmentation model in ONNX format."""
+"""Closed-set instance segmentation by a YOLO model in ONNX format."""
 
 from __future__ import annotations
 
@@ -15,11 +15,18 @@ from razer.models.yolo.export import YoloExport
 class YoloSegmenter:
     """Any segmentation model that Ultralytics exports: YOLOv8, 11 and 26, YOLOE, FastSAM.
 
-    weights: the ONNX file; class names come from its metadata. confidence: least score. Lower: more small things,
-    and more that are none. iou: overlap of boxes of one class above which the lesser is a double. Lower: things
-    that stand close become one; higher: one thing is found twice. max_masks: at most so many, the best. size:
-    longest side in pixels that the model is given, where it leaves that open. Smaller: faster, small things are
-    lost. device: auto, cpu or cuda. Raises BadInput, at once for what the file itself tells.
+    Args:
+        weights: the ONNX file; class names come from its metadata.
+        confidence: lowest score of a mask. Lower: more small objects, and more false ones.
+        iou: overlap of boxes of one class above which the lower score is suppressed. Lower: objects that stand close
+            become one; higher: one object has several masks.
+        max_masks: at most so many, the best.
+        size: longest side of the input in pixels, where the model leaves it open. Smaller: faster, small objects are
+            lost.
+        device: auto, cpu or cuda.
+
+    Raises:
+        BadInput: for impossible options, and a file that is no YOLO segmentation model.
     """
 
     def __init__(
@@ -45,7 +52,7 @@ class YoloSegmenter:
         return self.decoder.masks(outputs[self.export.predictions], outputs[self.export.prototypes], letterbox)
 
     def _check_layout(self) -> None:
-        """Refuse a file whose outputs are of fixed shape and unlike YOLO's; of open ones the first frame tells."""
+        """Refuse a file with outputs of fixed shape unlike YOLO's; open ones are checked at the first frame."""
         rows, columns = self.model.outputs[self.export.predictions].shape[1:]
         n_prototypes = self.model.outputs[self.export.prototypes].shape[1]
         if rows is not None and columns is not None and n_prototypes is not None:

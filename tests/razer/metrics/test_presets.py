@@ -46,16 +46,16 @@ def itself(truth: TruthScene, surface: bool) -> PredictedScene:
 @pytest.mark.parametrize("surface", [False, True], ids=["labels", "surface"])
 def test_truth_against_itself_is_exactly_one(name: str, surface: bool) -> None:
     truth, preset = room(), PRESETS[name]
-    found = evaluate([("room", truth, itself(truth, surface))], preset).as_json()
-    assert found["class_agnostic"] == {"ap": 1.0, "ap50": 1.0, "ap25": 1.0}
-    assert [found["class_aware"][key] for key in ("ap", "ap50", "ap25")] == [1.0] * 3
-    assert [found["panoptic"][key] for key in ("pq", "sq", "rq")] == [1.0] * 3
-    assert [found["panoptic"]["class_agnostic"][key] for key in ("pq", "sq", "rq")] == [1.0] * 3
-    assert [found["surface"][key] for key in ("accuracy_m", "completeness_m", "chamfer_m")] == [0.0] * 3
-    assert [found["surface"][key] for key in ("fscore_2cm", "fscore_5cm")] == [1.0] * 2
-    assert found["retrieval"]["predicted_masks"]["class_mean"] == 1.0
-    assert (found["duplicates"], found["missed"]) == (0, 0)
-    semantic = [found["semantic"][key] for key in ("miou", "fmiou", "macc", "pixel_accuracy")]
+    result = evaluate([("room", truth, itself(truth, surface))], preset).as_json()
+    assert result["class_agnostic"] == {"ap": 1.0, "ap50": 1.0, "ap25": 1.0}
+    assert [result["class_aware"][key] for key in ("ap", "ap50", "ap25")] == [1.0] * 3
+    assert [result["panoptic"][key] for key in ("pq", "sq", "rq")] == [1.0] * 3
+    assert [result["panoptic"]["class_agnostic"][key] for key in ("pq", "sq", "rq")] == [1.0] * 3
+    assert [result["surface"][key] for key in ("accuracy_m", "completeness_m", "chamfer_m")] == [0.0] * 3
+    assert [result["surface"][key] for key in ("fscore_2cm", "fscore_5cm")] == [1.0] * 2
+    assert result["retrieval"]["predicted_masks"]["class_mean"] == 1.0
+    assert (result["duplicates"], result["missed"]) == (0, 0)
+    semantic = [result["semantic"][key] for key in ("miou", "fmiou", "macc", "pixel_accuracy")]
     if preset.semantic_k == 1:
         assert semantic == [1.0] * 4
     else:
@@ -106,9 +106,9 @@ def test_class_of_an_instance_is_its_own_or_its_vertices() -> None:
 
     def recalls(rule: str) -> list[float]:
         preset = PRESETS["default"].model_copy(update={"instance_class": rule, "score": "one"})
-        found = evaluate([("a", truth, predicted)], preset).class_aware
-        assert found is not None
-        return [found["per_class"][name]["ap50"] for name in ("chair", "couch")]
+        result = evaluate([("a", truth, predicted)], preset).class_aware
+        assert result is not None
+        return [result["per_class"][name]["ap50"] for name in ("chair", "couch")]
 
     # The third instance is called a bed, though its vertices are those of a chair; the others bear no name.
     assert recalls("own") == [0.5, 1.0]

@@ -1,4 +1,4 @@
-"""Semantic numbers and the majority of five against literal readings of protocol C, and cases with known answers."""
+"""Semantic metrics and the majority of five against literal readings of protocol C, and cases with known answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
-from razer.metrics.semantic_segmentation import confusion, kept_classes, semantic_numbers
+from razer.metrics.semantic_segmentation import confusion, kept_classes, semantic_metrics
 from razer.metrics.surface.nearest_vertices import nearest_vertices
 
 NAMES = {1: "wall", 2: "chair", 3: "table", 4: "wall-cabinet", 5: "other"}
@@ -47,14 +47,14 @@ def conceptgraphs(truth: list[int], predicted: list[int], ignored: list[int]) ->
 def majority(source: np.ndarray, labels: np.ndarray, points: np.ndarray, k: int, unlabelled: bool) -> list[int]:
     """The most frequent label of the k nearest, with or without the unlabelled ones, one point after the other: nearer
     first, then (for one neighbour) that of the very place and number of the point, then the lower number."""
-    found = []
+    majority = []
     for own, point in enumerate(points):
         square = [float((x - point[0]) ** 2 + (y - point[1]) ** 2 + (z - point[2]) ** 2) for x, y, z in source]
         voters = [i for i in range(len(source)) if unlabelled or labels[i] > 0]
         nearest = sorted(voters, key=lambda i: (square[i], k == 1 and square[i] == 0 and i != own, i))[:k]
         counted = Counter(int(labels[i]) for i in nearest)
-        found.append(min(counted, key=lambda label: (-counted[label], label)))
-    return found
+        majority.append(min(counted, key=lambda label: (-counted[label], label)))
+    return majority
 
 
 @settings(max_examples=40, deadline=None)
@@ -71,18 +71,18 @@ def test_numbers_are_those_of_the_formulas(seed: int, on_grid: bool) -> None:
         PredictedScene(surface, classes=predicted, vertex_class_names=NAMES),
     )
     five = majority(surface, predicted, points, 5, unlabelled=True)
-    found = evaluate([pair], PRESETS["hovsg"]).semantic
+    result = evaluate([pair], PRESETS["hovsg"]).semantic
     expected = hovsg(truth.tolist(), five, [0, 1, 4])
-    assert found is not None
+    assert result is not None
     keys = ("miou", "fmiou", "macc", "pixel_accuracy")
-    assert [found[key] for key in keys] == pytest.approx(expected, abs=1e-12, nan_ok=True)
+    assert [result[key] for key in keys] == pytest.approx(expected, abs=1e-12, nan_ok=True)
     nearest = majority(surface, predicted, points, 1, unlabelled=False)
-    found = evaluate([pair], PRESETS["conceptgraphs"]).semantic
-    assert found is not None
+    result = evaluate([pair], PRESETS["conceptgraphs"]).semantic
+    assert result is not None
     expected_pair = conceptgraphs(truth.tolist(), nearest, [0, 1, 5])
-    assert (found["miou"], found["fmiou"]) == pytest.approx(expected_pair, abs=1e-12, nan_ok=True)
+    assert (result["miou"], result["fmiou"]) == pytest.approx(expected_pair, abs=1e-12, nan_ok=True)
     less = conceptgraphs(truth.tolist(), nearest, [0, 5])
-    assert found["lists"]["without 1"]["miou"] == pytest.approx(less[0], abs=1e-12)
+    assert result["lists"]["without 1"]["miou"] == pytest.approx(less[0], abs=1e-12)
 
 
 def test_neighbours_of_a_large_grid_are_ordered_by_distance_then_number() -> None:
@@ -101,7 +101,7 @@ def test_fewer_vertices_than_neighbours() -> None:
     assert nearest_vertices(source[:0], point, 5).labels(np.zeros(0, int)).tolist() == [0]
 
 
-def test_a_surface_carried_to_itself_stays_though_vertices_coincide() -> None:
+def test_labels_transferred_to_the_same_surface_stay_though_vertices_coincide() -> None:
     twins = np.zeros((4, 3))
     assert nearest_vertices(twins, twins).labels(np.array([4, 3, 2, 1])).tolist() == [4, 3, 2, 1]
 
@@ -112,13 +112,13 @@ def test_known_answer() -> None:
     counted = confusion(truth, predicted, NAMES)
     assert counted["wall", "chair"] == 2
     assert counted["", "table"] == 4
-    numbers = semantic_numbers(counted, lambda name: name != "wall")
+    numbers = semantic_metrics(counted, lambda name: name != "wall")
     assert numbers.per_class["chair"].iou == pytest.approx(4 / (6 + 6 - 4))
     assert numbers.per_class["table"].iou == pytest.approx(4 / (4 + 10 - 4))
     assert numbers.miou == pytest.approx(0.45)
     assert numbers.pixel_accuracy == pytest.approx(0.8)
     # Without what lies on walls and on the unlabelled, p is 4 and 6.
-    fewer = semantic_numbers(counted, lambda name: name != "wall", count_ignored_points=False)
+    fewer = semantic_metrics(counted, lambda name: name != "wall", count_ignored_points=False)
     assert fewer.miou == pytest.approx((4 / 6 + 4 / 6) / 2)
 
 
@@ -132,8 +132,8 @@ def test_a_word_leaves_out_every_class_that_has_it_and_a_name_only_its_own() -> 
 
 
 def test_no_class_that_counts_gives_nothing() -> None:
-    assert math.isnan(semantic_numbers(confusion(np.ones(3, int), np.ones(3, int), NAMES), lambda _: False).miou)
-    assert semantic_numbers(Counter(), lambda _: True).per_class == {}
+    assert math.isnan(semantic_metrics(confusion(np.ones(3, int), np.ones(3, int), NAMES), lambda _: False).miou)
+    assert semantic_metrics(Counter(), lambda _: True).per_class == {}
 
 
 def test_pooled_and_mean_over_scenes_differ() -> None:

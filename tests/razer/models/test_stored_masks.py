@@ -11,7 +11,7 @@ import pytest
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
 from razer.models import make_segmenter
-from razer.models.stored_masks import MasksOnDisk
+from razer.models.stored_masks import StoredMasks
 
 IDS = np.array([[0, 300, 300, 0], [7, 7, 0, 0], [7, 0, 0, 2]], np.uint16)
 SHAPE = IDS.shape
@@ -35,13 +35,13 @@ def test_ids_of_a_png_become_masks_in_increasing_order(tmp_path: Path) -> None:
 
 
 def test_a_frame_without_a_file_has_no_masks(tmp_path: Path) -> None:
-    assert MasksOnDisk(write_ids(tmp_path)).segment(frame(8)).masks.shape == (0, *SHAPE)
+    assert StoredMasks(write_ids(tmp_path)).segment(frame(8)).masks.shape == (0, *SHAPE)
 
 
 def test_an_archive_may_hold_masks_that_overlap_with_scores_and_names(tmp_path: Path) -> None:
     stack = np.stack([IDS > 0, IDS == 7])
     np.savez(tmp_path / "000007.npz", masks=stack, scores=np.array([0.5, 0.25]), names=np.array(["desk", "cup"]))
-    masks = MasksOnDisk(tmp_path).segment(frame())
+    masks = StoredMasks(tmp_path).segment(frame())
     np.testing.assert_array_equal(masks.masks, stack)
     np.testing.assert_array_equal(masks.scores, np.array([0.5, 0.25], np.float32))
     assert masks.class_names == ("desk", "cup")
@@ -49,7 +49,7 @@ def test_an_archive_may_hold_masks_that_overlap_with_scores_and_names(tmp_path: 
 
 def test_an_archive_may_hold_ids(tmp_path: Path) -> None:
     np.savez(tmp_path / "000007.npz", ids=IDS.astype(np.int64))
-    np.testing.assert_array_equal(MasksOnDisk(tmp_path).segment(frame()).masks[2], IDS == 300)
+    np.testing.assert_array_equal(StoredMasks(tmp_path).segment(frame()).masks[2], IDS == 300)
 
 
 def test_a_missing_folder_is_refused_at_once(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ STACK = np.zeros((2, *SHAPE), bool)
 def test_an_archive_that_does_not_fit_is_named(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
     np.savez(tmp_path / "000007.npz", **arrays)
     with pytest.raises(UnusableFrame, match=r"000007\.npz"):
-        MasksOnDisk(tmp_path).segment(frame())
+        StoredMasks(tmp_path).segment(frame())
 
 
 @pytest.mark.parametrize("suffix", ["png", "npz"])
@@ -86,10 +86,10 @@ def test_an_archive_that_does_not_fit_is_named(tmp_path: Path, arrays: dict[str,
 def test_a_broken_file_is_named(tmp_path: Path, suffix: str, content: bytes) -> None:
     (tmp_path / f"000007.{suffix}").write_bytes(content)
     with pytest.raises(UnusableFrame, match=rf"000007\.{suffix}"):
-        MasksOnDisk(tmp_path).segment(frame())
+        StoredMasks(tmp_path).segment(frame())
 
 
 @pytest.mark.parametrize("ids", [IDS[:2], np.dstack([IDS] * 3), IDS.T])
 def test_a_picture_that_is_no_id_image_of_this_size_is_named(tmp_path: Path, ids: np.ndarray) -> None:
     with pytest.raises(UnusableFrame, match=r"000007\.png"):
-        MasksOnDisk(write_ids(tmp_path, ids)).segment(frame())
+        StoredMasks(write_ids(tmp_path, ids)).segment(frame())

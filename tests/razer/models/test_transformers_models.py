@@ -19,9 +19,9 @@ from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.sam.mask_proposals import masks_in_boxes
 from razer.models.sam.segmenter import SamSegmenter
 from razer.models.sam.torch_sam import TorchSam
-from razer.models.text_prompted.box_grounding import WordDetector, spans_between_stops
-from razer.models.text_prompted.mask_grounding import WordMasks
-from razer.models.text_prompted.prompts import asked_words
+from razer.models.text_prompted.box_detector import PhraseDetector, phrase_spans
+from razer.models.text_prompted.prompts import prompt_phrases
+from razer.models.text_prompted.sam3 import Sam3Detector
 from razer.models.text_prompted.segmenter import PromptedSegmenter
 from tests.support.sam_exports import EXPORTS
 
@@ -86,8 +86,8 @@ def test_a_checkpoint_serves_the_sam_segmenter(tmp_path: Path, kind: str) -> Non
     frame = frame_of(90, 60)
     masks = segmenter.segment(frame)
     assert masks.masks.shape[1:] == (60, 90)
-    again = pickle.loads(pickle.dumps(segmenter)).segment(frame)
-    np.testing.assert_array_equal(again.masks, masks.masks)
+    unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    np.testing.assert_array_equal(unpickled.masks, masks.masks)
 
 
 def literal_panoptic(
@@ -138,8 +138,8 @@ def test_panoptic_segmenters_look_at_an_image_as_the_library_does(tmp_path: Path
     np.testing.assert_allclose(masks.scores, [score for score, _, _ in expected], atol=1e-4)
     assert masks.class_names == tuple(tiny.LABELS[number] for _, number, _ in expected)
     assert (masks.masks == np.stack([mask for _, _, mask in expected])).mean() > 0.999
-    again = pickle.loads(pickle.dumps(segmenter)).segment(frame)
-    np.testing.assert_array_equal(again.masks, masks.masks)
+    unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    np.testing.assert_array_equal(unpickled.masks, masks.masks)
 
 
 def test_panoptic_with_nothing_sure_is_no_mask(tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ def test_panoptic_with_nothing_sure_is_no_mask(tmp_path: Path) -> None:
 def test_words_of_grounding_dino_take_the_score_of_their_best_token(tmp_path: Path) -> None:
     theirs = tiny.grounding_dino(tmp_path)
     rgb, words = frame_of(96, 64).rgb, ("cup.", "Red chair", "table")  # the stop is not the word's
-    found = WordDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu").find(rgb)
+    detections = PhraseDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu").detect(rgb)
     processor = transformers.GroundingDinoProcessor.from_pretrained(tmp_path)
     inputs = processor(images=rgb, text="cup. red chair. table.", return_tensors="pt")
     with torch.no_grad():
@@ -159,33 +159,33 @@ def test_words_of_grounding_dino_take_the_score_of_their_best_token(tmp_path: Pa
     boxes = processor.post_process_grounded_object_detection(
         outputs, inputs.input_ids, threshold=0.0, target_sizes=[rgb.shape[:2]]
     )[0]["boxes"]
-    np.testing.assert_allclose(found.boxes, boxes.numpy().clip(0, [96, 64, 96, 64]), atol=1e-2)
+    np.testing.assert_allclose(detections.boxes, boxes.numpy().clip(0, [96, 64, 96, 64]), atol=1e-2)
     tokens = outputs.logits[0].sigmoid().numpy()  # [CLS] cup . red chair . table . [SEP]
     by_word = np.stack([tokens[:, 1], tokens[:, 3:5].max(axis=1), tokens[:, 6]], axis=1)
-    np.testing.assert_allclose(found.scores, by_word.max(axis=1), atol=1e-4)
-    np.testing.assert_array_equal(found.words, by_word.argmax(axis=1))
+    np.testing.assert_allclose(detections.scores, by_word.max(axis=1), atol=1e-4)
+    np.testing.assert_array_equal(detections.phrases, by_word.argmax(axis=1))
 
 
 def test_more_words_than_a_sentence_holds_are_asked_in_parts(tmp_path: Path) -> None:
     tiny.grounding_dino(tmp_path)
     rgb, words = frame_of(96, 64).rgb, ("cup", "red chair", "table", "cups", "red table", "red red cup")
-    whole = WordDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu")
-    found = whole.find(rgb)
-    assert whole._portions == [[0, 1, 2, 3], [4, 5]]
-    alone = WordDetector(Checkpoint.of(tmp_path), words[4:], 0.0, "cpu").find(rgb)
-    np.testing.assert_allclose(found.boxes[9:], alone.boxes, atol=1e-4)
-    np.testing.assert_array_equal(found.words[9:], alone.words + 4)
+    whole = PhraseDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu")
+    detections = whole.detect(rgb)
+    assert whole._batches == [[0, 1, 2, 3], [4, 5]]
+    alone = PhraseDetector(Checkpoint.of(tmp_path), words[4:], 0.0, "cpu").detect(rgb)
+    np.testing.assert_allclose(detections.boxes[9:], alone.boxes, atol=1e-4)
+    np.testing.assert_array_equal(detections.phrases[9:], alone.phrases + 4)
 
 
 def test_spans_leave_out_stops_and_ends() -> None:
     tokens = ["[CLS]", "cup", ".", "red", "chair", ".", "[SEP]"]
-    assert list(spans_between_stops(tokens)) == [slice(1, 2), slice(3, 5)]
+    assert list(phrase_spans(tokens)) == [slice(1, 2), slice(3, 5)]
 
 
 def test_words_of_owlv2_are_the_librarys(tmp_path: Path) -> None:
     theirs = tiny.owlv2(tmp_path)
     rgb, words = frame_of(40, 32).rgb, ("cup", "chair", "door")
-    found = WordDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu").find(rgb)
+    detections = PhraseDetector(Checkpoint.of(tmp_path), words, 0.0, "cpu").detect(rgb)
     processor = transformers.Owlv2Processor.from_pretrained(tmp_path)
     inputs = processor(images=rgb, text=[list(words)], padding="max_length", max_length=16, return_tensors="pt")
     with torch.no_grad():
@@ -197,9 +197,9 @@ def test_words_of_owlv2_are_the_librarys(tmp_path: Path) -> None:
     inside = (clipped[:, 2:] > clipped[:, :2]).all(axis=1)
     scores = outputs.logits[0].sigmoid().max(-1)
     assert 0 < inside.sum() < len(inside)  # boxes beside the image are left out
-    np.testing.assert_allclose(found.boxes, clipped[inside], atol=1e-3)
-    np.testing.assert_allclose(found.scores, scores.values.numpy()[inside], atol=1e-4)
-    np.testing.assert_array_equal(found.words, scores.indices.numpy()[inside])
+    np.testing.assert_allclose(detections.boxes, clipped[inside], atol=1e-3)
+    np.testing.assert_allclose(detections.scores, scores.values.numpy()[inside], atol=1e-4)
+    np.testing.assert_array_equal(detections.phrases, scores.indices.numpy()[inside])
 
 
 def test_boxes_become_masks_with_words_as_names(tmp_path: Path) -> None:
@@ -214,15 +214,15 @@ def test_boxes_become_masks_with_words_as_names(tmp_path: Path) -> None:
     masks = segmenter.segment(frame)
     assert set(masks.class_names or ()) <= {"cup", "chair"}
     assert (np.diff(masks.scores) <= 0).all()
-    found = segmenter.detector.find(frame.rgb)
-    assert len(masks) == len(found.scores)
-    expected = masks_in_boxes(segmenter.sam, frame.rgb, found.boxes)[np.argsort(-found.scores, kind="stable")]
+    detections = segmenter.detector.detect(frame.rgb)
+    assert len(masks) == len(detections.scores)
+    expected = masks_in_boxes(segmenter.sam, frame.rgb, detections.boxes)[np.argsort(-detections.scores, kind="stable")]
     np.testing.assert_array_equal(masks.masks, expected)
     boxes = mask_boxes(masks.masks)
-    seen = masks.masks.any(axis=(1, 2))
-    assert np.abs(boxes - found.boxes[np.argsort(-found.scores, kind="stable")])[seen].max() < 2
-    again = pickle.loads(pickle.dumps(segmenter)).segment(frame)
-    np.testing.assert_array_equal(again.masks, masks.masks)
+    has_pixels = masks.masks.any(axis=(1, 2))
+    assert np.abs(boxes - detections.boxes[np.argsort(-detections.scores, kind="stable")])[has_pixels].max() < 2
+    unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    np.testing.assert_array_equal(unpickled.masks, masks.masks)
 
 
 def test_nothing_found_is_no_mask(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def test_nothing_found_is_no_mask(tmp_path: Path) -> None:
 def test_sam3_masks_are_the_librarys_for_each_word(tmp_path: Path) -> None:
     theirs = tiny.sam3(tmp_path)
     rgb, words = frame_of(56, 56).rgb, ("cup", "chair")
-    masks, scores, numbers = WordMasks(Checkpoint.of(tmp_path), words, 0.0, "cpu").find(rgb)
+    masks, scores, numbers = Sam3Detector(Checkpoint.of(tmp_path), words, 0.0, "cpu").detect(rgb)
     pixels = torch.from_numpy(((rgb / 255 - 0.5) / 0.5).transpose(2, 0, 1))
     tokenizer = tiny.clip_tokenizer()
     for number, word in enumerate(words):
@@ -247,19 +247,19 @@ def test_sam3_masks_are_the_librarys_for_each_word(tmp_path: Path) -> None:
         upsampled = torch.nn.functional.interpolate(outputs.pred_masks, (56, 56), mode="bilinear")[0] > 0
         assert (masks[numbers == number] == upsampled.numpy()).mean() > 0.99
     segmenter = make_segmenter("prompted", {"weights": tmp_path, "words": words, "confidence": 0.0, "most_iou": 0.5})
-    found = segmenter.segment(frame_of(56, 56))
-    assert 1 <= len(found) <= len(scores)
-    assert found.scores[0] == pytest.approx(scores.max(), abs=1e-4)
+    masks = segmenter.segment(frame_of(56, 56))
+    assert 1 <= len(masks) <= len(scores)
+    assert masks.scores[0] == pytest.approx(scores.max(), abs=1e-4)
 
 
 def test_words_come_from_lists_texts_and_vocabularies() -> None:
-    assert asked_words([" cup", "red chair", "cup"]) == ("cup", "red chair")
-    assert asked_words("cup, red chair") == ("cup", "red chair")
-    assert "chair" in asked_words("scannet20")
+    assert prompt_phrases([" cup", "red chair", "cup"]) == ("cup", "red chair")
+    assert prompt_phrases("cup, red chair") == ("cup", "red chair")
+    assert "chair" in prompt_phrases("scannet20")
     with pytest.raises(BadInput, match="no vocabulary"):
-        asked_words("cup")
+        prompt_phrases("cup")
     with pytest.raises(BadInput, match="words is empty"):
-        asked_words([])
+        prompt_phrases([])
 
 
 def test_what_is_no_such_checkpoint_is_refused_at_once(tmp_path: Path) -> None:

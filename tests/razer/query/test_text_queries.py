@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
-from razer.models.oracle.models import OracleEmbedder
+from razer.models.oracle.embedder import OracleEmbedder
 from razer.query.text_queries import NEUTRAL, TEMPLATES, TextQueryEncoder
 from razer.vocabulary import vocabulary
 from tests.support.named_vectors import unit_rows

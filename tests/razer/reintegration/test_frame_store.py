@@ -14,7 +14,8 @@ from razer.detection.lifting import Lifted
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation, Perception
 from razer.frame import Frame
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.reintegration.frame_codec import pack, unpack
 from razer.reintegration.frame_store import FrameStore
 from tests.support.depth_scenes import CAMERA

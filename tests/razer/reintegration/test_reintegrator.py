@@ -18,8 +18,9 @@ from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
 from razer.metrics.surface.nearest_vertices import transfer_labels
-from razer.metrics.surface.surface_errors import compare
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.metrics.surface.surface_errors import metrics_of_distances
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.reintegrator import shifts_m
@@ -104,7 +105,7 @@ def distances(a: LabelledMesh, b: LabelledMesh) -> np.ndarray:
 
 
 def f_score(a: LabelledMesh, b: LabelledMesh) -> float:
-    return compare(distances(a, b), distances(b, a)).fscore[0.02]
+    return metrics_of_distances(distances(a, b), distances(b, a)).fscore[0.02]
 
 
 def ap50(panoptic: PanopticMap, truth: GroundTruth) -> float:

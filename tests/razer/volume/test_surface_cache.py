@@ -12,7 +12,8 @@ from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.config import MapperConfig
 from razer.mapper import Mapper
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.volume.space_carving import carve
 from razer.volume.surface_cache import SurfaceCache, SurfaceVoxels, points_by_instance
 from razer.volume.voxel_map import START_BLOCKS, VoxelMap

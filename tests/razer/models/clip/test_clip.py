@@ -150,8 +150,8 @@ def test_value_path_is_a_last_block_where_patches_attend_to_themselves_only(fold
         expected = model.visual_projection(vision.post_layernorm(values))[0, 1:].numpy()
     embedder = ClipEmbedder(folders["clip"], vectors="dense", map_scale=1)
     cells = np.arange(1024).reshape(32, 32) // 256 * 4 + np.arange(32) // 8
-    found = np.stack([embedder.embed_region(picture, cells == cell) for cell in range(16)])
-    np.testing.assert_allclose(found, unit(expected), atol=1e-4)
+    vectors = np.stack([embedder.embed_region(picture, cells == cell) for cell in range(16)])
+    np.testing.assert_allclose(vectors, unit(expected), atol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["siglip", "siglip2"])

@@ -13,7 +13,7 @@ from razer.models.clip.embedder import ClipEmbedder
 
 torch = pytest.importorskip("torch")
 open_clip = pytest.importorskip("open_clip")
-from razer.models.clip.open_clip_training import choices_for  # noqa: E402
+from razer.models.clip.open_clip_training import model_arguments  # noqa: E402
 
 MODEL = {
     "embed_dim": 24,
@@ -70,7 +70,7 @@ def _config_file(folder):
     ],
 )
 def test_weights_alone_get_the_colours_and_activations_they_were_trained_with(architecture, mean, quick_gelu):
-    choices = choices_for(architecture)
+    choices = model_arguments(architecture)
     assert choices["force_preprocess_cfg"]["mean"] == mean
     assert choices["force_quick_gelu"] is quick_gelu
 
@@ -93,7 +93,7 @@ def test_colours_of_weights_alone_reach_the_pictures(tmp_path):
 )
 def test_an_architecture_that_does_not_say_enough(architecture, message):
     with pytest.raises(BadInput, match=message):
-        choices_for(architecture)
+        model_arguments(architecture)
 
 
 def test_features_at_each_pixel_are_refused(folder):

@@ -26,8 +26,8 @@ def test_a_plane_with_holes_is_recovered_everywhere() -> None:
     planes = fit_local_planes(inverse, NOISE_PER_M)
     np.testing.assert_array_equal(planes.valid, depth > 0)
     np.testing.assert_allclose(planes.value[planes.valid], inverse[planes.valid], atol=2e-5)
-    found = normals(planes, CAMERA)[:, planes.valid]
-    assert np.degrees(np.arccos(np.clip(normal @ found, -1, 1))).max() < 1
+    directions = normals(planes, CAMERA)[:, planes.valid]
+    assert np.degrees(np.arccos(np.clip(normal @ directions, -1, 1))).max() < 1
 
 
 def test_planes_up_to_a_step_are_those_of_their_own_side() -> None:

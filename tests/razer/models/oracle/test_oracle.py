@@ -1,4 +1,4 @@
-"""The oracle models: exact without noise, and wrong exactly as often and as far as they are told to be."""
+"""The oracle models: exact without noise, and wrong exactly as often and as far as the options say."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from scipy.optimize import linprog
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_embedder, make_segmenter
-from razer.models.oracle.mask_noise import MaskNoise, touching
-from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.mask_noise import MaskNoise, adjacent_ids
+from razer.models.oracle.segmenter import OracleSegmenter
 
 NAMES = ("chair", "table", "lamp", "couch", "cup")
 
@@ -40,7 +41,7 @@ APART = grid(5, 6, 12, gap=6)
 TOUCHING = grid(5, 6, 12)
 
 
-def seen(segmenter: OracleSegmenter, ids: np.ndarray, frames: int) -> np.ndarray:
+def coverage(segmenter: OracleSegmenter, ids: np.ndarray, frames: int) -> np.ndarray:
     """Whether each instance is in some mask, (frames, instances)."""
     rows = []
     for index in range(frames):
@@ -59,7 +60,7 @@ def test_without_noise_masks_are_the_ids() -> None:
     assert masks.scores.tolist() == [1.0] * 8
 
 
-def test_nobody_in_view_gives_no_masks() -> None:
+def test_no_instance_in_view_gives_no_masks() -> None:
     assert len(OracleSegmenter("full").segment(frame_of(np.zeros((6, 8), np.int32)))) == 0
 
 
@@ -100,7 +101,7 @@ def test_noise_does_not_depend_on_order_or_threads() -> None:
 
 
 def test_drop_is_a_share_of_masks_independent_from_frame_to_frame() -> None:
-    kept = seen(OracleSegmenter(drop=0.15, seed=1), APART, 150)
+    kept = coverage(OracleSegmenter(drop=0.15, seed=1), APART, 150)
     # 4500 draws: three standard deviations are 0.016.
     assert (~kept).mean() == pytest.approx(0.15, abs=0.016)
     both = (~kept[1:] & ~kept[:-1]).mean()
@@ -108,7 +109,7 @@ def test_drop_is_a_share_of_masks_independent_from_frame_to_frame() -> None:
 
 
 def test_hold_keeps_a_mask_away_for_that_many_frames() -> None:
-    kept = seen(OracleSegmenter(drop=0.15, hold=10, seed=2), APART, 400)
+    kept = coverage(OracleSegmenter(drop=0.15, hold=10, seed=2), APART, 400)
     assert (~kept).mean() == pytest.approx(0.15, abs=0.035)
     for instance in kept.T:
         changes = np.flatnonzero(np.diff(instance.astype(int)) != 0)
@@ -120,9 +121,9 @@ def test_split_cuts_along_a_line_for_five_frames() -> None:
     counts = np.zeros((100, 30), int)
     for index in range(100):
         for mask in segmenter.segment(frame_of(APART, index)).masks:
-            found = np.unique(APART[mask])
-            assert len(found) == 1
-            counts[index, found[0] - 1] += 1
+            instances = np.unique(APART[mask])
+            assert len(instances) == 1
+            counts[index, instances[0] - 1] += 1
     assert set(np.unique(counts)) == {1, 2}
     # 600 windows: three standard deviations are 0.037.
     assert (counts == 2).mean() == pytest.approx(0.1, abs=0.04)
@@ -135,7 +136,7 @@ def test_the_parts_of_a_split_are_on_two_sides_of_a_line() -> None:
     ids = (cv2.circle(np.zeros((60, 80), np.uint8), (40, 30), 25, 1, -1) > 0).astype(np.int32)
     noise = MaskNoise(seed=4, split=1.0)
     for index in range(0, 60, 5):
-        first, second = noise.pieces(index, 1, ids > 0)
+        first, second = noise.split_parts(index, 1, ids > 0)
         assert not (first & second).any()
         assert np.array_equal(first | second, ids > 0)
         a, b = (np.argwhere(part).astype(float) for part in (first, second))
@@ -145,22 +146,22 @@ def test_the_parts_of_a_split_are_on_two_sides_of_a_line() -> None:
         assert line.success
 
 
-def test_merge_joins_pairs_that_touch() -> None:
+def test_merge_joins_adjacent_pairs() -> None:
     segmenter = OracleSegmenter(merge=0.05, seed=5)
-    neighbours = touching(TOUCHING)
-    swallowed = 0
+    neighbours = adjacent_ids(TOUCHING)
+    n_absorbed = 0
     for index in range(100):
         masks = segmenter.segment(frame_of(TOUCHING, index))
         assert (masks.masks.sum(axis=0) == 1).all()
         for mask, name in zip(masks.masks, masks.class_names or (), strict=True):
-            found = np.unique(TOUCHING[mask]).tolist()
-            assert np.array_equal(mask, np.isin(TOUCHING, found))
-            assert len(found) <= 2
-            eaters = [i for i in found if set(found) - {i} <= neighbours[i]]
-            assert name in {NAMES[i % len(NAMES)] for i in eaters}
-            swallowed += len(found) - 1
+            instances = np.unique(TOUCHING[mask]).tolist()
+            assert np.array_equal(mask, np.isin(TOUCHING, instances))
+            assert len(instances) <= 2
+            absorbing = [i for i in instances if set(instances) - {i} <= neighbours[i]]
+            assert name in {NAMES[i % len(NAMES)] for i in absorbing}
+            n_absorbed += len(instances) - 1
     # 3000 masks: three standard deviations are 0.012; the few without a free neighbour are missing.
-    assert swallowed / 3000 == pytest.approx(0.05, abs=0.015)
+    assert n_absorbed / 3000 == pytest.approx(0.05, abs=0.015)
 
 
 def test_masks_apart_are_never_merged() -> None:
@@ -168,7 +169,7 @@ def test_masks_apart_are_never_merged() -> None:
     assert np.array_equal(masks.masks, Masks.from_ids(APART).masks)
 
 
-def test_touching_equals_a_look_at_every_pixel() -> None:
+def test_adjacency_equals_a_pixelwise_reference() -> None:
     ids = np.random.default_rng(1).integers(0, 30, (12, 14)).astype(np.int32)
     expected: dict[int, set[int]] = {}
     for y in range(12):
@@ -178,7 +179,7 @@ def test_touching_equals_a_look_at_every_pixel() -> None:
                     a, b = int(ids[y, x]), int(ids[y + dy, x + dx])
                     if a > 0 and b > 0 and a != b:
                         expected.setdefault(a, set()).add(b)
-    assert touching(ids) == expected
+    assert adjacent_ids(ids) == expected
 
 
 def test_jitter_moves_borders_both_ways_by_at_most_three_pixels() -> None:

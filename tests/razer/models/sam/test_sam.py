@@ -14,10 +14,10 @@ from razer.frame import Frame, Intrinsics, Masks
 from razer.models import make_segmenter
 from razer.models.mask_boxes import mask_boxes
 from razer.models.mask_filters import best_of_overlapping, mask_iou, stability
-from razer.models.model_view import ModelView
 from razer.models.sam.export_files import encoder_and_decoder
 from razer.models.sam.mask_proposals import point_grid
 from razer.models.sam.segmenter import SamSegmenter
+from razer.models.square_layout import SquareLayout
 from tests.support.sam_exports import EXPORTS
 
 GREYS = (10, 90, 170, 250)
@@ -66,7 +66,7 @@ def test_sam_keeps_the_shape_of_an_image_and_sam2_stretches_it(tmp_path: Path, e
 
 def test_an_image_lies_normalised_at_the_top_left_of_its_square() -> None:
     rgb = np.full((10, 20, 3), [0, 128, 255], np.uint8)
-    square = ModelView.of(10, 20, 40, stretched=False).square(rgb, (0.5, 0.5, 0.5), (0.25, 0.5, 0.5))
+    square = SquareLayout.of(10, 20, 40, stretched=False).square(rgb, (0.5, 0.5, 0.5), (0.25, 0.5, 0.5))
     assert square.shape == (1, 3, 40, 40)
     np.testing.assert_allclose(square[0, :, :20, :].reshape(3, -1).T, [[-2, 0.0039216, 1]] * 800, atol=1e-5)
     assert (square[0, :, 20:] == 0).all()
@@ -132,9 +132,9 @@ def test_a_segmenter_travels_before_and_after_its_first_use(tmp_path: Path) -> N
     segmenter = SamSegmenter(EXPORTS["sam2"].write(tmp_path), points=5)
     before = pickle.loads(pickle.dumps(segmenter)).segment(frame)
     after = segmenter.segment(frame)
-    again = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
     np.testing.assert_array_equal(before.masks, after.masks)
-    np.testing.assert_array_equal(again.masks, after.masks)
+    np.testing.assert_array_equal(unpickled.masks, after.masks)
 
 
 def test_the_two_files_may_be_named(tmp_path: Path) -> None:
@@ -257,8 +257,8 @@ def test_of_several_pairs_in_a_folder_the_known_one_is_taken(tmp_path: Path) -> 
         (tmp_path / name).write_bytes(b"")
     with pytest.raises(BadInput, match="give a folder with just the two"):
         encoder_and_decoder(tmp_path)
-    found = encoder_and_decoder(tmp_path, ("encoder.onnx", "decoder_single.onnx"))
-    assert [file.name for file in found] == ["encoder.onnx", "decoder_single.onnx"]
+    files = encoder_and_decoder(tmp_path, ("encoder.onnx", "decoder_single.onnx"))
+    assert [file.name for file in files] == ["encoder.onnx", "decoder_single.onnx"]
 
 
 def test_what_is_no_pair_is_refused_at_once(tmp_path: Path) -> None:

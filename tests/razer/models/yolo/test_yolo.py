@@ -101,8 +101,8 @@ def test_the_network_sees_a_letterbox_of_rgb_from_0_to_1(tmp_path: Path) -> None
 
 
 def test_settings_are_obeyed(tmp_path: Path) -> None:
-    found = [(*WHOLE[:4], score, number) for score, number in ((0.9, 56), (0.8, 41), (0.3, 7), (0.1, 8))]
-    file = write_export(tmp_path / "m.onnx", dense(8400, found))
+    detections = [(*WHOLE[:4], score, number) for score, number in ((0.9, 56), (0.8, 41), (0.3, 7), (0.1, 8))]
+    file = write_export(tmp_path / "m.onnx", dense(8400, detections))
     assert YoloSegmenter(file).segment(picture()).class_names == ("chair", "cup", "class 7")
     assert YoloSegmenter(file, confidence=0.5).segment(picture()).class_names == ("chair", "cup")
     assert YoloSegmenter(file, max_masks=1).segment(picture()).class_names == ("chair",)
@@ -117,10 +117,10 @@ def test_a_model_without_names_gives_none(tmp_path: Path) -> None:
 def test_it_travels_to_another_process_used_or_not(tmp_path: Path) -> None:
     segmenter = YoloSegmenter(write_export(tmp_path / "m.onnx", dense(8400, [WHOLE])))
     fresh = pickle.loads(pickle.dumps(segmenter))
-    here = segmenter.segment(picture())
+    masks = segmenter.segment(picture())
     used = pickle.loads(pickle.dumps(segmenter))
     for other in (fresh, used):
-        np.testing.assert_array_equal(other.segment(picture()).masks, here.masks)
+        np.testing.assert_array_equal(other.segment(picture()).masks, masks.masks)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_open_shapes_that_turn_out_wrong_are_refused_at_the_first_frame(tmp_path
 
 
 def test_a_graph_that_fails_on_the_input_it_promised_to_take_is_refused(tmp_path: Path) -> None:
-    # The grid of the prototypes is promised to be of one size, which is found wrong when the graph runs.
+    # The grid of the prototypes is promised to be of one size, which proves wrong when the graph runs.
     segmenter = YoloSegmenter(write_export(tmp_path / "m.onnx", dense(8400, [WHOLE])))
     with pytest.raises(BadInput, match=r"m\.onnx cannot compute images 1x3x32x32"):
         segmenter.model(np.zeros((1, 3, 32, 32), np.float32))

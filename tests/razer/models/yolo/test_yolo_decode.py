@@ -46,17 +46,17 @@ def overlap(a: Box, b: Box) -> float:
 
 def literal_candidates(rows: np.ndarray, layout: str, confidence: float, iou: float) -> list:
     """(score, class, box in the input, coefficients) of what is left, best first."""
-    found = []
+    candidates = []
     if layout == "dense":
         for anchor in range(rows.shape[1]):
             cx, cy, w, h, *scores = rows[:-N_PROTOTYPES, anchor].tolist()
             score = max(scores)
             box = (cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2)
-            found.append((score, scores.index(score), box, rows[-N_PROTOTYPES:, anchor]))
+            candidates.append((score, scores.index(score), box, rows[-N_PROTOTYPES:, anchor]))
     else:
-        found = [(float(row[4]), int(row[5]), tuple(row[:4].tolist()), row[6:]) for row in rows]
+        candidates = [(float(row[4]), int(row[5]), tuple(row[:4].tolist()), row[6:]) for row in rows]
     left: list = []
-    for one in sorted((f for f in found if f[0] >= confidence), key=lambda f: -f[0]):
+    for one in sorted((f for f in candidates if f[0] >= confidence), key=lambda f: -f[0]):
         doubles = [o for o in left if o[1] == one[1] and overlap(o[2], one[2]) > iou]
         if layout != "dense" or not doubles:
             left.append(one)

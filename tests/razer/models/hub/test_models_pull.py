@@ -52,8 +52,8 @@ def hub(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Hub]:
 
 
 def fetch(wanted: CatalogueEntry) -> tuple[Path, list[str]]:
-    told: list[str] = []
-    return download.fetch(wanted, told.append), told
+    reported: list[str] = []
+    return download.fetch(wanted, reported.append), reported
 
 
 def partials(folder: Path) -> list[Path]:
@@ -61,9 +61,9 @@ def partials(folder: Path) -> list[Path]:
 
 
 def test_several_files_give_their_folder_and_nothing_else(hub: Hub) -> None:
-    folder, told = fetch(PAIR)
+    folder, reported = fetch(PAIR)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == {n: FILES[n] for n in PAIR.files}
-    assert [line.split(":")[0] for line in told] == ["config.json", "weights.onnx"]
+    assert [line.split(":")[0] for line in reported] == ["config.json", "weights.onnx"]
     assert folder.name == COMMIT
 
 
@@ -74,9 +74,9 @@ def test_one_file_gives_the_file(hub: Hub) -> None:
 
 
 def test_patterns_are_filled_in_from_the_listing_and_the_largest_comes_last(hub: Hub) -> None:
-    folder, told = fetch(PATTERN)
+    folder, reported = fetch(PATTERN)
     assert {path.name for path in folder.iterdir()} == {"weights.onnx", "config.json", "extra.json"}
-    assert told[-1].startswith("weights.onnx")
+    assert reported[-1].startswith("weights.onnx")
 
 
 def test_what_is_there_is_not_asked_for_again(hub: Hub) -> None:
@@ -101,10 +101,10 @@ def test_a_download_that_ended_is_resumed_by_the_next_one(hub: Hub) -> None:
     assert [path.stat().st_size for path in partials(Path(constants.HF_HUB_CACHE))] == [30_000]
     hub.down = False
     hub.log.clear()
-    path, told = fetch(ONE)
+    path, reported = fetch(ONE)
     assert path.read_bytes() == WEIGHTS
     assert [part for _, part in hub.gets()] == ["bytes=30000-"]
-    assert "of them here already" in told[0]
+    assert "of them here already" in reported[0]
     assert partials(Path(constants.HF_HUB_CACHE)) == []
 
 
@@ -139,7 +139,7 @@ def test_a_leftover_longer_than_the_file_is_thrown_away(hub: Hub) -> None:
     assert fetch(ONE)[0].read_bytes() == WEIGHTS
 
 
-def test_no_room_is_told_before_the_download(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_room_is_reported_before_the_download(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(download.shutil, "disk_usage", lambda path: Usage(0, 0, 1000))
     with pytest.raises(BadInput, match=r"no room for weights\.onnx.*HF_HOME"):
         fetch(ONE)
@@ -168,7 +168,7 @@ class FullDisk:
         return self._file.write(data)
 
 
-def test_a_disk_that_fills_up_is_told_and_resumed_later(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_fills_up_is_reported_and_resumed_later(hub: Hub, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = Path.open
 
     def on_full_disk(path: Path, mode: str = "r", **rest: object) -> object:
@@ -281,7 +281,7 @@ def test_every_entry_is_complete() -> None:
         assert "AGPL" not in each.licence or each.accept
 
 
-def test_a_misspelt_name_is_told_its_neighbours() -> None:
+def test_a_misspelt_name_is_refused_with_the_nearest() -> None:
     with pytest.raises(BadInput, match="mobile-sam"):
         entry("mobilesam")
 

@@ -32,16 +32,16 @@ def slow(
         truths = [t for t in every_truth if len(t) >= smallest]
         predictions = [p for p in every_prediction if len(p) >= smallest]
         ious = [[len(t & p) / len(t | (p - void)) for p in predictions] for t in truths]
-        found = [v for row in ious for v in row if v > 0.5]
+        matched = [v for row in ious for v in row if v > 0.5]
         small = set().union(*(t for t in every_truth if len(t) < smallest))
         wrong = 0
         for column, p in enumerate(predictions):
             if not any(row[column] > 0.5 for row in ious) and len(p & (void | small)) <= len(p) / 2:
                 wrong += 1
-        weight = len(found) + wrong / 2 + (len(truths) - len(found)) / 2
+        weight = len(matched) + wrong / 2 + (len(truths) - len(matched)) / 2
         if weight:
-            mean = sum(found) / len(found) if found else 0.0
-            result[name] = (sum(found) / weight, mean, len(found) / weight)
+            mean = sum(matched) / len(matched) if matched else 0.0
+            result[name] = (sum(matched) / weight, mean, len(matched) / weight)
     return result
 
 
@@ -55,22 +55,22 @@ def test_counts_are_those_of_the_definition(seed: int, smallest: int) -> None:
     classes = {i: str(rng.choice(["a", "b"])) for i in range(1, 6)}
     counts = count_segments(truth, predicted, true_classes, classes, smallest)
     expected = slow(truth, predicted, true_classes, classes, smallest)
-    found = panoptic_quality([counts])
-    known = {name: n for name, n in found.per_class.items() if not math.isnan(n[0])}
+    result = panoptic_quality([counts])
+    known = {name: n for name, n in result.per_class.items() if not math.isnan(n[0])}
     assert set(known) == set(expected)
     for name, numbers in expected.items():
         assert known[name] == pytest.approx(numbers, abs=1e-12)
     if expected:
-        assert found.pq == pytest.approx(np.mean([n[0] for n in expected.values()]), abs=1e-12)
+        assert result.pq == pytest.approx(np.mean([n[0] for n in expected.values()]), abs=1e-12)
 
 
 def test_known_answer() -> None:
     # IoU 80/100, one wrong of 50, one missed of 60: PQ = 0.8 / (1 + 1/2 + 1/2).
     truth, predicted = labels((1, 100), (2, 60), (3, 200)), labels((7, 80), (0, 80), (8, 50), (0, 150))
-    found = panoptic_quality([count_segments(truth, predicted, {1: "x", 2: "x", 3: "y"}, {7: "x", 8: "x"})])
-    assert found.per_class["x"] == pytest.approx((0.4, 0.8, 0.5))
-    assert found.per_class["y"] == (0.0, 0.0, 0.0)
-    assert found.pq == pytest.approx(0.2)
+    result = panoptic_quality([count_segments(truth, predicted, {1: "x", 2: "x", 3: "y"}, {7: "x", 8: "x"})])
+    assert result.per_class["x"] == pytest.approx((0.4, 0.8, 0.5))
+    assert result.per_class["y"] == (0.0, 0.0, 0.0)
+    assert result.pq == pytest.approx(0.2)
 
 
 def test_quality_is_segmentation_times_recognition_in_each_class() -> None:
@@ -85,9 +85,9 @@ def test_what_lies_on_void_neither_shrinks_the_overlap_nor_is_wrong() -> None:
     assert panoptic_quality([count_segments(truth, predicted)]).pq == 1.0
     # Half of it on void is not more than half: wrong.
     half = count_segments(labels((1, 100), (0, 10)), labels((5, 90), (6, 20)))[ANY_CLASS]
-    assert (half.matches, half.wrong) == (1, 1)
+    assert (half.true_positives, half.false_positives) == (1, 1)
     more = count_segments(labels((1, 100), (0, 11)), labels((5, 90), (6, 21)))[ANY_CLASS]
-    assert (more.matches, more.wrong) == (1, 0)
+    assert (more.true_positives, more.false_positives) == (1, 0)
 
 
 def test_empty_sides_and_truth_against_itself() -> None:

@@ -55,31 +55,31 @@ def test_class_aware_ap_is_the_benchmarks(seed: int, n_scenes: int) -> None:
     scenes = [random_scene(rng) for _ in range(n_scenes)]
     labels = [2, 4, 7]
     preset = PRESETS["scannet200"].model_copy(update={"instance_classes": tuple(NAMES[i] for i in labels)})
-    found = evaluate([(str(i), *pair(scene)) for i, scene in enumerate(scenes)], preset).class_aware
+    result = evaluate([(str(i), *pair(scene)) for i, scene in enumerate(scenes)], preset).class_aware
     expected = benchmark(scenes, labels)
     if not any(label in labels for _, predictions in scenes for _, label, _ in predictions):
         return
-    assert found is not None
+    assert result is not None
     for label, aps in expected.items():
-        own = found["per_class"].get(NAMES[label], {"ap": math.nan, "ap50": math.nan, "ap25": math.nan})
+        own = result["per_class"].get(NAMES[label], {"ap": math.nan, "ap50": math.nan, "ap25": math.nan})
         wanted = [np.mean(aps[:9]), aps[0], aps[9]]
         assert [own["ap"], own["ap50"], own["ap25"]] == pytest.approx(wanted, abs=1e-12, nan_ok=True)
     if not np.isnan(list(expected.values())).all():
-        assert (found["ap"], found["ap50"], found["ap25"]) == pytest.approx(averages(expected), abs=1e-12)
+        assert (result["ap"], result["ap50"], result["ap25"]) == pytest.approx(averages(expected), abs=1e-12)
 
 
 def test_all_198_classes_are_looked_at_and_split_by_frequency() -> None:
     ids = np.repeat(np.array([label * 1000 + 1 for label in NAMES]), 100)
     truth, predicted = pair((ids, [(ids == label * 1000 + 1, label, 1.0) for label in LABELS[::2]]))
-    found = evaluate([("all", truth, predicted)], PRESETS["scannet200"]).class_aware
-    assert found is not None
-    assert len(found["per_class"]) == 198
+    result = evaluate([("all", truth, predicted)], PRESETS["scannet200"]).class_aware
+    assert result is not None
+    assert len(result["per_class"]) == 198
     groups = [category.group for category in LIST.categories if category.id in LABELS]
-    assert {group: groups.count(group) for group in found["splits"]} == {"head": 64, "common": 68, "tail": 66}
-    assert found["ap"] == pytest.approx(0.5)
-    for group in found["splits"]:
+    assert {group: groups.count(group) for group in result["splits"]} == {"head": 64, "common": 68, "tail": 66}
+    assert result["ap"] == pytest.approx(0.5)
+    for group in result["splits"]:
         share = [label in LABELS[::2] for label, name in zip(LABELS, groups, strict=True) if name == group]
-        assert found["splits"][group]["ap50"] == pytest.approx(np.mean(share))
+        assert result["splits"][group]["ap50"] == pytest.approx(np.mean(share))
 
 
 def test_one_vertex_may_be_right_twice() -> None:
@@ -87,10 +87,10 @@ def test_one_vertex_may_be_right_twice() -> None:
     ids = np.repeat([4001, 2002], [1000, 120])
     table, cup = np.ones(1120, bool), ids == 2002
     truth, predicted = pair((ids, [(table, 4, 1.0), (cup, 2, 1.0)]))
-    found = evaluate([("one", truth, predicted)], PRESETS["scannet200"])
-    assert found.class_aware is not None
-    assert found.class_aware["ap50"] == 1.0
-    assert found.missed == 0
+    result = evaluate([("one", truth, predicted)], PRESETS["scannet200"])
+    assert result.class_aware is not None
+    assert result.class_aware["ap50"] == 1.0
+    assert result.missed == 0
 
 
 def test_score_rules() -> None:
@@ -101,9 +101,9 @@ def test_score_rules() -> None:
 
     def ap50(**rules: object) -> float:
         preset = PRESETS["scannet200"].model_copy(update={"instance_classes": ("chair", "table"), **rules})
-        found = evaluate([("a", truth, predicted)], preset).class_aware
-        assert found is not None
-        return found["per_class"]["chair"]["ap50"]
+        result = evaluate([("a", truth, predicted)], preset).class_aware
+        assert result is not None
+        return result["per_class"]["chair"]["ap50"]
 
     # Points (1/2, 1), (0, 0) and (1, 0): 1/4 + 0; tied (1/2, 1), (1, 0); right first (1/2, 1), (1, 1), (1, 0).
     assert ap50() == pytest.approx(0.25)

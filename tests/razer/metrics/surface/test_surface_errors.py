@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.point_triangle import squared_distances
 from razer.metrics.surface.surface_distance import TriangleSurface
-from razer.metrics.surface.surface_errors import compare, surface_numbers
+from razer.metrics.surface.surface_errors import metrics_of_distances, surface_metrics
 
 
 def slow_distance(point: np.ndarray, corners: np.ndarray) -> float:
@@ -51,8 +51,8 @@ def test_distance_from_a_triangle(seed: int, kind: str) -> None:
         corners[2] = corners[0] + 0.3 * (corners[1] - corners[0])
     if kind == "point":
         corners[:] = corners[0]
-    found = np.sqrt(squared_distances(point[:, None], corners[:, :, None]))[0]
-    assert found == pytest.approx(slow_distance(point, corners), abs=1e-5)
+    distances = np.sqrt(squared_distances(point[:, None], corners[:, :, None]))[0]
+    assert distances == pytest.approx(slow_distance(point, corners), abs=1e-5)
 
 
 def test_distances_are_those_of_the_nearest_of_all_triangles() -> None:
@@ -72,8 +72,8 @@ def test_vertex_spacing_does_not_matter() -> None:
     assert TriangleSurface(wall, triangles).distances(points) == pytest.approx(0.03, abs=1e-12)
     # A second wall behind the points is nearer than the first.
     both = np.concatenate([wall, wall + np.array([0, 0.05, 0])])
-    found = TriangleSurface(both, np.concatenate([triangles, triangles + 4])).distances(points)
-    assert found == pytest.approx(0.02, abs=1e-12)
+    distances = TriangleSurface(both, np.concatenate([triangles, triangles + 4])).distances(points)
+    assert distances == pytest.approx(0.02, abs=1e-12)
 
 
 def test_a_fine_mesh_does_not_hide_the_large_triangles_beside_it() -> None:
@@ -87,34 +87,34 @@ def test_a_fine_mesh_does_not_hide_the_large_triangles_beside_it() -> None:
 
 def test_truth_against_itself_is_exactly_perfect() -> None:
     vertices, triangles = wavy_sheet(15, 0.04)
-    numbers = surface_numbers(truth_of(vertices, triangles), PredictedScene(vertices, triangles=triangles))
+    numbers = surface_metrics(truth_of(vertices, triangles), PredictedScene(vertices, triangles=triangles))
     assert numbers is not None
     assert (numbers.accuracy_m, numbers.completeness_m, numbers.chamfer_m) == (0.0, 0.0, 0.0)
     assert set(numbers.fscore.values()) == {1.0}
 
 
 def test_lengths_and_shares() -> None:
-    numbers = compare(np.array([0.0, 0.02, 0.05, 0.13]), np.array([0.01, 0.06]))
+    numbers = metrics_of_distances(np.array([0.0, 0.02, 0.05, 0.13]), np.array([0.01, 0.06]))
     assert numbers.accuracy_m == pytest.approx(0.05)
     assert numbers.completeness_m == pytest.approx(0.035)
     assert numbers.chamfer_m == pytest.approx(0.0425)
     assert (numbers.precision[0.02], numbers.recall[0.02]) == (0.5, 0.5)
     assert numbers.fscore[0.05] == pytest.approx(2 * 0.75 * 0.5 / 1.25)
-    assert compare(np.ones(2), np.ones(2)).fscore[0.02] == 0.0
+    assert metrics_of_distances(np.ones(2), np.ones(2)).fscore[0.02] == 0.0
 
 
-def test_unseen_truth_need_not_be_complete_but_may_be_hit() -> None:
+def test_unobserved_truth_need_not_be_complete_but_may_be_hit() -> None:
     vertices, triangles = wavy_sheet(10, 0.05)
     seen = vertices[:, 0] < 0.2
     half = PredictedScene(vertices[seen])
-    blamed = surface_numbers(truth_of(vertices, triangles), half)
-    fair = surface_numbers(truth_of(vertices, triangles, seen), half)
+    blamed = surface_metrics(truth_of(vertices, triangles), half)
+    fair = surface_metrics(truth_of(vertices, triangles, seen), half)
     assert blamed is not None
     assert fair is not None
     assert blamed.completeness_m > 0.05
     assert fair.completeness_m == 0.0
     # All of the surface predicted, though only half was to be seen: nothing is wrong with it.
-    whole = surface_numbers(truth_of(vertices, triangles, seen), PredictedScene(vertices, triangles=triangles))
+    whole = surface_metrics(truth_of(vertices, triangles, seen), PredictedScene(vertices, triangles=triangles))
     assert whole is not None
     assert whole.accuracy_m == 0.0
 
@@ -123,7 +123,7 @@ def test_a_shift_is_measured_as_it_is() -> None:
     flat = np.stack(np.meshgrid(np.arange(30) * 0.02, np.arange(30) * 0.02, [0.0]), -1).reshape(-1, 3)
     _, triangles = wavy_sheet(30, 0.02)
     lifted = PredictedScene(flat + np.array([0, 0, 0.03]), triangles=triangles)
-    numbers = surface_numbers(truth_of(flat, triangles), lifted)
+    numbers = surface_metrics(truth_of(flat, triangles), lifted)
     assert numbers is not None
     assert numbers.accuracy_m == pytest.approx(0.03, abs=1e-12)
     assert numbers.completeness_m == pytest.approx(0.03, abs=1e-12)
@@ -133,10 +133,10 @@ def test_a_shift_is_measured_as_it_is() -> None:
 def test_sides_without_a_surface() -> None:
     vertices, triangles = wavy_sheet(4, 0.05)
     truth = truth_of(vertices, triangles)
-    assert surface_numbers(truth, PredictedScene(masks={1: np.arange(3)})) is None
-    assert surface_numbers(truth, PredictedScene(np.zeros((0, 3)))) is None
-    assert surface_numbers(truth_of(vertices, triangles, np.zeros(16, bool)), PredictedScene(vertices)) is None
-    on_truth = surface_numbers(truth, PredictedScene(instances=np.ones(16, int)))
+    assert surface_metrics(truth, PredictedScene(masks={1: np.arange(3)})) is None
+    assert surface_metrics(truth, PredictedScene(np.zeros((0, 3)))) is None
+    assert surface_metrics(truth_of(vertices, triangles, np.zeros(16, bool)), PredictedScene(vertices)) is None
+    on_truth = surface_metrics(truth, PredictedScene(instances=np.ones(16, int)))
     assert on_truth is not None
     assert on_truth.on_truth
     assert on_truth.accuracy_m == 0.0

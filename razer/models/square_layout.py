@@ -1,4 +1,4 @@
-"""How an image lies in the square that a model looks at."""
+"""Layout of an image in a model's square input: stretched, or scaled evenly and padded."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 
 
 @dataclass(frozen=True)
-class ModelView:
+class SquareLayout:
     """An image of `width` and `height` pixels fills `columns` and `rows` of a square of `side` pixels, from its top
     left corner."""
 
@@ -25,8 +25,15 @@ class ModelView:
     rows: int
 
     @classmethod
-    def of(cls, height: int, width: int, side: int, stretched: bool) -> ModelView:
-        """SAM 2 stretches an image over the whole square; SAM keeps its shape and leaves the rest empty."""
+    def of(cls, height: int, width: int, side: int, stretched: bool) -> SquareLayout:
+        """The layout of an image in a model's input.
+
+        Args:
+            height: of the image, pixels.
+            width: of the image, pixels.
+            side: of the square, pixels.
+            stretched: whether it fills the whole square, as for SAM 2, or keeps its shape, as for SAM.
+        """
         if stretched:
             return cls(side, width, height, side, side)
         scale = side / max(height, width)

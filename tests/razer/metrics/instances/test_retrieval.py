@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from razer.metrics.instances.matching import count_overlaps
-from razer.metrics.instances.retrieval import RetrievalCounts, classes_given, classes_of_partners
+from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrieval, predicted_mask_retrieval
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
@@ -19,7 +19,7 @@ from razer.vocabulary import vocabulary
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 100_000), st.booleans())
-def test_partners_are_those_of_the_largest_overlap(seed: int, missed_is_wrong: bool) -> None:
+def test_predicted_masks_are_those_of_the_largest_overlap(seed: int, missed_is_wrong: bool) -> None:
     rng = np.random.default_rng(seed)
     truth = np.repeat(rng.integers(0, 5, 10), rng.integers(1, 6, 10))
     predicted = np.where(rng.random(len(truth)) < 0.6, truth, rng.integers(0, 5, len(truth)))
@@ -33,17 +33,17 @@ def test_partners_are_those_of_the_largest_overlap(seed: int, missed_is_wrong: b
         others = {p: set(np.flatnonzero(predicted == p).tolist()) for p in sorted(set(predicted.tolist())) if p > 0}
         ious = {p: len(own & s) / len(own | s) for p, s in others.items()}
         best = max(ious, key=lambda p: (ious[p], -p), default=0)
-        found = bool(ious) and ious[best] > 0.25
-        asked[name] += found or missed_is_wrong
-        right[name] += found and classes.get(best) == name
-    counts = classes_of_partners(count_overlaps(truth, predicted), true_classes, classes, 0.25, missed_is_wrong)
+        is_matched = bool(ious) and ious[best] > 0.25
+        asked[name] += is_matched or missed_is_wrong
+        right[name] += is_matched and classes.get(best) == name
+    counts = predicted_mask_retrieval(count_overlaps(truth, predicted), true_classes, classes, 0.25, missed_is_wrong)
     assert {name: counts.asked[name] for name in asked} == asked
-    assert {name: counts.right[name] for name in right} == right
+    assert {name: counts.correct[name] for name in right} == right
 
 
 def test_class_mean_and_instance_mean() -> None:
     truth = {1: "chair", 2: "chair", 3: "chair", 4: "chair", 5: "bed"}
-    counts = classes_given(truth, {1: "chair", 2: "chair", 3: "table", 5: "bed", 9: "bed"})
+    counts = given_mask_retrieval(truth, {1: "chair", 2: "chair", 3: "table", 5: "bed", 9: "bed"})
     assert counts.per_class == {"bed": 1.0, "chair": 0.5}
     assert counts.class_mean == pytest.approx(0.75)
     assert counts.instance_mean == pytest.approx(0.6)
@@ -59,11 +59,11 @@ def test_nothing_asked() -> None:
 
 def test_the_overlap_must_exceed_a_quarter() -> None:
     truth, predicted = np.repeat([1, 0], [100, 0]), np.repeat([7, 0], [25, 75])
-    counts = classes_of_partners(count_overlaps(truth, predicted), {1: "bed"}, {7: "bed"})
-    assert counts.right.total() == 0
+    counts = predicted_mask_retrieval(count_overlaps(truth, predicted), {1: "bed"}, {7: "bed"})
+    assert counts.correct.total() == 0
     predicted[25] = 7
-    counts = classes_of_partners(count_overlaps(truth, predicted), {1: "bed"}, {7: "bed"})
-    assert counts.right.total() == 1
+    counts = predicted_mask_retrieval(count_overlaps(truth, predicted), {1: "bed"}, {7: "bed"})
+    assert counts.correct.total() == 1
 
 
 def test_preset_asks_for_17_classes_and_takes_the_mode_of_the_vertices() -> None:
@@ -77,8 +77,8 @@ def test_preset_asks_for_17_classes_and_takes_the_mode_of_the_vertices() -> None
     truth = TruthScene(np.zeros((600, 3)), instances, classes, names)
     answers = {1: "sofa", 2: "table", 3: "cup"}
     predicted = PredictedScene(instances=instances, class_names={1: "couch", 2: "chair"}, names_of_truth=answers)
-    found = evaluate([("a", truth, predicted)], preset).retrieval
-    assert found is not None
-    assert found["given_masks"]["per_class"] == {"chair": 0.0, "sofa": 1.0}
-    assert found["predicted_masks"]["class_mean"] == 1.0
-    assert found["predicted_masks"]["asked"] == {"sofa": 1, "chair": 1}
+    result = evaluate([("a", truth, predicted)], preset).retrieval
+    assert result is not None
+    assert result["given_masks"]["per_class"] == {"chair": 0.0, "sofa": 1.0}
+    assert result["predicted_masks"]["class_mean"] == 1.0
+    assert result["predicted_masks"]["asked"] == {"sofa": 1, "chair": 1}

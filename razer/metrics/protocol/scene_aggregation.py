@@ -1,4 +1,4 @@
-"""Semantics, surfaces, retrieval and poses of scenes brought together."""
+"""Semantic, surface, retrieval and pose metrics aggregated over scenes."""
 
 from __future__ import annotations
 
@@ -11,47 +11,47 @@ from typing import Any
 from razer.metrics.instances.instance_ap import nanmean
 from razer.metrics.instances.retrieval import RetrievalCounts
 from razer.metrics.preset import Preset
-from razer.metrics.semantic_segmentation import NONE, SemanticNumbers, kept_classes, semantic_numbers
-from razer.metrics.surface.surface_errors import SurfaceNumbers
-from razer.metrics.trajectory_errors import TrajectoryNumbers
+from razer.metrics.semantic_segmentation import NONE, SemanticMetrics, kept_classes, semantic_metrics
+from razer.metrics.surface.surface_errors import SurfaceMetrics
+from razer.metrics.trajectory_errors import TrajectoryMetrics
 
-Numbers = dict[str, Any]
+Metrics = dict[str, Any]
 _FIRST = ""
 
 
-def semantic(confusions: Sequence[Counter[tuple[str, str]]], preset: Preset) -> Numbers | None:
-    """Semantic numbers by the preset's first list of classes left out, and by its further ones; None where no true
+def semantic(confusions: Sequence[Counter[tuple[str, str]]], preset: Preset) -> Metrics | None:
+    """Semantic metrics by the preset's first list of classes left out, and by its further ones; None where no true
     class counts."""
     if not confusions:
         return None
     each = [reduce(add, confusions)] if preset.semantics_over_scenes == "pooled" else confusions
     titles: dict[str, Iterable[str] | None] = {_FIRST: None, **preset.semantic_lists}
-    found = {title: _semantic_list(each, preset, ignored) for title, ignored in titles.items()}
-    main = found.pop(_FIRST)
-    return None if main is None else main | {"lists": found}
+    by_list = {title: _semantic_list(each, preset, ignored) for title, ignored in titles.items()}
+    main = by_list.pop(_FIRST)
+    return None if main is None else main | {"lists": by_list}
 
 
 def _semantic_list(
     each: Sequence[Counter[tuple[str, str]]], preset: Preset, ignored: Iterable[str] | None
-) -> Numbers | None:
-    kept = kept_classes(preset, ignored)
-    all_numbers = [semantic_numbers(one, kept, preset.count_ignored_points) for one in each]
+) -> Metrics | None:
+    is_kept = kept_classes(preset, ignored)
+    all_numbers = [semantic_metrics(one, is_kept, preset.count_ignored_points) for one in each]
     numbers = [n for n in all_numbers if n.per_class]
     keys = ("miou", "fmiou", "macc", "pixel_accuracy")
     means = {key: nanmean(getattr(n, key) for n in numbers) for key in keys}
     return means | {"per_class": _semantic_classes(numbers)} if numbers else None
 
 
-def _semantic_classes(numbers: Sequence[SemanticNumbers]) -> dict[str, dict[str, float]]:
+def _semantic_classes(numbers: Sequence[SemanticMetrics]) -> dict[str, dict[str, float]]:
     names = sorted({name for one in numbers for name in one.per_class})
     parts = {name: [one.per_class[name] for one in numbers if name in one.per_class] for name in names}
     return {
-        name: {"iou": nanmean(c.iou for c in found), "accuracy": nanmean(c.accuracy for c in found)}
-        for name, found in parts.items()
+        name: {"iou": nanmean(c.iou for c in scenes), "accuracy": nanmean(c.accuracy for c in scenes)}
+        for name, scenes in parts.items()
     }
 
 
-def confusion_table(confusions: Sequence[Counter[tuple[str, str]]]) -> Numbers | None:
+def confusion_table(confusions: Sequence[Counter[tuple[str, str]]]) -> Metrics | None:
     """names (C,), the first "" for none, and counts, C rows of C: true class by predicted class, over all scenes."""
     if not confusions:
         return None
@@ -60,26 +60,26 @@ def confusion_table(confusions: Sequence[Counter[tuple[str, str]]]) -> Numbers |
     return {"names": names, "counts": [[total[true, predicted] for predicted in names] for true in names]}
 
 
-def surface(results: Sequence[SurfaceNumbers]) -> Numbers | None:
+def surface(results: Sequence[SurfaceMetrics]) -> Metrics | None:
     """Mean over the scenes."""
     if not results:
         return None
     lengths = ("accuracy_m", "completeness_m", "chamfer_m")
-    numbers: Numbers = {key: nanmean(getattr(r, key) for r in results) for key in lengths}
+    numbers: Metrics = {key: nanmean(getattr(r, key) for r in results) for key in lengths}
     for limit in results[0].fscore:
         for kind in ("fscore", "precision", "recall"):
             numbers[f"{kind}_{round(100 * limit)}cm"] = nanmean(getattr(r, kind)[limit] for r in results)
     return numbers | {"on_truth": all(r.on_truth for r in results)}
 
 
-def retrieval(given: Sequence[RetrievalCounts], partners: Sequence[RetrievalCounts]) -> Numbers | None:
+def retrieval(given: Sequence[RetrievalCounts], partners: Sequence[RetrievalCounts]) -> Metrics | None:
     """Top-1 of the truth's own masks and of the predicted ones, all scenes together."""
     if not given and not partners:
         return None
     return {"given_masks": _retrieval(given), "predicted_masks": _retrieval(partners)}
 
 
-def _retrieval(counts: Sequence[RetrievalCounts]) -> Numbers | None:
+def _retrieval(counts: Sequence[RetrievalCounts]) -> Metrics | None:
     if not counts:
         return None
     total = reduce(add, counts)
@@ -87,7 +87,7 @@ def _retrieval(counts: Sequence[RetrievalCounts]) -> Numbers | None:
     return means | {"per_class": total.per_class, "asked": dict(total.asked)}
 
 
-def pose(results: Sequence[TrajectoryNumbers]) -> Numbers | None:
+def pose(results: Sequence[TrajectoryMetrics]) -> Metrics | None:
     """Mean over the scenes."""
     if not results:
         return None
@@ -103,5 +103,5 @@ def pose(results: Sequence[TrajectoryNumbers]) -> Numbers | None:
         }
         for r in results
     ]
-    means: Numbers = {key: nanmean(one[key] for one in each) for key in each[0]}
+    means: Metrics = {key: nanmean(one[key] for one in each) for key in each[0]}
     return means | {"compared": sum(r.compared for r in results)}

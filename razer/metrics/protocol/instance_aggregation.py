@@ -1,4 +1,4 @@
-"""Instances of scenes brought together: in one ranking, or as the mean of the scenes' numbers."""
+"""Instance metrics aggregated over scenes: pooled in one ranking, or as the mean of the scenes' metrics."""
 
 from __future__ import annotations
 
@@ -6,24 +6,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from razer.metrics.instances.instance_ap import ANY_CLASS, InstanceAp, SceneJudgement, nanmean, pooled, pooled_outcomes
+from razer.metrics.instances.instance_ap import (
+    ANY_CLASS,
+    InstanceAp,
+    SceneOutcomes,
+    nanmean,
+    pooled_ap,
+    pooled_outcomes,
+)
 from razer.metrics.instances.panoptic_quality import PanopticCounts, panoptic_quality
 from razer.metrics.instances.precision_recall import Curve, precision_recall
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.scene_result import MAIN_LIST, InstanceResult
 
-Numbers = dict[str, Any]
+Metrics = dict[str, Any]
 _AP_KEYS = ("ap", "ap50", "ap25")
 
 
-def class_agnostic(results: Sequence[InstanceResult], preset: Preset) -> Numbers | None:
+def class_agnostic(results: Sequence[InstanceResult], preset: Preset) -> Metrics | None:
     """AP of all classes merged."""
-    return (
-        _ap(_over(lambda r: pooled([x.agnostic for x in r], preset.ap_settings), results, preset)) if results else None
-    )
+    if not results:
+        return None
+    return _ap(_over(lambda part: pooled_ap([r.agnostic for r in part], preset.ap_settings), results, preset))
 
 
-def class_aware(results: Sequence[InstanceResult], preset: Preset) -> Numbers | None:
+def class_aware(results: Sequence[InstanceResult], preset: Preset) -> Metrics | None:
     """AP by class, its means over the vocabulary's splits, and that of the preset's further lists of classes; None
     where the truth has no classes, or where there are predictions and none of them has a class."""
     results = [r for r in results if r.aware is not None]
@@ -35,19 +42,19 @@ def class_aware(results: Sequence[InstanceResult], preset: Preset) -> Numbers | 
     return main | {"lists": {title: _aware_list(results, title, preset, groups) for title in preset.class_lists}}
 
 
-def _aware_list(results: Sequence[InstanceResult], title: str, preset: Preset, groups: Mapping[str, str]) -> Numbers:
-    def judged(part: Sequence[InstanceResult]) -> list[SceneJudgement]:
+def _aware_list(results: Sequence[InstanceResult], title: str, preset: Preset, groups: Mapping[str, str]) -> Metrics:
+    def outcomes(part: Sequence[InstanceResult]) -> list[SceneOutcomes]:
         return [r.aware[title] for r in part if r.aware is not None]
 
-    found = _over(lambda part: pooled(judged(part), preset.ap_settings), results, preset)
-    per_class = {str(name): asdict(numbers) for name, numbers in found[0].per_class.items()}
-    if len(found) > 1:
-        per_class = _mean_per_class(found)
+    evaluations = _over(lambda part: pooled_ap(outcomes(part), preset.ap_settings), results, preset)
+    per_class = {str(name): asdict(class_ap) for name, class_ap in evaluations[0].per_class.items()}
+    if len(evaluations) > 1:
+        per_class = _mean_per_class(evaluations)
     splits = {
         group: {key: nanmean(n[key] for name, n in per_class.items() if groups.get(name) == group) for key in _AP_KEYS}
         for group in sorted(set(groups.values()))
     }
-    return _ap(found) | {"per_class": per_class, "splits": splits}
+    return _ap(evaluations) | {"per_class": per_class, "splits": splits}
 
 
 def _over(
@@ -59,15 +66,15 @@ def _over(
     return [evaluate([result]) for result in results]
 
 
-def _ap(found: Sequence[InstanceAp]) -> Numbers:
-    return {key: nanmean(getattr(one, key) for one in found) for key in _AP_KEYS}
+def _ap(evaluations: Sequence[InstanceAp]) -> Metrics:
+    return {key: nanmean(getattr(one, key) for one in evaluations) for key in _AP_KEYS}
 
 
-def _mean_per_class(found: Sequence[InstanceAp]) -> dict[str, dict[str, float]]:
-    names = sorted({name for one in found for name in one.per_class}, key=str)
+def _mean_per_class(evaluations: Sequence[InstanceAp]) -> dict[str, dict[str, float]]:
+    names = sorted({name for one in evaluations for name in one.per_class}, key=str)
     return {
         str(name): {
-            key: nanmean(getattr(one.per_class[name], key) for one in found if name in one.per_class)
+            key: nanmean(getattr(one.per_class[name], key) for one in evaluations if name in one.per_class)
             for key in _AP_KEYS
         }
         for name in names
@@ -77,7 +84,7 @@ def _mean_per_class(found: Sequence[InstanceAp]) -> dict[str, dict[str, float]]:
 def curves(results: Sequence[InstanceResult], aware: bool) -> dict[str, Curve]:
     """Precision over recall at an overlap of 0.5, of all classes merged and of each class that has a truth."""
     scenes = [r.agnostic for r in results]
-    found = (
+    curve_of = (
         {ANY_CLASS: precision_recall(*pooled_outcomes([s[ANY_CLASS] for s in scenes if ANY_CLASS in s], 0.5))}
         if any(scenes)
         else {}
@@ -86,23 +93,23 @@ def curves(results: Sequence[InstanceResult], aware: bool) -> dict[str, Curve]:
     for name in sorted({name for scene in by_class for name in scene}, key=str):
         parts = [scene[name] for scene in by_class if name in scene]
         if any(part.has_truth for part in parts):
-            found[str(name)] = precision_recall(*pooled_outcomes(parts, 0.5))
-    return found
+            curve_of[str(name)] = precision_recall(*pooled_outcomes(parts, 0.5))
+    return curve_of
 
 
-def panoptic(results: Sequence[InstanceResult], aware: bool, preset: Preset) -> Numbers | None:
-    """Panoptic quality by class with things and stuff, and of instances of all classes merged. The first numbers are
+def panoptic(results: Sequence[InstanceResult], aware: bool, preset: Preset) -> Metrics | None:
+    """Panoptic quality by class with things and stuff, and of instances of all classes merged. The main numbers are
     class-aware where there are classes."""
     if not results:
         return None
-    agnostic = _panoptic_numbers([r.panoptic_agnostic for r in results], preset)
-    by_class = _panoptic_numbers([r.panoptic_aware for r in results if r.panoptic_aware is not None], preset)
+    agnostic = _panoptic_metrics([r.panoptic_agnostic for r in results], preset)
+    by_class = _panoptic_metrics([r.panoptic_aware for r in results if r.panoptic_aware is not None], preset)
     agnostic.pop("per_class")
     main = by_class if aware else agnostic
     return main | {"classes": "aware" if aware else "agnostic", "class_agnostic": agnostic}
 
 
-def _panoptic_numbers(counts: Sequence[Mapping[Any, PanopticCounts]], preset: Preset) -> Numbers:
+def _panoptic_metrics(counts: Sequence[Mapping[Any, PanopticCounts]], preset: Preset) -> Metrics:
     keys = ("pq", "sq", "rq")
     total = panoptic_quality(counts)
     per_class = {str(name): dict(zip(keys, values, strict=True)) for name, values in total.per_class.items()}

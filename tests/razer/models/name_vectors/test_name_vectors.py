@@ -12,8 +12,8 @@ import pytest
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
 from razer.models import TextSide, make_embedder, unrelated_cosine
-from razer.models.name_table import median_cosine, plain
-from razer.models.names import NamesEmbedder
+from razer.models.name_vectors.embedder import NamesEmbedder
+from razer.models.name_vectors.name_table import bare_name, median_cosine
 from razer.plugins import FULL_TRUST
 
 NAMES = ("chair", "dining table", "cell phone", "cup")
@@ -84,9 +84,9 @@ def test_a_name_goes_before_a_synonym_of_another(tmp_path: Path) -> None:
 
 
 def test_plain_names() -> None:
-    assert plain("A photo of the Theatre_Chair.") == "theatre chair"
-    assert plain("anchor") == "anchor"
-    assert plain("a") == "a"
+    assert bare_name("A photo of the Theatre_Chair.") == "theatre chair"
+    assert bare_name("anchor") == "anchor"
+    assert bare_name("a") == "a"
 
 
 def test_an_unknown_word_is_refused_with_the_nearest(table: Path) -> None:
@@ -127,7 +127,7 @@ def test_an_encoder_takes_any_name_in_captions(monkeypatch: pytest.MonkeyPatch) 
     assert embedder.known_names == ()
 
 
-def test_the_cosine_of_unlike_names_is_told(table: Path) -> None:
+def test_the_cosine_of_unrelated_names_is_their_median(table: Path) -> None:
     vectors = unit(TEXT.astype(np.float64))
     cosines = [vectors[i] @ vectors[j] for i in range(4) for j in range(i)]
     assert unrelated_cosine(NamesEmbedder(table)) == pytest.approx(np.median(cosines), abs=1e-6)

@@ -1,4 +1,4 @@
-"""Text vectors of names, from a file: words without a text encoder."""
+"""Precomputed text embeddings of names, read from a file: text queries without a text encoder."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from razer.errors import BadInput
 
 _PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
 _ARTICLE = re.compile(r"^(a|an|the)\s+")
-_SAME = 0.999  # two names for one thing
-_QUIET_SHARE = 8  # one in so many directions counts as one in which the names of a table hardly differ
+_SYNONYM_COSINE = 0.999  # from which two names mean one class
+_NULL_SHARE = 8  # one in so many directions counts as one in which the names of a table hardly differ
 
 
-class TextTable:
+class NameVectorTable:
     """A NumPy archive with `names` (N,), `text` (N, D) and, if known, `synonyms` (N,) separated by '|'.
 
-    A name or synonym is found in any case, with spaces or underscores, with or without an article or "a photo of".
+    A name or synonym matches in any case, with spaces or underscores, with or without an article or "a photo of".
     Raises BadInput.
     """
 
     def __init__(self, file: str | Path) -> None:
         self.file = Path(file).expanduser()
         self.names, self.vectors, synonyms = _read(self.file)
-        self._rows = {plain(word): row for row, words in enumerate(synonyms) for word in words.split("|")}
-        self._rows |= {plain(name): row for row, name in enumerate(self.names)}
+        self._rows = {bare_name(word): row for row, names in enumerate(synonyms) for word in names.split("|")}
+        self._rows |= {bare_name(name): row for row, name in enumerate(self.names)}
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
-        """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other word."""
+        """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other name."""
         for text in texts:
-            if plain(text) not in self._rows:
-                raise BadInput(f"{self.file} has no '{text}': {self._nearest(text)}")
-        return self.vectors[[self._rows[plain(text)] for text in texts]]
+            if bare_name(text) not in self._rows:
+                raise BadInput(f"{self.file} has no '{text}': {self._nearest_names(text)}")
+        return self.vectors[[self._rows[bare_name(text)] for text in texts]]
 
     def embed_class(self, name: str) -> Float32Array:
-        """The unit vector (D,) of a class. One that the table lacks has a vector of its own, in directions in which
-        the names of the table are shortest, and so is like none of them."""
-        row = self._rows.get(plain(name))
+        """The unit vector (D,) of a class. A name that the table lacks has a vector of its own, in the directions
+        in which the table's vectors are shortest, and so is near none of them."""
+        row = self._rows.get(bare_name(name))
         if row is not None:
             return self.vectors[row]
-        seed = np.frombuffer(hashlib.sha256(plain(name).encode()).digest()[:16], "<u8")
-        vector = self._quiet @ np.random.default_rng(seed).standard_normal(self._quiet.shape[1])
+        seed = np.frombuffer(hashlib.sha256(bare_name(name).encode()).digest()[:16], "<u8")
+        vector = self._null_directions @ np.random.default_rng(seed).standard_normal(self._null_directions.shape[1])
         return (vector / np.linalg.norm(vector)).astype(np.float32)
 
     def unrelated_cosine(self) -> float:
@@ -57,14 +57,14 @@ class TextTable:
         return median_cosine(self.vectors)
 
     @cached_property
-    def _quiet(self) -> Float64Array:
-        """Unit directions (D, K), those with the least of the table's vectors in them."""
+    def _null_directions(self) -> Float64Array:
+        """Unit directions (D, K), those of the smallest eigenvalues of the table's scatter matrix."""
         vectors = self.vectors.astype(np.float64)
         directions: Float64Array = np.linalg.eigh(vectors.T @ vectors)[1]
-        return directions[:, : -(-len(directions) // _QUIET_SHARE)]
+        return directions[:, : -(-len(directions) // _NULL_SHARE)]
 
-    def _nearest(self, text: str) -> str:
-        close = difflib.get_close_matches(plain(text), self._rows, n=3, cutoff=0)
+    def _nearest_names(self, text: str) -> str:
+        close = difflib.get_close_matches(bare_name(text), self._rows, n=3, cutoff=0)
         names = ", ".join(dict.fromkeys(self.names[self._rows[word]] for word in close))
         return f"the nearest names it knows are {names}; other words take an embedder with a text encoder"
 
@@ -72,14 +72,14 @@ class TextTable:
 def median_cosine(vectors: Float32Array) -> float:
     """The median cosine of any two of (N, D) unit vectors that differ; 0 if there are none."""
     cosines = (vectors @ vectors.T)[np.triu_indices(len(vectors), 1)]
-    cosines = cosines[cosines < _SAME]
+    cosines = cosines[cosines < _SYNONYM_COSINE]
     return float(np.median(cosines)) if len(cosines) else 0.0
 
 
-def plain(text: str) -> str:
-    """A name as it is compared: lower case, single spaces, without what only makes a phrase of it."""
-    words = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
-    return _ARTICLE.sub("", _PROMPT.sub("", words))
+def bare_name(text: str) -> str:
+    """A name as it is compared: lower case, single spaces, without article or "a photo of"."""
+    name = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
+    return _ARTICLE.sub("", _PROMPT.sub("", name))
 
 
 def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:

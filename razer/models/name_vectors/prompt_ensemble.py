@@ -1,4 +1,4 @@
-"""Text vectors of names from a text encoder, which knows captions better than single words."""
+"""Prompt ensembling (Radford et al. 2021): text vectors of names as the mean over caption templates."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from razer.arrays import Float32Array
 from razer.models import TextSide
-from razer.models.name_table import median_cosine, plain
+from razer.models.name_vectors.name_table import bare_name, median_cosine
 
-# What the captions themselves say is averaged away.
+# The mean over captions cancels what the captions themselves add.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
 _UNNAMED = "thing"
-_UNLIKE = ("person", "chair", "wall", "cup", "car", "tree", "shoe", "lamp", "book", "sky", "dog", "bread")
+_UNRELATED_NAMES = ("person", "chair", "wall", "cup", "car", "tree", "shoe", "lamp", "book", "sky", "dog", "bread")
 
 
-class PromptedText:
-    """Any name, put into captions, whose vectors are averaged."""
+class PromptEnsemble:
+    """Text vectors of any name: the mean of those of captions with the name in them."""
 
     names: tuple[str, ...] = ()
 
@@ -26,15 +26,15 @@ class PromptedText:
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of names or short descriptions."""
-        captions = [template.format(plain(text)) for text in texts for template in TEMPLATES]
+        captions = [template.format(bare_name(text)) for text in texts for template in TEMPLATES]
         mean = self._encoder.embed_texts(captions).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
         unit: Float32Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return unit
 
     def embed_class(self, name: str) -> Float32Array:
-        """The unit vector (D,) of a class; without a name it is just a thing."""
+        """The unit vector (D,) of a class; without a name that of "thing"."""
         return self.embed_texts([name or _UNNAMED])[0]
 
     def unrelated_cosine(self) -> float:
-        """The median of the cosines between a dozen unlike names."""
-        return median_cosine(self.embed_texts(_UNLIKE))
+        """The median of the cosines between a dozen unrelated names."""
+        return median_cosine(self.embed_texts(_UNRELATED_NAMES))

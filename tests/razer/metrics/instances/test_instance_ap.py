@@ -17,7 +17,7 @@ from razer.metrics.instances.instance_ap import (
     instance_ap,
     pooled_instance_ap,
 )
-from razer.metrics.instances.matching import count_overlaps, judge
+from razer.metrics.instances.matching import count_overlaps, match_predictions
 from razer.metrics.instances.precision_recall import average_precision
 from razer.metrics.surface.nearest_vertices import transfer_labels
 
@@ -149,20 +149,20 @@ def same(a: float, b: float) -> bool:
 @given(scenes(), st.sampled_from([1, 4, 10]))
 def test_equals_the_literal_rules(scene: Scene, min_region: int) -> None:
     result = instance_ap(scene, ApSettings(min_region=min_region))
-    for name, found in result.per_class.items():
-        assert same(found.ap50, slow_ap([scene], 0.5, min_region, name))
-        assert same(found.ap25, slow_ap([scene], 0.25, min_region, name))
+    for name, class_ap in result.per_class.items():
+        assert same(class_ap.ap50, slow_ap([scene], 0.5, min_region, name))
+        assert same(class_ap.ap25, slow_ap([scene], 0.25, min_region, name))
         expected = np.mean([slow_ap([scene], t, min_region, name) for t in AP_THRESHOLDS])
-        assert same(found.ap, float(expected))
+        assert same(class_ap.ap, float(expected))
 
 
 @settings(max_examples=80, deadline=None)
 @given(st.lists(scenes(), min_size=2, max_size=3))
 def test_pooled_scenes_equal_the_literal_rules(several: list[Scene]) -> None:
     several = [Scene(s.truth, s.predicted, s.scores, void=s.void) for s in several]
-    found = pooled_instance_ap(several, ApSettings(min_region=4))
-    assert same(found.ap50, slow_ap(several, 0.5, 4, ANY_CLASS))
-    assert same(found.ap25, slow_ap(several, 0.25, 4, ANY_CLASS))
+    result = pooled_instance_ap(several, ApSettings(min_region=4))
+    assert same(result.ap50, slow_ap(several, 0.5, 4, ANY_CLASS))
+    assert same(result.ap25, slow_ap(several, 0.25, 4, ANY_CLASS))
 
 
 @settings(max_examples=60, deadline=None)
@@ -219,15 +219,16 @@ def test_second_prediction_on_one_truth_is_wrong_with_the_lower_score() -> None:
     result = instance_ap(Scene(truth, predicted, {1: 0.3, 2: 0.9}))
     # At 0.25 both are close enough; 0.9 is right and 0.3 wrong, which costs nothing after full recall.
     assert result.ap25 == 1.0
-    judged = judge(count_overlaps(truth, predicted), np.array([0.3, 0.9]), 0.25, 100)
-    assert sorted(zip(judged.scores.tolist(), judged.right.tolist(), strict=True)) == [(0.3, False), (0.9, True)]
+    outcomes = match_predictions(count_overlaps(truth, predicted), np.array([0.3, 0.9]), 0.25, 100)
+    ranked = zip(outcomes.scores.tolist(), outcomes.is_true_positive.tolist(), strict=True)
+    assert sorted(ranked) == [(0.3, False), (0.9, True)]
     assert result.duplicates == (2,)
 
 
 def test_tied_scores_form_one_point() -> None:
     # One right and one wrong at the same score: one point (precision 1/2, recall 1) and the last (1, 0).
-    found = average_precision(np.array([0.5, 0.5]), np.array([True, False]), 0)
-    assert found == pytest.approx(0.5 * 0.5 + 1.0 * 0.5)
+    result = average_precision(np.array([0.5, 0.5]), np.array([True, False]), 0)
+    assert result == pytest.approx(0.5 * 0.5 + 1.0 * 0.5)
 
 
 def test_ranked_mistake_costs_less_than_a_tied_one() -> None:

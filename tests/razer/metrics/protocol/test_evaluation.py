@@ -39,53 +39,53 @@ def prediction(truth: TruthScene) -> PredictedScene:
 
 def test_contract() -> None:
     truth = truth_scene()
-    found = evaluate([("a", truth, prediction(truth))], DEFAULT).as_json()
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
-    assert set(found) >= {"preset", "settings", "class_agnostic", "class_aware", "semantic", "panoptic", "surface"}
-    assert set(found) >= {"duplicates", "missed", "pose"}
-    assert found["preset"] == "default"
-    assert found["settings"] == json.loads(json.dumps(DEFAULT.model_dump()))
-    assert set(found["class_agnostic"]) == {"ap", "ap50", "ap25"}
-    assert set(found["class_aware"]) >= {"ap", "ap50", "ap25", "per_class"}
-    assert set(found["semantic"]) >= {"miou", "fmiou", "macc", "pixel_accuracy"}
-    assert set(found["panoptic"]) >= {"pq", "sq", "rq"}
-    assert set(found["surface"]) >= {"accuracy_m", "completeness_m", "fscore_2cm", "fscore_5cm"}
-    assert found["pose"] is None
-    assert found["retrieval"]["given_masks"] is None
+    result = evaluate([("a", truth, prediction(truth))], DEFAULT).as_json()
+    assert json.loads(json.dumps(result, allow_nan=False)) == result
+    assert set(result) >= {"preset", "settings", "class_agnostic", "class_aware", "semantic", "panoptic", "surface"}
+    assert set(result) >= {"duplicates", "missed", "pose"}
+    assert result["preset"] == "default"
+    assert result["settings"] == json.loads(json.dumps(DEFAULT.model_dump()))
+    assert set(result["class_agnostic"]) == {"ap", "ap50", "ap25"}
+    assert set(result["class_aware"]) >= {"ap", "ap50", "ap25", "per_class"}
+    assert set(result["semantic"]) >= {"miou", "fmiou", "macc", "pixel_accuracy"}
+    assert set(result["panoptic"]) >= {"pq", "sq", "rq"}
+    assert set(result["surface"]) >= {"accuracy_m", "completeness_m", "fscore_2cm", "fscore_5cm"}
+    assert result["pose"] is None
+    assert result["retrieval"]["given_masks"] is None
 
 
-def test_known_numbers() -> None:
+def test_known_values() -> None:
     truth = truth_scene()
-    found = evaluate([("a", truth, prediction(truth))], DEFAULT)
-    assert found.class_aware is not None
-    per_class = found.class_aware["per_class"]
+    result = evaluate([("a", truth, prediction(truth))], DEFAULT)
+    assert result.class_aware is not None
+    per_class = result.class_aware["per_class"]
     # Chairs: 12 (0.9) and 3 (0.8) are right, the table taken for one is wrong (0.7); piece 2 is too small to exist.
     assert per_class["chair"]["ap50"] == 1.0
     assert per_class["table"]["ap50"] == 0.0
     assert per_class["couch"]["ap50"] == 0.0
     assert "wall" not in per_class
-    assert found.class_aware["ap50"] == pytest.approx(1 / 3)
+    assert result.class_aware["ap50"] == pytest.approx(1 / 3)
     # Piece 2 is under 100 vertices, thing 9 lies on vertices of nobody.
-    assert (found.n_truth, found.missed, found.duplicates) == (4, 1, 0)
-    assert [m["truth"] for m in found.scenes["a"]["matches"]] == [2, 3, 4]
-    assert [(w.truth, w.predicted, w.truth_class) for w in found.worst[:2]] == [(5, None, "couch"), (2, 12, "chair")]
-    assert found.worst[1].iou == pytest.approx(120 / 150)
-    assert found.confusion is not None
-    names, counts = found.confusion["names"], found.confusion["counts"]
+    assert (result.n_truth, result.missed, result.duplicates) == (4, 1, 0)
+    assert [m["truth"] for m in result.scenes["a"]["matches"]] == [2, 3, 4]
+    assert [(w.truth, w.predicted, w.truth_class) for w in result.worst[:2]] == [(5, None, "couch"), (2, 12, "chair")]
+    assert result.worst[1].iou == pytest.approx(120 / 150)
+    assert result.confusion is not None
+    names, counts = result.confusion["names"], result.confusion["counts"]
     assert counts[names.index("table")][names.index("chair")] == 250
     assert counts[names.index("couch")][0] == 400
     assert sum(map(sum, counts)) == 1400
-    curve = found.curves["chair"]
+    curve = result.curves["chair"]
     assert (curve.precision.tolist(), curve.recall.tolist()) == ([pytest.approx(2 / 3), 1, 1], [1, 1, 0.5])
 
 
-def test_duplicates_are_second_pieces_of_a_found_truth() -> None:
+def test_duplicates_are_second_parts_of_a_matched_truth() -> None:
     truth = truth_scene()
     predicted = np.where(truth.instances == 5, 5, 0)
     predicted[np.flatnonzero(predicted)[:150]] = 6
-    found = evaluate([("a", truth, PredictedScene(instances=predicted))], DEFAULT)
-    assert (found.duplicates, found.missed) == (1, 3)
-    assert found.scenes["a"]["duplicates"] == (6,)
+    result = evaluate([("a", truth, PredictedScene(instances=predicted))], DEFAULT)
+    assert (result.duplicates, result.missed) == (1, 3)
+    assert result.scenes["a"]["duplicates"] == (6,)
 
 
 def test_parts_that_do_not_apply_are_null() -> None:
@@ -106,31 +106,31 @@ def test_parts_that_do_not_apply_are_null() -> None:
 
 def test_a_truth_without_classes_is_evaluated_without_them() -> None:
     truth = replace(truth_scene(), classes=np.zeros(1400, int), class_names={})
-    found = evaluate([("a", truth, prediction(truth))], DEFAULT).as_json()
-    assert (found["class_aware"], found["semantic"]) == (None, None)
-    assert found["n_truth"] == 5
+    result = evaluate([("a", truth, prediction(truth))], DEFAULT).as_json()
+    assert (result["class_aware"], result["semantic"]) == (None, None)
+    assert result["n_truth"] == 5
 
 
 def test_no_prediction_at_all_is_a_zero_not_a_null() -> None:
     truth = truth_scene()
-    found = evaluate([("a", truth, PredictedScene(instances=np.zeros(1400, int)))], DEFAULT).as_json()
-    assert found["class_agnostic"]["ap50"] == 0.0
-    assert found["class_aware"]["ap50"] == 0.0
-    assert found["missed"] == 4
+    result = evaluate([("a", truth, PredictedScene(instances=np.zeros(1400, int)))], DEFAULT).as_json()
+    assert result["class_agnostic"]["ap50"] == 0.0
+    assert result["class_aware"]["ap50"] == 0.0
+    assert result["missed"] == 4
 
 
 def test_vertices_nobody_saw_do_not_count() -> None:
     truth = truth_scene()
     unseen = replace(truth, evaluated=truth.instances != 5)
-    found = evaluate([("a", unseen, prediction(truth))], DEFAULT)
-    assert found.missed == 0
-    assert found.class_aware is not None
-    assert "couch" not in found.class_aware["per_class"]
+    result = evaluate([("a", unseen, prediction(truth))], DEFAULT)
+    assert result.missed == 0
+    assert result.class_aware is not None
+    assert "couch" not in result.class_aware["per_class"]
     masks = {i: np.flatnonzero(prediction(truth).instances == i) for i in (2, 3, 4, 12)}
     as_masks = PredictedScene(masks=masks, class_names=prediction(truth).class_names, scores=prediction(truth).scores)
-    again = evaluate([("a", unseen, as_masks)], DEFAULT)
-    assert again.class_agnostic == found.class_agnostic
-    assert again.class_aware == found.class_aware
+    from_masks = evaluate([("a", unseen, as_masks)], DEFAULT)
+    assert from_masks.class_agnostic == result.class_agnostic
+    assert from_masks.class_aware == result.class_aware
 
 
 def test_masks_as_numbers_or_truth_values_and_labels_agree() -> None:
@@ -141,9 +141,9 @@ def test_masks_as_numbers_or_truth_values_and_labels_agree() -> None:
     named = {"class_names": labels.class_names, "scores": labels.scores}
     expected = evaluate([("a", truth, labels)], DEFAULT).as_json() | {"surface": None}
     for masks in ({i: labels.instances == i for i in ids}, {i: np.flatnonzero(labels.instances == i) for i in ids}):
-        found = evaluate([("a", truth, PredictedScene(masks=masks, **named))], DEFAULT).as_json()
-        found["scenes"]["a"]["surface"] = expected["scenes"]["a"]["surface"]
-        assert found == expected
+        result = evaluate([("a", truth, PredictedScene(masks=masks, **named))], DEFAULT).as_json()
+        result["scenes"]["a"]["surface"] = expected["scenes"]["a"]["surface"]
+        assert result == expected
 
 
 def test_ids_and_vertex_order_do_not_matter() -> None:
@@ -151,8 +151,8 @@ def test_ids_and_vertex_order_do_not_matter() -> None:
     labels = prediction(truth)
     assert labels.instances is not None
     shuffled = TruthScene(truth.vertices[order], truth.instances[order], truth.classes[order], NAMES)
-    found = evaluate([("a", shuffled, replace(labels, instances=labels.instances[order]))], DEFAULT).as_json()
-    assert found == evaluate([("a", truth, labels)], DEFAULT).as_json()
+    result = evaluate([("a", shuffled, replace(labels, instances=labels.instances[order]))], DEFAULT).as_json()
+    assert result == evaluate([("a", truth, labels)], DEFAULT).as_json()
 
 
 def test_pooled_ranks_all_scenes_together_and_mean_each_alone() -> None:
@@ -203,20 +203,20 @@ def test_a_surface_in_the_frame_of_its_own_trajectory_is_moved_first() -> None:
         trajectory=TimedPoses(stamps, turn @ poses),
         own_frame=True,
     )
-    found = evaluate([("a", truth, moved)], DEFAULT)
-    assert found.class_agnostic is not None
-    assert found.surface is not None
-    assert found.pose is not None
-    assert found.class_agnostic["ap"] == 1.0
-    assert found.surface["accuracy_m"] == pytest.approx(0, abs=1e-9)
-    assert found.pose["ate_rmse_m"] == pytest.approx(0, abs=1e-9)
-    assert found.pose["tracked"] == 1.0
+    result = evaluate([("a", truth, moved)], DEFAULT)
+    assert result.class_agnostic is not None
+    assert result.surface is not None
+    assert result.pose is not None
+    assert result.class_agnostic["ap"] == 1.0
+    assert result.surface["accuracy_m"] == pytest.approx(0, abs=1e-9)
+    assert result.pose["ate_rmse_m"] == pytest.approx(0, abs=1e-9)
+    assert result.pose["tracked"] == 1.0
     left = evaluate([("a", truth, replace(moved, own_frame=False))], DEFAULT)
     assert left.class_agnostic is not None
     assert left.class_agnostic["ap25"] == 0.0
 
 
-def test_names_that_no_list_has_are_told() -> None:
+def test_names_that_no_list_has_are_reported() -> None:
     truth = truth_scene()
     strange = replace(prediction(truth), class_names={2: "chair", 3: "zorb"})
     assert evaluate([("a", truth, strange)], PRESETS["scannet200"]).unknown_names == ("zorb",)
