@@ -22,7 +22,7 @@ from razer.metrics.surface.surface_errors import compare
 from razer.models.oracle.models import OracleEmbedder, OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.reintegration.id_matching import majority_ids, match_ids
-from razer.reintegration.reintegrator import shifts_m
+from razer.reintegration.kept_frames import shifts_m
 from razer.tracking.duplicates import find_duplicates, shared_votes
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import LabelledMesh
