@@ -12,7 +12,7 @@ MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
 
 
 class VoxelSettings(Settings):
-    """The volume V(p) = {d, w, c, l, h} (eq. 1)."""
+    """The volume V(p) = {d, w, c, l, h} (RAZER eq. 1)."""
 
     voxel_size_m: float = Field(
         0.02,
@@ -80,7 +80,7 @@ class MaskSettings(Settings):
 
 
 class LiftingSettings(Settings):
-    """From masks to 3D detections (section III-B)."""
+    """From masks to 3D detections (RAZER section IV-B)."""
 
     dbscan_eps_m: float = Field(
         0.05,
@@ -102,7 +102,7 @@ class LiftingSettings(Settings):
 
 
 class AssociationSettings(Settings):
-    """Which detection belongs to which track: M = w_v V + w_s S (eq. 8)."""
+    """Which detection belongs to which track: M = w_v V + w_s S (RAZER eq. 8)."""
 
     geometry_distance: Literal["visible", "containment", "paper"] = Field(
         "visible",
@@ -138,7 +138,7 @@ class AssociationSettings(Settings):
 
 
 class BankSettings(Settings):
-    """The embedding bank E_i (section III-D)."""
+    """The embedding bank E_i (RAZER section IV-E)."""
 
     hypotheses: int = Field(3, ge=1, le=8, description="Most hypotheses a track keeps. 1 = running mean.")
     similarity: float = Field(
@@ -156,7 +156,7 @@ class BankSettings(Settings):
 
 
 class MaintenanceSettings(Settings):
-    """Votes, support, pruning and fusion of duplicates (section III-E)."""
+    """Votes, support, pruning and fusion of duplicates (RAZER section IV-F)."""
 
     interval_frames: int = Field(
         10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time."

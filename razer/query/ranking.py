@@ -1,4 +1,4 @@
-"""Which instances a query means, and whether any of them is meant at all (section III-H).
+"""Which instances a query means, and whether any of them is meant at all (RAZER section IV-I).
 
 The cosine of a text to an image says little by itself: some words are near everything, some things near every word.
 What a query says of an instance is therefore set against what other names say of it: the contrast. All figures below

@@ -1,4 +1,4 @@
-"""Classes of a vocabulary for the instances of a map; stuff has no instances (`method.md` section 3)."""
+"""Classes of a vocabulary for the instances of a map; stuff has no instances."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Detections to tracks: candidates from the R-tree, the cost M = w_v V + w_s S, a gate, and the cheapest
-assignment of each connected group (section III-C, eq. 8)."""
+assignment of each connected group (RAZER section IV-C, eq. 8)."""
 
 from __future__ import annotations
 

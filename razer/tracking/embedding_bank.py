@@ -1,4 +1,4 @@
-"""The embedding bank E_i of a track: a few hypotheses of what it is, each with its mass (section III-D)."""
+"""The embedding bank E_i of a track: a few hypotheses of what it is, each with its mass (RAZER section IV-E)."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class EmbeddingBank:
         return float(self._slots.masses.sum())
 
     def similarity(self, embedding: Float32Array) -> float:
-        """Highest cosine of a unit vector (D,) to any hypothesis (section III-H); 0 while empty."""
+        """Highest cosine of a unit vector (D,) to any hypothesis (RAZER section IV-I); 0 while empty."""
         return float((self._hypotheses.directions @ embedding).max()) if len(self._hypotheses) else 0.0
 
     def add(self, embedding: Float32Array, confidence: float) -> None:
-        """Take in one observation (eqs. 12 and 13)."""
+        """Take in one observation (RAZER eqs. 13 and 14)."""
         confidence = max(confidence, 1e-6)
         self._take(EmbeddingClusters.of(embedding, confidence))
         self._hypotheses = self._slots.distinct()

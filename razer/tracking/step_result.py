@@ -15,7 +15,7 @@ Outcome = Literal["matched", "joined", "born"]
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A track a detection might belong to: geometric distance V_ij, semantic distance S_ij, cost M_ij (eq. 8)."""
+    """A track a detection might belong to: geometric distance V_ij, semantic distance S_ij, cost M_ij (RAZER eq. 8)."""
 
     track_id: int
     geometry: float

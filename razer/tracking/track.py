@@ -70,7 +70,7 @@ class Track:
         self._rivalry += RIVALRY_RATE * (rivalled - self._rivalry)
 
     def observe(self, detection: Detection, frame_index: int) -> None:
-        """Take in a matched detection: it is seen once more, and its box may grow (eqs. 9 to 11)."""
+        """Take in a matched detection: it is seen once more, and its box may grow (RAZER eqs. 9 to 11)."""
         if frame_index > self.last_frame or self.hits == 0:
             self.hits += 1
         self.last_frame = max(self.last_frame, frame_index)

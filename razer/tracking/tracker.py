@@ -1,4 +1,4 @@
-"""The tracks of a map and their life: matched, born, confirmed, fused, pruned (sections III-C and III-E)."""
+"""The tracks of a map and their life: matched, born, confirmed, fused, pruned (RAZER sections IV-C and IV-F)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who owns a voxel is decided by votes, one a frame (section III-E)."""
+"""Who owns a voxel is decided by votes, one a frame (RAZER section IV-F)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Forgetting what is gone: voxels now seen as free space lose weight and votes, so that a thing carried away
-leaves no ghost (`method.md` step 10)."""
+leaves no ghost (docs/method.md step 10)."""
 
 from __future__ import annotations
 

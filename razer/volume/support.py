@@ -1,4 +1,4 @@
-"""How well the voxels bear a track out (section III-E).
+"""How well the voxels bear a track out (RAZER section IV-F).
 
 The paper divides voxels by the volume of the box, which mixes units and tends to 0 for thin surfaces. Here the
 support of a track is the share of its votes, on the surface, that lie in voxels it won. Votes and not voxels are

@@ -1,4 +1,4 @@
-"""The volume V(p) = {d, w, c, l, h} (eq. 1) over Open3D's VoxelBlockGrid, on the CPU or a CUDA device.
+"""The volume V(p) = {d, w, c, l, h} (RAZER eq. 1) over Open3D's VoxelBlockGrid, on the CPU or a CUDA device.
 
 Attribute tensors are shared with torch by DLPack. Such a view goes silently stale when the grid grows, so each
 method fetches its views afresh and none is kept. Everything host-side that is not a whole attribute (cell
