@@ -54,7 +54,7 @@ def test_evidence_is_that_of_the_literal_reference():
     banks, contrast = some_banks(rng), some_contrast(rng)
     queries = np.concatenate([unit_rows(rng.standard_normal((3, DIMENSION))), contrast.vectors[[5]]])
     expected = np.stack([literal_evidence(banks, contrast, query) for query in queries], axis=1)
-    found = TextRanking(EmbeddingTable.of(banks), contrast).evidence(queries)
+    found = TextRanking(EmbeddingTable.of(banks), contrast).log_ratios(queries)
     assert_allclose(found, expected, atol=2e-3)
 
 
@@ -64,8 +64,8 @@ def test_a_name_that_the_contrast_holds_competes_with_the_others_only():
     banks[7] = (contrast.vectors[[3]], np.ones(1))
     without = NegativePrompts(contrast.names, np.delete(contrast.vectors, 3, axis=0))
     query = contrast.vectors[[3]]
-    held = TextRanking(EmbeddingTable.of(banks), contrast).evidence(query)
-    expected = TextRanking(EmbeddingTable.of(banks), without).evidence(query)
+    held = TextRanking(EmbeddingTable.of(banks), contrast).log_ratios(query)
+    expected = TextRanking(EmbeddingTable.of(banks), without).log_ratios(query)
     # What is beyond doubt is cut off where subtracting a name from all would lose digits.
     assert_allclose(np.minimum(held, 15), np.minimum(expected, 15), atol=1e-3)
     scores = TextRanking(EmbeddingTable.of(banks), contrast).scores(query)[:, 0]
@@ -90,7 +90,7 @@ def test_instances_are_named_as_their_evidence_says():
     banks = {i: (contrast.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
     ranking = TextRanking(EmbeddingTable.of(banks), contrast)
     assert ranking.nearest_names(np.array([0, 2])) == ["name 4", "name 9"]
-    assert ranking.likeness(contrast.vectors).argmax(axis=1).tolist() == [4, 0, 9]
+    assert ranking.relative_logits(contrast.vectors).argmax(axis=1).tolist() == [4, 0, 9]
 
 
 def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
@@ -98,7 +98,7 @@ def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
     contrast = some_contrast(rng)
     chair, table = contrast.vectors[:2]
     banks = {1: (np.stack([table, chair]), np.array([0.65, 0.35])), 2: (chair[None], np.ones(1))}
-    scores = TextRanking(EmbeddingTable.of(banks), contrast).evidence(chair[None])[:, 0]
+    scores = TextRanking(EmbeddingTable.of(banks), contrast).log_ratios(chair[None])[:, 0]
     assert scores[1] > scores[0]
 
 

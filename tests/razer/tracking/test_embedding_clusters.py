@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
 from razer.tracking.embedding_bank import EmbeddingBank
-from razer.tracking.embedding_clusters import ONE_THING, EmbeddingClusters
+from razer.tracking.embedding_clusters import SAME_THING_COSINE, EmbeddingClusters
 
 DIMENSION = 512
 
@@ -57,7 +57,7 @@ def test_a_single_observation_is_taken_as_it_is():
 @pytest.mark.parametrize(("cosine", "n_left"), [(1.0, 1), (0.8, 2)])
 def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noise(cosine, n_left):
     """Observations are at a cosine of 0.5 to each other, yet 1.0 and 0.8 between what they are of differ."""
-    assert ONE_THING > 0.8
+    assert SAME_THING_COSINE > 0.8
     for seed in range(20):
         rng = np.random.default_rng(seed)
         one = direction(rng)

@@ -7,7 +7,7 @@ import pytest
 import torch
 from numpy.testing import assert_array_equal
 
-import razer.mapper
+import razer.panoptic_integrator
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.config import MapperConfig
@@ -110,7 +110,7 @@ def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monke
     room = SyntheticScene("room", 2, 90, 320, 240, sensor=SensorModel.kinect())
     tracks = []
     for kind in (SurfaceCache, _Anew):
-        monkeypatch.setattr(razer.mapper, "KnownSurface", kind)
+        monkeypatch.setattr(razer.panoptic_integrator, "SurfaceCache", kind)
         mapper = Mapper(MapperConfig(), OracleSegmenter("full", seed=1), OracleEmbedder("full", seed=1))
         for index in range(len(room)):
             mapper.step(room[index])
