@@ -151,7 +151,7 @@ class BankSettings(Settings):
         0.2,
         ge=-1,
         lt=1,
-        description="Observations farther than this cosine from every hypothesis of a well-observed track are not fused.",
+        description="Observations farther than this cosine from every hypothesis of a well-known track are not fused.",
     )
 
 
