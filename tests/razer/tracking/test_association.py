@@ -148,8 +148,8 @@ def test_visible_takes_the_better_of_labels_and_boxes() -> None:
     ((alone,),) = candidates_of(*boxes)
     assert alone.geometry == pytest.approx(1 - grown)
     by_labels = LabelOverlap({(0, 1): 8}, {0: 9}, {1: 10}, {})
-    ((seen,),) = candidates_of(*boxes, by_labels)
-    assert seen.geometry == pytest.approx(1 - 8 / 11)
+    ((candidate,),) = candidates_of(*boxes, by_labels)
+    assert candidate.geometry == pytest.approx(1 - 8 / 11)
 
 
 def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:

@@ -117,15 +117,15 @@ def test_views_apart_are_inherited_by_the_survivor() -> None:
 
 def test_a_track_counts_from_the_frame_it_is_born_in() -> None:
     """No voxel bears its label yet: the mask it came from speaks for it."""
-    seen = view({1: 50}, {})
+    overlap = view({1: 50}, {})
     for mask_of_the_newcomer, found in ((0, [(1, 2)]), (1, [])):
         consensus = ViewConsensus()
         for _ in range(2):
-            consensus.add(seen, {2: mask_of_the_newcomer})
+            consensus.add(overlap, {2: mask_of_the_newcomer})
         assert consensus.agreed(FRAMES, SHARE) == found
     parted = ViewConsensus()
     for _ in range(3):
-        parted.add(seen, {2: 1})
+        parted.add(overlap, {2: 1})
     for _ in range(2):
         parted.add(TOGETHER, {})
     assert parted.agreed(FRAMES, SHARE) == []
