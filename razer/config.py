@@ -1,4 +1,4 @@
-"""Every setting of the method: meaning with the paper's symbol, unit, what each direction costs, source."""
+"""Settings of the method: meaning with the paper's symbol, unit, what each direction costs, source."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
 
 
 class VoxelSettings(Settings):
-    """The volume V(p) = {d, w, c, l, h} (eq. 1)."""
+    """The volume V(p) = {d, w, c, l, h} (RAZER eq. 1)."""
 
     voxel_size_m: float = Field(
         0.02,
@@ -43,7 +43,7 @@ class VoxelSettings(Settings):
     carve_every: int = Field(
         10,
         ge=0,
-        description="Frames between passes that forget what is free space now; 0 = never: moved objects leave ghosts.",
+        description="Frames between passes of space carving; 0 = never: moved objects leave ghosts.",
     )
     surface_weight: float = Field(
         3.0,
@@ -58,7 +58,7 @@ class VoxelSettings(Settings):
 
 
 class MaskSettings(Settings):
-    """Which masks are worth lifting, and how far their borders are trusted."""
+    """Which masks are lifted, and how far their borders are trusted."""
 
     min_pixels: int = Field(
         400,
@@ -81,7 +81,7 @@ class MaskSettings(Settings):
 
 
 class LiftingSettings(Settings):
-    """From masks to 3D detections (section III-B)."""
+    """From masks to 3D detections (RAZER section IV-B)."""
 
     dbscan_eps_m: float = Field(
         0.05,
@@ -97,17 +97,17 @@ class LiftingSettings(Settings):
     background_gap_m: float = Field(
         0.3,
         gt=0,
-        description="A cluster this far behind the largest of its mask, and farther than half that one's size, is what "
-        "is seen through it, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
+        description="A cluster this far behind the largest of its mask, and farther than half that one's size, is "
+        "background behind it, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
     )
 
 
 class AssociationSettings(Settings):
-    """Which detection belongs to which track: M = w_v V + w_s S (eq. 8)."""
+    """Which detection belongs to which track: M = w_v V + w_s S (RAZER eq. 8)."""
 
     geometry_distance: Literal["visible", "containment", "paper"] = Field(
         "visible",
-        description="V_ij: 'visible' compares the mask with the track's own voxels seen in the frame; 'containment' "
+        description="V_ij: 'visible' compares the mask with the track's own voxels visible in the frame; 'containment' "
         "uses box intersection over the smaller volume; 'paper' uses 1 - IoU of the oriented boxes.",
     )
     weight_geometry: float = Field(0.6, ge=0, le=1, description="w_v, share of the geometric distance in the cost.")
@@ -122,7 +122,7 @@ class AssociationSettings(Settings):
         0.1, ge=0, description="How far outside a detection's box the R-tree looks for tracks, metres."
     )
     box_margin_m: float = Field(
-        0.025, ge=0, description="Added to every side before boxes are compared: a wall seen flat has no volume."
+        0.025, ge=0, description="Added to every side before boxes are compared: a flat view of a wall has no volume."
     )
     join_share: float = Field(
         0.5,
@@ -139,7 +139,7 @@ class AssociationSettings(Settings):
 
 
 class BankSettings(Settings):
-    """The embedding bank E_i (section III-D)."""
+    """The embedding bank E_i (RAZER section IV-E)."""
 
     hypotheses: int = Field(3, ge=1, le=8, description="Most hypotheses a track keeps. 1 = running mean.")
     similarity: float = Field(
@@ -152,12 +152,12 @@ class BankSettings(Settings):
         0.2,
         ge=-1,
         lt=1,
-        description="Observations farther than this cosine from every hypothesis of a well-seen track are not fused.",
+        description="Observations farther than this cosine from every hypothesis of a well-known track are not fused.",
     )
 
 
 class MaintenanceSettings(Settings):
-    """Votes, support, pruning and fusion of duplicates (section III-E)."""
+    """Votes, support, pruning and fusion of duplicates (RAZER section IV-F)."""
 
     interval_frames: int = Field(
         10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time."
@@ -178,7 +178,7 @@ class MaintenanceSettings(Settings):
         0.7,
         ge=0,
         le=1,
-        description="tau_conf: tracks with a hypothesis this dominant and well seen are kept despite low support.",
+        description="tau_conf: tracks with a hypothesis this dominant and well observed are kept despite low support.",
     )
     withdraw_votes: bool = Field(
         True,
@@ -195,8 +195,8 @@ class MaintenanceSettings(Settings):
     fuse_prior: float = Field(
         4.0,
         ge=0,
-        description="Frames in one mask that a pair is credited with beforehand: a track seen a few times beside a "
-        "larger one is more often a piece of it than a thing. Larger: fewer fragments, small things vanish.",
+        description="Frames in one mask that a pair is credited with beforehand: a track observed a few times beside a "
+        "larger one is more often a part of it than a thing. Larger: fewer fragments, small things vanish.",
     )
     fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")
 
@@ -235,7 +235,7 @@ class ReintegrationSettings(Settings):
         1.0,
         ge=0,
         description="Rebuild during the run when frames have moved by this on average, voxels at 2 m depth. Smaller: "
-        "time is spent on what can hardly be seen.",
+        "time is spent on shifts that hardly show.",
     )
     min_final_shift_voxels: float = Field(
         0.25,
@@ -248,7 +248,7 @@ class ReintegrationSettings(Settings):
         gt=0,
         le=1,
         description="After a rebuild two tracks that look alike and that no frame shows together are fused when this "
-        "share of the votes of one lies in voxels the other claims too. Larger: things mapped twice stay two.",
+        "share of the votes of one lies in voxels the other claims too. Larger: duplicates stay.",
     )
     memory_mb: int = Field(
         512,

@@ -1,4 +1,4 @@
-"""What flows into the method: intrinsics, one RGB-D frame, and the masks a 2D model found in it."""
+"""Input types of the method: pinhole intrinsics, posed RGB-D frames, and instance masks."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Frame:
 @dataclass(frozen=True, slots=True)
 class Masks:
     """N image masks: masks (N, H, W) bool, which may overlap; scores (N,) float32 in [0, 1];
-    class_names, where the model names what it finds, one for each mask."""
+    class_names, where the model classifies, one for each mask."""
 
     masks: BoolArray
     scores: Float32Array

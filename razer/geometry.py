@@ -46,7 +46,14 @@ def transform_points(transform: Float64Array, points: FloatArray) -> Float64Arra
 
 
 def back_project(u: NDArray, v: NDArray, depth_m: NDArray, matrix: Float64Array) -> Float64Array:
-    """Camera-frame points (N, 3) of pixels (u, v) with depths in metres; the paper's pi^-1."""
+    """Camera-frame points (N, 3) in metres, float64; pi^-1 of RAZER eq. 3.
+
+    Args:
+        u: Columns (N,) in pixels.
+        v: Rows (N,) in pixels.
+        depth_m: Depths (N,) along the optical axis, metres.
+        matrix: Camera matrix (3, 3).
+    """
     x = (u - matrix[0, 2]) / matrix[0, 0] * depth_m
     y = (v - matrix[1, 2]) / matrix[1, 1] * depth_m
     return np.stack([x, y, depth_m], axis=-1).astype(np.float64)

@@ -92,8 +92,8 @@ class PanopticMap:
     def text_ranking(self) -> TextRanking:
         """The objects, ready for texts; raises BadInput where the embedder cannot tell."""
         words = self._words()
-        self._check(words.contrast.vectors.shape[1])
-        return TextRanking(self.hypotheses, words.contrast)
+        self._check(words.negatives.vectors.shape[1])
+        return TextRanking(self.hypotheses, words.negatives)
 
     def text_vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts."""

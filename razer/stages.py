@@ -1,5 +1,5 @@
-"""Named stages of the work, measurable from outside: `with stage("lift"):` costs next to nothing until
-the program hands in something that measures."""
+"""Profiling hooks: named stages of the work, measurable from outside. `with stage("lift"):` costs next to nothing until
+a program hands in something that measures."""
 
 from __future__ import annotations
 

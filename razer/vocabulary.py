@@ -1,4 +1,4 @@
-"""Lists of class names with the numbers that datasets give them."""
+"""Class vocabularies of datasets: names with their numbers, and which of them are stuff."""
 
 from __future__ import annotations
 

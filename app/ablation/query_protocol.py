@@ -75,7 +75,7 @@ def clean_banks(exemplars: Exemplars, rows: IndexArray) -> Banks:
 def query_score(exemplars: Exemplars, banks: Banks, present: IndexArray, absent: IndexArray) -> QueryScore:
     """Ask for every name of the table, by the product's own ranking."""
     ranking = TextRanking(EmbeddingTable.of(banks), NegativePrompts(exemplars.names, exemplars.text))
-    evidence, objects = ranking.evidence(exemplars.text), np.arange(len(present))
+    evidence, objects = ranking.log_ratios(exemplars.text), np.arange(len(present))
     better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
     asked = np.concatenate([present, absent])
     return QueryScore(

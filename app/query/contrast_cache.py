@@ -26,15 +26,15 @@ FORMAT = 1
 def contrast_of(words: TextQueryEncoder, settings: EmbedderSettings) -> NegativePrompts:
     """The contrast of an embedder made by these settings; raises BadInput if it has no text side."""
     if words.is_table:
-        return words.contrast
-    names, path = words.contrast_names, _folder() / f"contrast-{_key(words, settings)}.npz"
+        return words.negatives
+    names, path = words.negative_names, _folder() / f"contrast-{_key(words, settings)}.npz"
     with (
         suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
         np.load(path, allow_pickle=False) as kept,
     ):
         return NegativePrompts(names, kept["vectors"])
     progress_console().print(f"embedding {len(names)} names to compare with; kept in {path.parent}", soft_wrap=True)
-    contrast = words.contrast
+    contrast = words.negatives
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(f".part-{os.getpid()}-{path.name}")
@@ -49,7 +49,7 @@ def _folder() -> Path:
 
 def _key(words: TextQueryEncoder, settings: EmbedderSettings) -> str:
     """What the vectors follow from: names, prompts, and the embedder with its files as they are."""
-    told = [FORMAT, words.contrast_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
+    told = [FORMAT, words.negative_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 

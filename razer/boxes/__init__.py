@@ -1,1 +1,1 @@
-"""Oriented boxes: from moments, their overlap, and an index of them."""
+"""Oriented bounding boxes: PCA fit, exact IoU, and an R-tree of them."""

@@ -1,4 +1,4 @@
-"""The exact volume that two oriented boxes share, for many pairs at once.
+"""Exact IoU of oriented boxes by polygon clipping, for many pairs at once.
 
 By the divergence theorem a convex body's volume is 1/3 of the sum over its faces of area times the face
 plane's distance from any fixed point. The faces of an intersection are the faces of either box clipped by
@@ -27,8 +27,8 @@ def shared_volumes(first: Sequence[OrientedBox], second: Sequence[OrientedBox]) 
     b = (b[0], b[1], b[2] * (1 - SHRINK))
     # Near a box of the pair every coordinate is small, which keeps the sum of signed volumes accurate.
     origin = np.concatenate([a[0], a[0]])
-    both, others = ((np.concatenate(parts) for parts in zip(*pair, strict=True)) for pair in ((a, b), (b, a)))
-    volumes = _clipped_faces(tuple(both), tuple(others), origin).reshape(2, -1).sum(axis=0)
+    boxes, clips = ((np.concatenate(parts) for parts in zip(*pair, strict=True)) for pair in ((a, b), (b, a)))
+    volumes = _clipped_faces(tuple(boxes), tuple(clips), origin).reshape(2, -1).sum(axis=0)
     limit = np.minimum(np.prod(2 * a[2], axis=1), np.prod(2 * b[2], axis=1))
     return np.clip(volumes, 0.0, limit)
 

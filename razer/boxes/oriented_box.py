@@ -1,4 +1,4 @@
-"""Point moments that add up, and the oriented boxes that follow from them (section III-B and III-C)."""
+"""Incremental point moments, and the oriented boxes that PCA makes of them (RAZER sections IV-B and IV-D)."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class PointMoments:
 
     @classmethod
     def of(cls, points: Float64Array) -> PointMoments:
-        """Moments of (N, 3) points, N >= 1 (eqs. 4 and 5)."""
+        """Moments of (N, 3) points, N >= 1 (RAZER eqs. 4 and 5)."""
         mean = points.mean(axis=0)
         centred = points - mean
         return cls(len(points), mean, centred.T @ centred)
 
     def __add__(self, other: PointMoments) -> PointMoments:
-        """Moments of both sets together, without their points (eqs. 9 to 11)."""
+        """Moments of both sets together, without their points (RAZER eqs. 9 to 11)."""
         count = self.count + other.count
         mean = (self.count * self.mean + other.count * other.mean) / count
         gap = self.mean - other.mean
@@ -64,7 +64,7 @@ class OrientedBox:
 
     @classmethod
     def around(cls, points: Float64Array, axes: Float64Array, trim: float = 0.0) -> OrientedBox:
-        """The box along `axes` that holds (N, 3) points (eq. 6), but for a share `trim` at either end."""
+        """The box along `axes` that holds (N, 3) points (RAZER eq. 6), but for a share `trim` at either end."""
         along = points @ axes
         low, high = (along.min(axis=0), along.max(axis=0))
         if trim > 0:
@@ -81,7 +81,7 @@ class OrientedBox:
         return self.center + (UNIT_CORNERS * self.extent) @ self.rotation.T
 
     def enclosing_bounds(self, margin_m: float = 0.0) -> Float64Array:
-        """The axis-aligned box around it, (6,) as min xyz, max xyz (AABB_Enclose, eq. 7)."""
+        """The axis-aligned box around it, (6,) as min xyz, max xyz (AABB_Enclose, RAZER eq. 7)."""
         half = np.abs(self.rotation) @ (self.extent / 2) + margin_m
         return np.concatenate([self.center - half, self.center + half])
 

@@ -1,4 +1,4 @@
-"""The R-tree of the tracks' boxes (section III-C); the only importer of rtree."""
+"""R-tree of oriented boxes by their axis-aligned bounds (RAZER section IV-C); the only importer of rtree."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class BoxIndex:
     def put(self, track_id: int, box: OrientedBox) -> None:
         """Insert a box, or move it if it has moved by more than the slack."""
         bounds = box.enclosing_bounds()
-        known = self._bounds.get(track_id)
-        if known is not None:
-            if np.abs(known - bounds).max() <= SLACK_M:
+        indexed = self._bounds.get(track_id)
+        if indexed is not None:
+            if np.abs(indexed - bounds).max() <= SLACK_M:
                 return
-            self._tree.delete(track_id, known)
+            self._tree.delete(track_id, indexed)
         self._tree.insert(track_id, bounds)
         self._bounds[track_id] = bounds
 

@@ -1,1 +1,1 @@
-"""What one frame shows: its surface, and the masks lifted to 3D detections."""
+"""3D object detection in one frame: observed surface, and masks lifted to clusters with oriented boxes."""

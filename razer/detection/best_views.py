@@ -1,4 +1,4 @@
-"""The frames that show an instance best."""
+"""Best-view selection: the frames that show an instance best."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from razer.arrays import IntArray
 BEST_VIEWS = 3
 # Frames nearer to each other than this show the same; the better one stands for both.
 FRAMES_APART = 15
-# What the image border cuts is seen in part.
-CUT_WORTH = 0.5
-# What shows much less than the best one need not be looked at.
-LEAST_WORTH = 0.2
+# What the image border cuts is visible in part.
+CUT_FACTOR = 0.5
+# Views that score much less than the best one add nothing.
+MIN_RELATIVE_SCORE = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,14 @@ class Region:
 
     @classmethod
     def of(cls, rows: IntArray, columns: IntArray, shape: tuple[int, ...], stride: int) -> Region:
-        """The region of readings (N,), N >= 1, on every `stride`-th pixel, `shape` being that of the strided image."""
+        """The bounding region of depth readings.
+
+        Args:
+            rows: Rows (N,) of the readings in the strided image, N >= 1.
+            columns: Their columns (N,).
+            shape: Height and width of the strided image.
+            stride: Every how many pixels of the full image were read.
+        """
         top, bottom, left, right = (int(n) for n in (rows.min(), rows.max(), columns.min(), columns.max()))
         whole = top > 1 and left > 1 and bottom < shape[0] - 2 and right < shape[1] - 2
         box = (left * stride, top * stride, (right - left + 1) * stride, (bottom - top + 1) * stride)
@@ -43,16 +50,16 @@ class BestView:
     stamp: float | None = None
 
     @property
-    def worth(self) -> float:
+    def score(self) -> float:
         """Visible pixels, less where the border cuts."""
-        return self.region.pixels * (1.0 if self.region.whole else CUT_WORTH)
+        return self.region.pixels * (1.0 if self.region.whole else CUT_FACTOR)
 
 
 def best_views(views: Iterable[BestView]) -> tuple[BestView, ...]:
     """At most BEST_VIEWS of them, FRAMES_APART from each other, the best first."""
     kept: list[BestView] = []
-    for view in sorted(views, key=lambda v: (-v.worth, v.frame)):
-        if len(kept) == BEST_VIEWS or (kept and view.worth < LEAST_WORTH * kept[0].worth):
+    for view in sorted(views, key=lambda v: (-v.score, v.frame)):
+        if len(kept) == BEST_VIEWS or (kept and view.score < MIN_RELATIVE_SCORE * kept[0].score):
             break
         if all(abs(view.frame - other.frame) >= FRAMES_APART for other in kept):
             kept.append(view)

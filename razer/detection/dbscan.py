@@ -27,9 +27,17 @@ def cluster(
 ) -> Int32Array:
     """Cluster label (M,) of each member, -1 = noise; labels are unique over all sets.
 
-    Member m is cell `member_cell[m]` in set `member_set[m]`, sorted by cell; `radius` is epsilon in units of
-    the lattice; a core point has at least `min_points` neighbours, itself included. A border point goes to
-    its core neighbour that comes first. Raises ValueError for a radius beyond the adjacent block.
+    A border point goes to its core neighbour that comes first.
+
+    Args:
+        cells: The C lattice cells that the sets are made of.
+        member_set: The set (M,) of each member.
+        member_cell: The cell (M,) of each member, increasing; a cell may be a member of several sets.
+        radius: DBSCAN's epsilon, in units of the lattice.
+        min_points: Neighbours within it that make a core point, itself included.
+
+    Raises:
+        ValueError: The radius reaches beyond the adjacent block.
     """
     count = len(member_set)
     near, far = _neighbours(cells, member_set, member_cell, radius)
@@ -45,11 +53,11 @@ def cluster(
 def _components(member_set: Int32Array, core: BoolArray, near: Pairs, far: Pairs) -> Int32Array:
     """Connected component of each core member, -1 for the others.
 
-    Cells that share a face join nearly everything; the other pairs matter only where a set is in pieces still.
+    Cells that share a face join nearly everything; the other pairs matter only where a set has several components.
     """
     label = _connected(len(core), *_both_core(core, near))
-    pieces = np.unique(label[core])
-    if len(pieces) > len(np.unique(member_set[core])):
+    components = np.unique(label[core])
+    if len(components) > len(np.unique(member_set[core])):
         a, b = (label.take(rows) for rows in _both_core(core, far))
         bridges = np.flatnonzero(a != b)
         label = _connected(len(core), a[bridges], b[bridges]).take(label)
@@ -78,8 +86,8 @@ def _adopt_borders(labels: Int32Array, core: BoolArray, first: IndexArray, secon
     border = np.concatenate([first[reaches], second[reached]])
     neighbour = np.concatenate([second[reaches], first[reached]])
     order = np.lexsort((neighbour, border))
-    found, start = np.unique(border[order], return_index=True)
-    labels[found] = labels[neighbour[order][start]]
+    adopted, start = np.unique(border[order], return_index=True)
+    labels[adopted] = labels[neighbour[order][start]]
 
 
 def _neighbours(cells: Cells, member_set: Int32Array, member_cell: Int32Array, radius: float) -> tuple[Pairs, Pairs]:
@@ -98,9 +106,9 @@ def _neighbours(cells: Cells, member_set: Int32Array, member_cell: Int32Array, r
     def search(rows: IndexArray, steps: list[int], into: list[Pairs]) -> None:
         address, own = layout.home.take(rows), member_set.take(rows)
         for step in steps:
-            other = table.take(address + step)
-            same = np.flatnonzero(sets.take(other, mode="wrap") == own)
-            into.append((rows.take(same), other.take(same).astype(np.intp)))
+            neighbour = table.take(address + step)
+            same = np.flatnonzero(sets.take(neighbour, mode="wrap") == own)
+            into.append((rows.take(same), neighbour.take(same).astype(np.intp)))
 
     layers = _layers(member_cell)
     for i, layer in enumerate(layers):
@@ -131,7 +139,7 @@ def _layers(member_cell: Int32Array) -> list[IndexArray]:
 class HaloLayout:
     """Where members stand in an array of blocks with halos: `side` cells along each edge of a block, `size` places
     in all, `home` (M,) the place of each member, `copies` (n,) places in the halos of other blocks and `copied`
-    (n,) the members that stand there again."""
+    (n,) the members that are repeated there."""
 
     side: int
     size: int
@@ -164,9 +172,9 @@ class HaloLayout:
         """All places of the given members, and the member at each."""
         chosen = np.zeros(len(self.home), bool)
         chosen[rows] = True
-        again = np.flatnonzero(chosen.take(self.copied))
-        place = np.concatenate([self.home.take(rows), self.copies.take(again)])
-        return place, np.concatenate([rows, self.copied.take(again)])
+        repeated = np.flatnonzero(chosen.take(self.copied))
+        place = np.concatenate([self.home.take(rows), self.copies.take(repeated)])
+        return place, np.concatenate([rows, self.copied.take(repeated)])
 
 
 def _adjacent_blocks(keys: Int32Array) -> IndexArray:

@@ -1,4 +1,4 @@
-"""From masks to 3D detections: back-project, cluster, fit a box (section III-B)."""
+"""Lifting of masks to 3D detections: back-projection, DBSCAN, box fit by PCA (RAZER section IV-B)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from razer.arrays import BoolArray, Float32Array, Int32Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import LiftingSettings, MaskSettings
-from razer.detection.background_filter import behind
+from razer.detection.background_filter import background_clusters
 from razer.detection.best_views import Region
 from razer.detection.dbscan import cluster
 from razer.detection.observed_surface import ObservedSurface
@@ -25,7 +25,7 @@ REFERENCE_PIXELS = 640 * 480
 @dataclass(frozen=True)
 class Detection:
     """One cluster of one mask: mask, index into the frame's masks; cells (n,), rows of the observed cells;
-    pixels (p,), indices of the observed surface's readings; quality in [0, 1], how much its view tells;
+    pixels (p,), indices of the observed surface's readings; quality in [0, 1], how far its embedding is to be trusted;
     region, where the image shows it, None where that is not known."""
 
     mask: int
@@ -56,7 +56,7 @@ class Lifted:
 
 
 def filter_masks(frame: Frame, masks: Masks, settings: MaskSettings) -> Masks:
-    """Masks that are big, sure and deep enough (`method.md` step 3)."""
+    """The masks with enough pixels, score and depth readings (docs/method.md step 3)."""
     if len(masks) == 0:
         return masks
     # Areas are counted on every second pixel: exact enough for a threshold, and four times cheaper.
@@ -95,19 +95,27 @@ def lift(
     lifting: LiftingSettings,
     shrink_pixels: int,
 ) -> Lifted:
-    """Back-project the shrunk masks (eq. 3), split them by DBSCAN and fit boxes (eqs. 4 to 6)."""
+    """Back-project the shrunk masks (RAZER eq. 3), split them by DBSCAN and fit boxes (RAZER eqs. 4 to 6).
+
+    Args:
+        surface: The depth readings of the frame and the voxel cells they fall in.
+        masks: N instance masks (N, H, W) of the same frame.
+        embeddings: A vector of unit length for each, (N, D).
+        lifting: Thresholds of clustering and of what counts as a detection.
+        shrink_pixels: Pixels taken off each mask's border, at 640x480.
+    """
     if len(masks) == 0 or len(surface.cells) == 0:
         return Lifted((), np.zeros(0, np.int32), np.zeros(0, np.int32))
     height = masks.masks.shape[1]
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
     mask_of, pixel_of = surface.readings_in(strided)
-    member_set, member_cell, member_of_pixel = occupied(surface, len(masks), mask_of, pixel_of)
+    member_set, member_cell, member_of_pixel = occupied_cells(surface, len(masks), mask_of, pixel_of)
     voxel_size_m = surface.cells.voxel_size_m
     radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    found: list[tuple[int, int, int, Detection]] = []
+    clusters: list[tuple[int, int, int, Detection]] = []
     for label, member_rows, pixel_rows in _groups(labels, labels[member_of_pixel]):
         if len(member_rows) < lifting.min_cells:
             continue
@@ -130,32 +138,40 @@ def lift(
             class_name=None if masks.class_names is None else masks.class_names[mask],
             region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
         )
-        found.append((mask, -len(cells), label, detection))
-    seen_through = _seen_through(surface, [(label, detection) for *_, label, detection in found], lifting)
-    kept = sorted((entry for entry in found if entry[2] not in seen_through), key=lambda entry: entry[:3])
-    own = ~np.isin(labels, list(seen_through))
+        clusters.append((mask, -len(cells), label, detection))
+    background = _background_labels(surface, [(label, detection) for *_, label, detection in clusters], lifting)
+    kept = sorted((entry for entry in clusters if entry[2] not in background), key=lambda entry: entry[:3])
+    own = ~np.isin(labels, list(background))
     return Lifted(tuple(entry[3] for entry in kept), member_set[own], member_cell[own])
 
 
-def _seen_through(
-    surface: ObservedSurface, found: Sequence[tuple[int, Detection]], lifting: LiftingSettings
+def _background_labels(
+    surface: ObservedSurface, clusters: Sequence[tuple[int, Detection]], lifting: LiftingSettings
 ) -> set[int]:
-    """Labels of the clusters that are no part of what their mask shows."""
+    """Labels of the clusters that are background of the object in their mask."""
     of_mask: dict[int, list[tuple[int, Detection]]] = defaultdict(list)
-    for label, detection in found:
+    for label, detection in clusters:
         of_mask[detection.mask].append((label, detection))
-    gone: set[int] = set()
-    for pieces in of_mask.values():
-        if len(pieces) > 1:
-            depths = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in pieces]
-            gone |= {pieces[i][0] for i in behind(depths, [d.box for _, d in pieces], lifting.background_gap_m)}
-    return gone
+    background: set[int] = set()
+    for siblings in of_mask.values():
+        if len(siblings) > 1:
+            depths_m = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in siblings]
+            rows = background_clusters(depths_m, [d.box for _, d in siblings], lifting.background_gap_m)
+            background |= {siblings[row][0] for row in rows}
+    return background
 
 
-def occupied(
+def occupied_cells(
     surface: ObservedSurface, n_sets: int, set_of: NDArray, pixel_of: NDArray
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
-    """The distinct (set, cell) pairs of readings in sets, sorted by cell, and the pair of each of the readings."""
+    """The distinct (set, cell) pairs of readings in sets, sorted by cell, and the pair of each of the readings.
+
+    Args:
+        surface: The readings and their cells.
+        n_sets: How many sets there are.
+        set_of: The set (P,) of each reading; a reading may be listed once for each of several sets.
+        pixel_of: The reading (P,), as an index of the surface's.
+    """
     key = surface.pixel_cell[pixel_of].astype(np.int64) * n_sets + set_of
     taken = np.zeros(len(surface.cells) * n_sets, bool)
     taken[key] = True
@@ -166,7 +182,14 @@ def occupied(
 
 
 def view_quality(score: float, visible_share: float, pixels: int, enough_pixels: int = 4000) -> float:
-    """c_new in [0, 1] of one observation: mask score x share of the mask x pixels, saturating."""
+    """The confidence c_new in [0, 1] of one observation: the product of all three, pixels saturating.
+
+    Args:
+        score: Of the mask, in [0, 1].
+        visible_share: Share of the mask's readings that belong to the detection.
+        pixels: Their number at full resolution.
+        enough_pixels: The number that counts half.
+    """
     return score * visible_share * pixels / (pixels + enough_pixels)
 
 

@@ -1,4 +1,4 @@
-"""The surface a frame sees, as occupied cells of the map's voxel lattice, found once for all masks.
+"""Observed surface of a frame: the cells of the voxel lattice its depth readings fall in, computed once for all masks.
 
 A cell is a voxel sample: integer coordinates times the voxel size is its position. Cells are addressed as
 Open3D's VoxelBlockGrid does, by a block of 16^3 voxels and a place within it, so that they can be looked up
@@ -61,17 +61,17 @@ def cells_of(coordinates: Int32Array, voxel_size_m: float) -> tuple[Cells, Int32
     shape = (blocks.max(axis=0) - low + 1).astype(np.intp)
     x, y, z = (blocks - low).T
     flat = (x * shape[1] + y) * shape[2] + z
-    seen = np.zeros(int(np.prod(shape)), bool)
-    seen[flat] = True
-    present = np.flatnonzero(seen)
-    rank = np.zeros(len(seen), np.intp)
+    is_present = np.zeros(int(np.prod(shape)), bool)
+    is_present[flat] = True
+    present = np.flatnonzero(is_present)
+    rank = np.zeros(len(is_present), np.intp)
     rank[present] = np.arange(len(present))
     x, y, z = (coordinates & (BLOCK - 1)).T
     address = rank.take(flat) * BLOCK_VOXELS + (x + BLOCK * (y + BLOCK * z))
-    occupied = np.zeros(len(present) * BLOCK_VOXELS, bool)
-    occupied[address] = True
-    addresses = np.flatnonzero(occupied).astype(np.int32)
-    row = np.zeros(len(occupied), np.int32)
+    is_occupied = np.zeros(len(present) * BLOCK_VOXELS, bool)
+    is_occupied[address] = True
+    addresses = np.flatnonzero(is_occupied).astype(np.int32)
+    row = np.zeros(len(is_occupied), np.int32)
     row[addresses] = np.arange(len(addresses), dtype=np.int32)
     keys = np.stack(np.unravel_index(present, tuple(shape)), axis=1).astype(np.int32) + low.astype(np.int32)
     return Cells(voxel_size_m, keys, addresses // BLOCK_VOXELS, addresses % BLOCK_VOXELS), row.take(address)
@@ -97,8 +97,17 @@ class ObservedSurface:
 
     @classmethod
     def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
-        """Look at a posed frame just densely enough that neighbouring readings share or touch cells; raises
-        UnusableFrame if none of its readings is in range."""
+        """Read a posed frame just densely enough that neighbouring readings share or touch cells.
+
+        Args:
+            frame: With a pose.
+            voxel_size_m: Edge of a lattice cell, metres.
+            depth_min_m: Nearer readings are ignored, metres.
+            depth_max_m: Farther readings are ignored, metres.
+
+        Raises:
+            UnusableFrame: The frame has no pose, or none of its readings is in range.
+        """
         stride = max(1, int(voxel_size_m * frame.intrinsics.fx / depth_max_m))
         depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
         depth = np.where((depth >= depth_min_m) & (depth <= depth_max_m), depth, np.float32(0))
@@ -114,8 +123,8 @@ class ObservedSurface:
         return cls(stride, depth, matrix, frame.pose, *narrow, cells, pixel_cell)
 
     def prepared(self, distance_m: float) -> ObservedSurface:
-        """The same, with all worked out that a map asks of it which fuses within a distance; this may happen in another
-        process than the asking."""
+        """The same, with everything computed beforehand that a map needs whose truncation distance is `distance_m`, so
+        that another process can do it."""
         self.blocks_within(distance_m)
         _ = self.cell_pixels
         return self
@@ -134,9 +143,9 @@ class ObservedSurface:
         """(mask, reading) of every reading inside each of (N, h, w) strided masks, ordered by mask."""
         reading = np.full(self.depth.size, -1, np.int32)
         reading[self.rows * self.depth.shape[1] + self.columns] = np.arange(len(self.rows), dtype=np.int32)
-        place = np.flatnonzero(masks & (self.depth > 0))
-        mask = place // self.depth.size
-        return mask, reading[place - mask * self.depth.size]
+        flat = np.flatnonzero(masks & (self.depth > 0))
+        mask = flat // self.depth.size
+        return mask, reading[flat - mask * self.depth.size]
 
     def pixels_of(self, points: Float64Array) -> tuple[Int32Array, Int32Array, Float64Array, BoolArray]:
         """Row, column and depth of world points (N, 3) on the strided image, and which of them fall on it."""

@@ -1,5 +1,5 @@
-"""What one frame shows, before the map is asked: surface, masks and detections. A pure function of the frame,
-so that the next frame can be perceived while this one is being mapped."""
+"""Perception of one frame without the map: surface, masks and detections. A pure function of the frame, so that the
+next frame can be perceived while this one is being mapped."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Observation:
 
 
 class Perception:
-    """The 2D models and the lifting (sections III-B and III-D)."""
+    """The 2D models and the lifting (RAZER sections IV-B and IV-E)."""
 
     def __init__(self, config: MapperConfig, segmenter: Segmenter, embedder: Embedder) -> None:
         self.config = config
@@ -31,7 +31,7 @@ class Perception:
         self.embedder = embedder
 
     def observe(self, frame: Frame) -> Observation:
-        """Look at one posed frame; raises UnusableFrame if it has no pose or no depth in range."""
+        """Perceive one posed frame; raises UnusableFrame if it has no pose or no depth in range."""
         settings = self.config.voxels
         with stage("lift"):
             surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)

@@ -1,1 +1,1 @@
-"""Instances by words or pictures."""
+"""Open-vocabulary queries: instances ranked by text or by image."""

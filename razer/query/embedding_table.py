@@ -1,4 +1,4 @@
-"""The embedding banks of all instances in one array, as queries want them."""
+"""Embedding table: the banks of all instances in one array, for ranking."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class EmbeddingTable:
     @classmethod
     def of(cls, banks: Mapping[int, tuple[Float32Array, Float64Array]]) -> EmbeddingTable:
         """Those of {id: (embeddings (J, D), weights (J,)), the strongest first}, unless there are none."""
-        described = {i: bank for i, bank in banks.items() if len(bank[1])}
-        vectors, weights = [v for v, _ in described.values()], [w for _, w in described.values()]
+        nonempty = {i: bank for i, bank in banks.items() if len(bank[1])}
+        vectors, weights = [v for v, _ in nonempty.values()], [w for _, w in nonempty.values()]
         width = vectors[0].shape[1] if vectors else 0
         return cls(
-            ids=np.array(list(described), np.int64),
+            ids=np.array(list(nonempty), np.int64),
             starts=np.cumsum([0, *(len(w) for w in weights)], dtype=np.intp)[:-1],
             vectors=np.concatenate([np.zeros((0, width), np.float32), *vectors]),
             relative_shares=np.concatenate([np.zeros(0), *(w / w[0] for w in weights)]),

@@ -1,4 +1,4 @@
-"""What words mean to an embedder: prompts averaged, and the names that every query is set against."""
+"""Text queries: prompt ensembles encoded by an embedder, and the negative prompts that queries compete with."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from razer.models import NameTable, TextSide
 from razer.query.ranking import NegativePrompts
 from razer.vocabulary import vocabulary
 
-# A text encoder knows captions better than words; what the frames of the captions say is averaged away.
+# A text encoder knows captions better than words; the prompt templates' own meaning is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
 # Every third of the 1,203 names of LVIS, with near as much to say as all (precision 0.88 instead of 0.89 where 80 % of
-# what is present is found), since each name costs an encoder some ten milliseconds; and words that mean nothing.
+# what is present is retrieved), since each name costs an encoder some ten milliseconds; and words that mean nothing.
 EVERY_NAME = 3
 NEUTRAL = ("object", "thing", "things", "stuff", "texture", "surface", "background")
 _ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
 
 
 class TextQueryEncoder:
-    """The text side of an embedder. It may have none: what asks for words then raises BadInput."""
+    """The text side of an embedder. It may have none: what needs text then raises BadInput."""
 
-    def __init__(self, embedder: object, contrast: NegativePrompts | None = None) -> None:
-        """`contrast`, where it is known already, saves embedding its names."""
+    def __init__(self, embedder: object, negatives: NegativePrompts | None = None) -> None:
+        """`negatives`, where they are known already, need not be embedded."""
         self._make = lambda: embedder
-        self._known_contrast = contrast
+        self._known_negatives = negatives
 
     @classmethod
     def deferred(cls, make: Callable[[], object]) -> Self:
@@ -81,19 +81,19 @@ class TextQueryEncoder:
         return True
 
     @property
-    def contrast_names(self) -> tuple[str, ...]:
-        """The names of the contrast: all that a table has, or else names of LVIS."""
+    def negative_names(self) -> tuple[str, ...]:
+        """The names of the negative prompts: all that a table has, or else names of LVIS."""
         side = self.text_side
         if isinstance(side, NameTable):
             return tuple(side.known_names) or vocabulary("lvis").names
         return (*vocabulary("lvis").names[::EVERY_NAME], *NEUTRAL)
 
     @cached_property
-    def contrast(self) -> NegativePrompts:
-        """What queries are set against; embedded once."""
-        if self._known_contrast is not None:
-            return self._known_contrast
-        names = self.contrast_names
+    def negatives(self) -> NegativePrompts:
+        """What queries compete with; embedded once."""
+        if self._known_negatives is not None:
+            return self._known_negatives
+        names = self.negative_names
         if len(names) < 2:
             raise BadInput(
                 "a table of a single name cannot tell what is there from what is not: give one of many names"

@@ -1,1 +1,1 @@
-"""The map follows corrected poses: kept frames are integrated anew."""
+"""Reintegration (BundleFusion): kept frames are integrated anew at corrected poses."""

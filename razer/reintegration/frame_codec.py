@@ -1,9 +1,10 @@
-"""What one frame showed, in some fifty kilobytes: all that is needed to map it once more, at another pose.
+"""Compression of observations: all that is needed to map a frame once more, at another pose, in some fifty kilobytes.
 
-Kept are the readings the map looked at (`ObservedSurface`, every `stride`-th pixel): they lie closer than voxels do
-at the farthest depth, so that pixels left out bring no voxel more. Depth is coded as inverse depth, in which the
+Kept are the depth readings that the map used (`ObservedSurface`, every `stride`-th pixel): they lie closer than voxels
+do at the farthest depth, so that pixels left out bring no voxel more. Depth is coded as inverse depth, in which the
 error of stereo and structured-light sensors is even, and then losslessly; differences of neighbours are small numbers
-whose high bytes are mostly zero. Colour is a JPEG. Of a detection its readings are kept, and not where they lay.
+whose high bytes are mostly zero. Colour is a JPEG. Of a detection its readings are kept, and not their positions in the
+world.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array, Uin
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import VoxelSettings
 from razer.detection.best_views import Region
-from razer.detection.lifting import Detection, Lifted, occupied
+from razer.detection.lifting import Detection, Lifted, occupied_cells
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
 from razer.frame import Frame, Intrinsics
@@ -33,7 +34,7 @@ JPEG_QUALITY = 90
 class _Packed:
     """An observation without its pose.
 
-    `places` are the detections' readings as pixels of the strided images, and `told` what else is known of each
+    `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
     detection: mask, number of readings, score, quality, class name, region. `rest` are readings, one in each cell, of
     clusters that are too small to be detections.
     """
@@ -43,56 +44,56 @@ class _Packed:
     intrinsics: Intrinsics
     color: bytes
     depth: bytes
-    places: bytes
-    told: list[tuple[int, int, float, float, str | None, Region | None]]
+    pixels: bytes
+    properties: list[tuple[int, int, float, float, str | None, Region | None]]
     embeddings: NDArray[np.int8]
     rest_masks: Int32Array
-    rest_places: Int32Array
+    rest_pixels: Int32Array
 
 
-def pack(seen: Observation) -> bytes:
-    """What a frame showed, but for its pose."""
-    frame, surface, detections = seen.frame, seen.surface, seen.lifted.detections
+def pack(observation: Observation) -> bytes:
+    """Compress an observation, but for its pose."""
+    frame, surface, detections = observation.frame, observation.surface, observation.lifted.detections
     height, width = surface.depth.shape
     stride, matrix = surface.stride, surface.matrix
     bgr = cv2.cvtColor(np.ascontiguousarray(frame.rgb[::stride, ::stride]), cv2.COLOR_RGB2BGR)
-    place = surface.rows * width + surface.columns
-    places = place[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
-    rest_masks, rest_readings = _rest(surface, seen.lifted)
+    pixel = surface.rows * width + surface.columns
+    pixels = pixel[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
+    rest_masks, rest_readings = _rest(surface, observation.lifted)
     packed = _Packed(
         index=frame.index,
         stamp=frame.stamp,
         intrinsics=Intrinsics(width, height, matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]),
         color=cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes(),
-        depth=_squeezed(_inverse_depth(surface.depth)),
-        places=_deflated(np.diff(places, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
-        told=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
-        embeddings=_coarse([d.embedding for d in detections]),
+        depth=_delta_coded(_inverse_depth(surface.depth)),
+        pixels=_deflated(np.diff(pixels, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
+        properties=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
+        embeddings=_quantized([d.embedding for d in detections]),
         rest_masks=rest_masks,
-        rest_places=place[rest_readings],
+        rest_pixels=pixel[rest_readings],
     )
     return pickle.dumps(packed)
 
 
 def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Array]:
-    """Masks (M,) and cells that no detection holds, a reading (M,) standing for each cell."""
+    """Masks (M,) and cells that are in no detection, a reading (M,) standing for each cell."""
     n_cells = len(surface.cells)
     member = lifted.member_mask.astype(np.int64) * n_cells + lifted.member_cell
-    held = np.concatenate([np.zeros(0, np.int64), *(d.mask * n_cells + d.cells for d in lifted.detections)])
-    rest = ~np.isin(member, held)
+    in_detection = np.concatenate([np.zeros(0, np.int64), *(d.mask * n_cells + d.cells for d in lifted.detections)])
+    rest = ~np.isin(member, in_detection)
     reading = np.zeros(n_cells, np.int32)
     reading[surface.pixel_cell] = np.arange(len(surface.pixel_cell), dtype=np.int32)
     return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
 
 
 def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Observation:
-    """What `pack` packed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within half a degree. The
-    frame is the strided one."""
+    """The observation that `pack` compressed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within
+    half a degree. The frame is the strided one."""
     packed, world_from_camera = packed_at
     kept: _Packed = pickle.loads(packed)
     shape = (kept.intrinsics.height, kept.intrinsics.width)
     rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(kept.color, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
-    depth = _depth_m(_unsqueezed(kept.depth, shape))
+    depth = _depth_m(_delta_decoded(kept.depth, shape))
     # Not one reading may be rounded out of range, as detections count them.
     depth = np.where(depth > 0, depth.clip(settings.depth_min_m, settings.depth_max_m), np.float32(0))
     frame = Frame(
@@ -108,42 +109,42 @@ def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Ob
 
 
 def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
-    """The detections and the rests of masks where their readings lie now."""
+    """The detections and the rest of the masks, where their readings lie now."""
     reading = np.zeros(surface.depth.size, np.int32)
     reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
-    places = np.cumsum(np.ascontiguousarray(_inflated(kept.places, 4)).view(np.int32)[:, 0], dtype=np.int32)
-    pixels = reading[places]
-    lengths = [length for _, length, *_ in kept.told]
+    pixels = np.cumsum(np.ascontiguousarray(_inflated(kept.pixels, 4)).view(np.int32)[:, 0], dtype=np.int32)
+    readings = reading[pixels]
+    lengths = [length for _, length, *_ in kept.properties]
     n = len(lengths)
-    member, member_cell, _ = occupied(surface, n, np.repeat(np.arange(n), lengths), pixels)
+    member, member_cell, _ = occupied_cells(surface, n, np.repeat(np.arange(n), lengths), readings)
     order = np.argsort(member, kind="stable")
     cells_of = np.split(member_cell[order], np.searchsorted(member[order], np.arange(1, n)))
-    pixels_of = np.split(pixels, np.cumsum(lengths)[:-1])
+    readings_of = np.split(readings, np.cumsum(lengths)[:-1])
     embeddings = _unit(kept.embeddings)
     detections = []
-    for i, (mask, _, score, quality, class_name, region) in enumerate(kept.told):
+    for i, (mask, _, score, quality, class_name, region) in enumerate(kept.properties):
         points = surface.cells.points[cells_of[i]]
         moments = PointMoments.of(points)
         box = OrientedBox.around(points, moments.axes)
-        seen = (mask, cells_of[i], pixels_of[i], moments, box, embeddings[i], score, quality, class_name, region)
-        detections.append(Detection(*seen))
-    masks = np.array([mask for mask, *_ in kept.told], np.int32)
-    rest_cells = surface.pixel_cell[reading[kept.rest_places]]
+        fields = (mask, cells_of[i], readings_of[i], moments, box, embeddings[i], score, quality, class_name, region)
+        detections.append(Detection(*fields))
+    masks = np.array([mask for mask, *_ in kept.properties], np.int32)
+    rest_cells = surface.pixel_cell[reading[kept.rest_pixels]]
     return Lifted(
         tuple(detections), np.concatenate([masks[member], kept.rest_masks]), np.concatenate([member_cell, rest_cells])
     )
 
 
-def _coarse(embeddings: list[Float32Array]) -> NDArray[np.int8]:
-    """Unit vectors (N, D), the largest part of each being 127."""
+def _quantized(embeddings: list[Float32Array]) -> NDArray[np.int8]:
+    """Unit vectors (N, D) as int8, the largest part of each being 127."""
     if not embeddings:
         return np.zeros((0, 1), np.int8)
     vectors = np.stack(embeddings)
     return np.rint(vectors * (127 / np.abs(vectors).max(axis=1, keepdims=True))).astype(np.int8)
 
 
-def _unit(coarse: NDArray[np.int8]) -> Float32Array:
-    vectors = coarse.astype(np.float32)
+def _unit(quantized: NDArray[np.int8]) -> Float32Array:
+    vectors = quantized.astype(np.float32)
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
@@ -157,13 +158,13 @@ def _depth_m(steps: Uint16Array) -> Float32Array:
     return np.where(steps > 0, np.float32(1 / INVERSE_DEPTH_STEP) / np.maximum(steps, 1), 0).astype(np.float32)
 
 
-def _squeezed(image: Uint16Array) -> bytes:
+def _delta_coded(image: Uint16Array) -> bytes:
     """Differences of neighbours, small ones of either sign as small numbers."""
     difference = np.diff(image.ravel(), prepend=np.uint16(0)).view(np.int16)
     return _deflated(((difference << 1) ^ (difference >> 15)).view(np.uint8).reshape(-1, 2))
 
 
-def _unsqueezed(packed: bytes, shape: tuple[int, int]) -> Uint16Array:
+def _delta_decoded(packed: bytes, shape: tuple[int, int]) -> Uint16Array:
     folded = np.ascontiguousarray(_inflated(packed, 2)).view(np.uint16)
     difference = (folded >> 1) ^ -(folded & 1)
     return np.cumsum(difference, dtype=np.uint16).reshape(shape)
@@ -171,8 +172,8 @@ def _unsqueezed(packed: bytes, shape: tuple[int, int]) -> Uint16Array:
 
 def _deflated(rows: Uint8Array) -> bytes:
     """The bytes of (N, B), first all the lowest ones, then the next: runs, which are quick to find."""
-    squeezer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, zlib.DEF_MEM_LEVEL, zlib.Z_RLE)
-    return squeezer.compress(rows.T.tobytes()) + squeezer.flush()
+    compressor = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, zlib.DEF_MEM_LEVEL, zlib.Z_RLE)
+    return compressor.compress(rows.T.tobytes()) + compressor.flush()
 
 
 def _inflated(packed: bytes, n_bytes: int) -> Uint8Array:

@@ -1,4 +1,4 @@
-"""Which instance of a second pass over the same detections is which of the first: the one that took over most of it."""
+"""Matching of instance ids between two passes over the same detections, by how many detections they share."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from razer.arrays import Int32Array
 def match_ids(before: Int32Array, after: Int32Array) -> dict[int, int]:
     """{id after: id before} of those that share most detections, each id once; before (N,) and after (N,) are the
     instances each detection was given to, 0 = nobody."""
-    result: dict[int, int] = {}
-    taken = set()
+    matched: dict[int, int] = {}
+    used = set()
     for old, new in _pairs(before, after):
-        if new not in result and old not in taken:
-            result[new] = old
-            taken.add(old)
-    return result
+        if new not in matched and old not in used:
+            matched[new] = old
+            used.add(old)
+    return matched
 
 
 def majority_ids(before: Int32Array, after: Int32Array) -> dict[int, int]:
@@ -29,6 +29,6 @@ def majority_ids(before: Int32Array, after: Int32Array) -> dict[int, int]:
 
 def _pairs(before: Int32Array, after: Int32Array) -> list[tuple[int, int]]:
     """Pairs (before, after), those that share most first."""
-    somebody = (before > 0) & (after > 0)
-    pairs, shared = np.unique(np.stack([before, after])[:, somebody], axis=1, return_counts=True)
+    is_owned = (before > 0) & (after > 0)
+    pairs, shared = np.unique(np.stack([before, after])[:, is_owned], axis=1, return_counts=True)
     return [(int(old), int(new)) for old, new in pairs[:, np.argsort(-shared, kind="stable")].T]

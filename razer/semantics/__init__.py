@@ -1,1 +1,1 @@
-"""Classes, gravity and relations of instances."""
+"""Semantics of a finished map: classes, gravity, spatial relations, scene graph."""

@@ -1,4 +1,4 @@
-"""Which way is up: floors, table tops and ceilings tell it better than the way a camera was held."""
+"""Gravity direction from horizontal surfaces: floors, table tops and ceilings show it better than a camera's pose."""
 
 from __future__ import annotations
 

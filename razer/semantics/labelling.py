@@ -1,4 +1,4 @@
-"""Classes of a vocabulary for the instances of a map; stuff has no instances (`method.md` section 3)."""
+"""Panoptic labelling: classes of a vocabulary for the instances of a map; stuff of one class merges."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Segment:
 
 
 def known_categories(panoptic: PanopticMap, vocabulary: Vocabulary) -> list[Category]:
-    """The classes whose names the words of a map know; raises BadInput if there is none."""
+    """The classes whose names the embedder of a map knows; raises BadInput if there is none."""
     if panoptic.words is None:
         raise BadInput("no embedder is known for this map, so that names mean nothing")
     known = [category for category in vocabulary.categories if panoptic.words.knows(category.name)]
@@ -49,34 +49,34 @@ def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
     ranking = panoptic.text_ranking
     if not len(panoptic.hypotheses):
         return []
-    likeness, scores = ranking.likeness(texts), ranking.scores(texts)
+    logits, scores = ranking.relative_logits(texts), ranking.scores(texts)
     labels = []
     for row, instance in enumerate(panoptic.hypotheses.ids.tolist()):
-        order = np.argsort(-likeness[row], kind="stable")
+        order = np.argsort(-logits[row], kind="stable")
         best = int(order[0])
         second = categories[order[1]] if len(order) > 1 else None
         labels.append(Label(instance, categories[best], float(scores[row, best]), second))
-    return sorted(labels, key=lambda found: found.id)
+    return sorted(labels, key=lambda label: label.id)
 
 
 def segments(labels: list[Label]) -> list[Segment]:
     """Things one by one, stuff of one class together; by id."""
     stuff: dict[str, list[Label]] = {}
-    for found in labels:
-        if found.category.stuff:
-            stuff.setdefault(found.category.name, []).append(found)
-    things = [Segment(f.id, f.category, f.score, (f.id,)) for f in labels if not f.category.stuff]
+    for instance in labels:
+        if instance.category.stuff:
+            stuff.setdefault(instance.category.name, []).append(instance)
+    things = [Segment(i.id, i.category, i.score, (i.id,)) for i in labels if not i.category.stuff]
     merged = [
-        Segment(group[0].id, group[0].category, max(f.score for f in group), tuple(f.id for f in group))
+        Segment(group[0].id, group[0].category, max(i.score for i in group), tuple(i.id for i in group))
         for group in stuff.values()
     ]
     return sorted([*things, *merged], key=lambda segment: segment.id)
 
 
-def segment_ids(mesh: LabelledMesh, found: list[Segment]) -> tuple[Int32Array, Int32Array]:
+def segment_ids(mesh: LabelledMesh, scene_segments: list[Segment]) -> tuple[Int32Array, Int32Array]:
     """Segment (V,) and class number (V,) of each vertex; 0 = none. Instances without a class keep their id."""
-    size = int(max([mesh.instances.max(initial=0), *(i for s in found for i in s.instances)])) + 1
+    size = int(max([mesh.instances.max(initial=0), *(i for s in scene_segments for i in s.instances)])) + 1
     segment, category = np.arange(size, dtype=np.int32), np.zeros(size, np.int32)
-    for each in found:
+    for each in scene_segments:
         segment[list(each.instances)], category[list(each.instances)] = each.id, each.category.id
     return segment[mesh.instances], category[mesh.instances]

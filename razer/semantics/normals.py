@@ -1,4 +1,4 @@
-"""Normals of the vertices of a mesh."""
+"""Vertex normals of a mesh, weighted by area."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scene graph of a map: what there is, and how it stands to each other."""
+"""Scene graph of a map: segments as nodes, spatial relations as edges."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from razer.semantics.upright_instance import UprightInstance
 from razer.storage.instances_json import box_entry
 
 
-def scene_graph(panoptic: PanopticMap, found: list[Segment], up: Float64Array) -> dict[str, Any]:
+def scene_graph(panoptic: PanopticMap, segments: list[Segment], up: Float64Array) -> dict[str, Any]:
     """{nodes, edges}: a node for each segment with the boxes of its instances in the world, in metres; edges {from, to,
-    relation, distance_m} as `relations` tells them, `up` (3,) pointing upwards."""
-    segment_of = {instance: segment for segment in found for instance in segment.instances}
+    relation, distance_m} as of `relations`, `up` (3,) pointing upwards."""
+    segment_of = {instance: segment for segment in segments for instance in segment.instances}
     nearest: dict[tuple[int, int, str], float] = {}
-    for edge in relations(list(_placed(panoptic, segment_of, up))):
+    for edge in relations(list(_upright(panoptic, segment_of, up))):
         source, target = segment_of[edge.source].id, segment_of[edge.target].id
         key = (source, target, str(edge.relation))
         if source != target:
@@ -32,7 +32,7 @@ def scene_graph(panoptic: PanopticMap, found: list[Segment], up: Float64Array) -
         {"from": source, "to": target, "relation": relation, "distance_m": round(distance_m, 3)}
         for (source, target, relation), distance_m in sorted(nearest.items())
     ]
-    return {"nodes": [_node(panoptic, segment) for segment in found], "edges": edges}
+    return {"nodes": [_node(panoptic, segment) for segment in segments], "edges": edges}
 
 
 def _node(panoptic: PanopticMap, segment: Segment) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def _node(panoptic: PanopticMap, segment: Segment) -> dict[str, Any]:
     }
 
 
-def _placed(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Float64Array) -> Iterator[UprightInstance]:
+def _upright(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Float64Array) -> Iterator[UprightInstance]:
     """The instances that have a class and a surface, turned so that z points up."""
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0].as_matrix()
     mesh = panoptic.mesh

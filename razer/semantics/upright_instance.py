@@ -1,4 +1,4 @@
-"""An instance as it stands in a room: its surface with gravity pointing down."""
+"""Upright instance: the surface of one instance with gravity along -z."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class UprightInstance:
 
     @cached_property
     def plan(self) -> KDTree:
-        """Index of the sample seen from above, (x, y)."""
+        """Index of the sample from above, (x, y)."""
         return KDTree(self.sample[:, :2])
 
     @cached_property
@@ -75,14 +75,14 @@ class UprightInstance:
 
     @cached_property
     def _outline(self) -> Float64Array | None:
-        """Half planes (K, 3) of the convex outline seen from above, as (normal, offset); None of a thin one."""
+        """Half planes (K, 3) of the convex outline from above, as (normal, offset); None of a thin one."""
         try:
             return np.asarray(ConvexHull(self.sample[:, :2]).equations)
         except (QhullError, ValueError):
             return None
 
-    def spans(self, place: Float64Array, margin_m: float) -> bool:
-        """Whether its outline, seen from above, holds a place (x, y)."""
+    def spans(self, position: Float64Array, margin_m: float) -> bool:
+        """Whether its outline, from above, holds a position (x, y)."""
         if self._outline is None:
-            return bool(self.plan.query(place)[0] <= margin_m)
-        return bool((self._outline[:, :2] @ place + self._outline[:, 2] <= margin_m).all())
+            return bool(self.plan.query(position)[0] <= margin_m)
+        return bool((self._outline[:, :2] @ position + self._outline[:, 2] <= margin_m).all())

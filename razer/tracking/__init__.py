@@ -1,1 +1,1 @@
-"""Detections become tracks: association, update, embeddings, fusion, pruning."""
+"""Multi-object tracking: association, track update, embedding banks, fusion of duplicates, pruning."""

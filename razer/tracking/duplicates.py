@@ -1,5 +1,5 @@
-"""Things that were mapped twice: once the poses have been corrected, two tracks claim the same voxels, and no frame
-shows both."""
+"""Duplicate detection after reintegration: once the poses have been corrected, two tracks of one thing claim the same
+voxels, and no frame shows both."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ import numpy as np
 import torch
 
 from razer.arrays import Int32Array
-from razer.volume import label_histogram as votes
+from razer.volume.label_histogram import merge_equal
 from razer.volume.voxel_map import VoxelMap
 
 Pair = tuple[int, int]
-# One thing stays in one piece in most frames; two things beside each other are seen together in nearly all of them.
-MAX_TOGETHER = 0.2
+# One thing is one mask in most frames; two things beside each other are both visible in nearly all of them.
+MAX_COVISIBILITY = 0.2
 
 
 def find_duplicates(voxels: VoxelMap, owners: Sequence[Int32Array], min_shared: float) -> list[Pair]:
-    """Pairs (older id, newer id) that share at least `min_shared` of their votes and are hardly ever seen together,
-    the surest first; `owners` are the tracks (N,) of each frame's detections."""
+    """Pairs (older id, newer id) that share at least `min_shared` of their votes and are hardly ever covisible,
+    the largest share first; `owners` are the tracks (N,) of each frame's detections."""
     shared = {pair: share for pair, share in shared_votes(voxels).items() if share >= min_shared}
     pairs = sorted(shared, key=lambda pair: (-shared[pair], pair))
-    together = seen_together(pairs, owners, voxels)
-    return [pair for pair, share in zip(pairs, together, strict=True) if share <= MAX_TOGETHER]
+    covisible = covisibility(pairs, owners, voxels)
+    return [pair for pair, share in zip(pairs, covisible, strict=True) if share <= MAX_COVISIBILITY]
 
 
-def seen_together(pairs: list[Pair], owners: Sequence[Int32Array], voxels: VoxelMap) -> list[float]:
-    """For each pair of live instances the share of frames with both, among those of the one seen in fewer."""
+def covisibility(pairs: list[Pair], owners: Sequence[Int32Array], voxels: VoxelMap) -> list[float]:
+    """For each pair of live instances the share of frames with both, among those of the one in fewer."""
     frame = np.repeat(np.arange(len(owners)), [len(ids) for ids in owners])
-    now = np.array(voxels.resolve(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
-    frames_of = {i: set(frame[now == i].tolist()) for pair in pairs for i in pair}
+    instance = np.array(voxels.resolve(torch.from_numpy(np.concatenate([np.zeros(0, np.int32), *owners]))).tolist())
+    frames_of = {i: set(frame[instance == i].tolist()) for pair in pairs for i in pair}
     return [len(frames_of[a] & frames_of[b]) / max(1, min(len(frames_of[a]), len(frames_of[b]))) for a, b in pairs]
 
 
@@ -44,7 +44,7 @@ def shared_votes(voxels: VoxelMap) -> dict[Pair, float]:
     """
     surface = voxels.surface_addresses()
     ids, counts = (voxels.attribute(name)[surface].T.contiguous() for name in ("ids", "counts"))
-    ids, counts = votes.merge_equal(voxels.resolve(ids), counts)
+    ids, counts = merge_equal(voxels.resolve(ids), counts)
     n_ids = voxels.newest_id + 1
     total = torch.bincount(ids.flatten().long(), weights=counts.flatten().double(), minlength=n_ids).tolist()
     shared: dict[Pair, float] = {}

@@ -1,4 +1,4 @@
-"""The embedding bank E_i of a track: a few hypotheses of what it is, each with its mass (section III-D)."""
+"""Embedding bank E_i of a track: a few hypotheses of what it is, each with its mass (RAZER section IV-E)."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from razer.arrays import Float32Array, Float64Array
 from razer.config import BankSettings
 from razer.tracking.embedding_clusters import EmbeddingClusters
 
-# Mass at which a track counts as well seen, so that strangers are outliers instead of new hypotheses.
-WELL_SEEN_MASS = 2.0
+# Mass at which a track counts as well observed, so that unlike embeddings are outliers and no new hypotheses.
+WELL_OBSERVED_MASS = 2.0
 
 
 class EmbeddingBank:
-    """At most `settings.hypotheses` slots with the weighted sum of their observations and its mass W_j.
+    """At most `settings.hypotheses` clusters with the weighted sum of their observations and its mass W_j.
 
-    Noisy observations of one thing are less alike than `settings.similarity` and fill several slots. What is read
-    are hypotheses e_j, slots of one thing taken together, with confidence c_j = W_j / sum W."""
+    Noisy observations of one thing are less alike than `settings.similarity` and fill several clusters. What is read
+    are hypotheses e_j, clusters of one thing merged, with confidence c_j = W_j / sum W."""
 
     def __init__(self, settings: BankSettings, dimension: int) -> None:
         self.settings = settings
-        self._slots = EmbeddingClusters.none(dimension)
-        self._hypotheses = self._slots
+        self._clusters = EmbeddingClusters.none(dimension)
+        self._hypotheses = self._clusters
         self.outliers = 0
 
     @property
@@ -38,51 +38,51 @@ class EmbeddingBank:
         return masses / masses.sum() if len(masses) else masses
 
     def settled(self) -> tuple[Float32Array, Float64Array]:
-        """What queries are answered by: embeddings (J, D) and confidences (J,) without those of a single observation,
-        the strongest first. Association still wants these, as what was seen once may be seen again."""
-        slots = self._slots.settled()
-        return slots.directions.astype(np.float32), slots.masses / max(slots.masses.sum(), 1e-12)
+        """Embeddings (J, D) and confidences (J,) for queries, without those of a single observation, the strongest
+        first. Association still wants these, as a view that was observed once may come again."""
+        clusters = self._clusters.settled()
+        return clusters.directions.astype(np.float32), clusters.masses / max(clusters.masses.sum(), 1e-12)
 
     @property
     def mass(self) -> float:
         """Confidence mass of all observations fused so far."""
-        return float(self._slots.masses.sum())
+        return float(self._clusters.masses.sum())
 
     def similarity(self, embedding: Float32Array) -> float:
-        """Highest cosine of a unit vector (D,) to any hypothesis (section III-H); 0 while empty."""
+        """Highest cosine of a unit vector (D,) to any hypothesis (RAZER section IV-I); 0 while empty."""
         return float((self._hypotheses.directions @ embedding).max()) if len(self._hypotheses) else 0.0
 
     def add(self, embedding: Float32Array, confidence: float) -> None:
-        """Take in one observation (eqs. 12 and 13)."""
+        """Take in one observation (RAZER eqs. 13 and 14)."""
         confidence = max(confidence, 1e-6)
         self._take(EmbeddingClusters.of(embedding, confidence))
-        self._hypotheses = self._slots.distinct()
+        self._hypotheses = self._clusters.distinct()
 
     def absorb(self, other: EmbeddingBank) -> None:
-        """Take in the slots of a fused duplicate, with their mass."""
-        for row in range(len(other._slots)):
-            self._take(other._slots.select([row]))
-        self._hypotheses = self._slots.distinct()
+        """Take in the clusters of a fused duplicate, with their mass."""
+        for row in range(len(other._clusters)):
+            self._take(other._clusters.select([row]))
+        self._hypotheses = self._clusters.distinct()
         self.outliers += other.outliers
 
     def _take(self, new: EmbeddingClusters) -> None:
-        slots = self._slots
-        if len(slots) == 0:
-            self._slots = new
+        clusters = self._clusters
+        if len(clusters) == 0:
+            self._clusters = new
             return
-        cosines = slots.directions @ new.directions[0]
+        cosines = clusters.directions @ new.directions[0]
         nearest = int(cosines.argmax())
         if cosines[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
-            self._slots = slots.merged(nearest, new)
-        elif cosines[nearest] < self.settings.outlier and self.mass > WELL_SEEN_MASS:
+            self._clusters = clusters.merged(nearest, new)
+        elif cosines[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
             self.outliers += 1
-        elif len(slots) < self.settings.hypotheses:
-            self._slots = slots.joined(new)
-        elif new.masses[0] > slots.masses.min():
-            self._slots = slots.select(np.arange(len(slots)) != slots.masses.argmin()).joined(new)
+        elif len(clusters) < self.settings.hypotheses:
+            self._clusters = clusters.joined(new)
+        elif new.masses[0] > clusters.masses.min():
+            self._clusters = clusters.select(np.arange(len(clusters)) != clusters.masses.argmin()).joined(new)
         else:
-            # By the mean cosine to what a slot holds: that to its mean is higher, the more it holds.
-            self._slots = slots.merged(int(slots.mean_cosines(new).argmax()), new)
+            # By the mean cosine to a cluster's observations: that to their mean is higher, the more they are.
+            self._clusters = clusters.merged(int(clusters.mean_cosines(new).argmax()), new)
 
 
 def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:

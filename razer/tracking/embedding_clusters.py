@@ -1,4 +1,4 @@
-"""Sums of unit vectors, and what they tell of the directions beneath the noise of single observations."""
+"""Clusters of unit vectors as running sums, with the directions beneath the noise of single observations."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from razer.arrays import BoolArray, Float64Array
 
-# Cosine between the directions of two slots, their noise taken out, from which they are one thing. Swept on CLIP
+# Cosine between the directions of two clusters, their noise removed, from which they are one thing. Swept on CLIP
 # vectors (`razer ablate --queries`): 0.90 to 0.96 do the same; neighbouring classes of LVIS are at 0.84.
-ONE_THING = 0.93
+SAME_THING_COSINE = 0.93
 
 
 @dataclass(frozen=True)
 class EmbeddingClusters:
-    """J slots of weighted observations: sums (J, D) of weight x unit vector, masses (J,) sums of the weights, squares
-    (J,) sums of the squared weights."""
+    """J clusters of weighted observations: sums (J, D) of weight x unit vector, masses (J,) sums of the weights,
+    squares (J,) sums of the squared weights."""
 
     sums: Float64Array
     masses: Float64Array
@@ -26,12 +26,12 @@ class EmbeddingClusters:
 
     @classmethod
     def none(cls, dimension: int) -> EmbeddingClusters:
-        """No slots."""
+        """No clusters."""
         return cls(np.zeros((0, dimension)), np.zeros(0), np.zeros(0))
 
     @classmethod
     def of(cls, embedding: NDArray, weight: float) -> EmbeddingClusters:
-        """One slot with one observation (D,)."""
+        """One cluster with one observation (D,)."""
         return cls(embedding[None].astype(np.float64) * weight, np.array([weight]), np.array([weight**2]))
 
     def __len__(self) -> int:
@@ -43,11 +43,11 @@ class EmbeddingClusters:
         return self.sums / np.maximum(np.linalg.norm(self.sums, axis=1, keepdims=True), 1e-12)
 
     def select(self, rows: Sequence[int] | NDArray) -> EmbeddingClusters:
-        """Some of the slots, in the given order."""
+        """Some of the clusters, in the given order."""
         return EmbeddingClusters(self.sums[rows], self.masses[rows], self.squares[rows])
 
     def joined(self, other: EmbeddingClusters) -> EmbeddingClusters:
-        """These slots and those of another, one after the other."""
+        """These clusters and those of another, one after the other."""
         return EmbeddingClusters(
             np.concatenate([self.sums, other.sums]),
             np.concatenate([self.masses, other.masses]),
@@ -55,49 +55,51 @@ class EmbeddingClusters:
         )
 
     def merged(self, row: int, other: EmbeddingClusters) -> EmbeddingClusters:
-        """One slot of another taken into the slot `row`."""
-        at = (np.arange(len(self)) == row).astype(np.float64)
+        """The one cluster of another merged into the cluster `row`."""
+        is_row = (np.arange(len(self)) == row).astype(np.float64)
         return EmbeddingClusters(
-            self.sums + at[:, None] * other.sums, self.masses + at * other.masses, self.squares + at * other.squares
+            self.sums + is_row[:, None] * other.sums,
+            self.masses + is_row * other.masses,
+            self.squares + is_row * other.squares,
         )
 
     def mean_cosines(self, other: EmbeddingClusters) -> Float64Array:
-        """The mean cosine (J,) between the observations of each slot and those of the one slot of another."""
+        """The mean cosine (J,) between the observations of each cluster and those of the one cluster of another."""
         return self.sums @ other.sums[0] / (self.masses * other.masses[0])
 
     def coherence(self) -> Float64Array:
-        """The mean cosine (J,) between different observations of a slot, in (0, 1]; 1 where there is only one.
+        """The mean cosine (J,) between different observations of a cluster, in (0, 1]; 1 where there is only one.
 
         |sum|^2 holds the cosine of each observation with itself, whose share is taken out."""
         pairs = self.masses**2 - self.squares
-        several = self.several
-        cosine = ((self.sums**2).sum(axis=1) - self.squares) / np.where(several, pairs, 1.0)
-        return np.where(several, np.clip(cosine, 1e-3, 1.0), 1.0)
+        has_several = self.has_several
+        cosine = ((self.sums**2).sum(axis=1) - self.squares) / np.where(has_several, pairs, 1.0)
+        return np.where(has_several, np.clip(cosine, 1e-3, 1.0), 1.0)
 
     @property
-    def several(self) -> BoolArray:
-        """Which slots (J,) hold more than one observation."""
+    def has_several(self) -> BoolArray:
+        """Which clusters (J,) hold more than one observation."""
         return self.masses**2 - self.squares > 1e-9 * self.masses**2
 
     def settled(self) -> EmbeddingClusters:
-        """`distinct` slots, those of a single observation taken into the most alike: alone they are mostly noise. Where
-        there are no others, this is the running mean."""
-        slots = self.distinct()
-        while len(slots) > 1 and not slots.several.all():
-            row = int(np.flatnonzero(~slots.several)[-1])
-            rest, one = slots.select(np.arange(len(slots)) != row), slots.select([row])
-            slots = rest.merged(int(rest.mean_cosines(one).argmax()), one).distinct()
-        return slots
+        """`distinct` clusters, those of a single observation merged into the most alike: alone they are mostly noise.
+        Where there are no others, this is the running mean."""
+        clusters = self.distinct()
+        while len(clusters) > 1 and not clusters.has_several.all():
+            row = int(np.flatnonzero(~clusters.has_several)[-1])
+            rest, single = clusters.select(np.arange(len(clusters)) != row), clusters.select([row])
+            clusters = rest.merged(int(rest.mean_cosines(single).argmax()), single).distinct()
+        return clusters
 
     def distinct(self) -> EmbeddingClusters:
-        """Slots of one thing taken together, the most alike first; those left by mass, the largest first."""
-        slots = self
-        while len(slots) > 1:
-            noise = np.sqrt(slots.coherence())
-            cosine = slots.sums @ slots.sums.T / np.outer(slots.masses * noise, slots.masses * noise)
-            one, two = np.unravel_index(np.triu(cosine, 1).argmax(), cosine.shape)
-            if one == two or cosine[one, two] < ONE_THING:
+        """Clusters of one thing merged, the most alike first; those left by mass, the largest first."""
+        clusters = self
+        while len(clusters) > 1:
+            noise = np.sqrt(clusters.coherence())
+            cosine = clusters.sums @ clusters.sums.T / np.outer(clusters.masses * noise, clusters.masses * noise)
+            first, second = np.unravel_index(np.triu(cosine, 1).argmax(), cosine.shape)
+            if first == second or cosine[first, second] < SAME_THING_COSINE:
                 break
-            rest = slots.select(np.arange(len(slots)) != two)
-            slots = rest.merged(int(one), slots.select([int(two)]))
-        return slots.select(np.argsort(-slots.masses, kind="stable"))
+            rest = clusters.select(np.arange(len(clusters)) != second)
+            clusters = rest.merged(int(first), clusters.select([int(second)]))
+        return clusters.select(np.argsort(-clusters.masses, kind="stable"))

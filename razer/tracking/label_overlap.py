@@ -1,5 +1,5 @@
-"""What the map says of a frame's masks: which labels lie under each detection and each mask, and how much of
-each track the frame shows."""
+"""Label overlap of a frame with the map: which labels lie under each detection and each mask, and how much of each
+track the frame shows."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ class LabelOverlap:
         """Look up the labels of all cells of a frame once and count them."""
         detections = lifted.detections
         labels = voxels.labels_at(cells)
-        everything = np.arange(len(cells), dtype=np.int32)
-        whole = voxels.count_labels(labels, np.zeros_like(everything), everything)
+        all_cells = np.arange(len(cells), dtype=np.int32)
+        in_frame = voxels.count_labels(labels, np.zeros_like(all_cells), all_cells)
         in_mask = voxels.count_labels(labels, lifted.member_mask, lifted.member_cell)
-        nothing = np.zeros(0, np.int32)
-        groups = [nothing, *(np.full(d.n_cells, i, np.int32) for i, d in enumerate(detections))]
-        members = [nothing, *(d.cells for d in detections)]
+        empty = np.zeros(0, np.int32)
+        groups = [empty, *(np.full(d.n_cells, i, np.int32) for i, d in enumerate(detections))]
+        members = [empty, *(d.cells for d in detections)]
         shared = voxels.count_labels(labels, np.concatenate(groups), np.concatenate(members))
         labelled: dict[int, int] = defaultdict(int)
         for (detection, _), n in shared.items():
             labelled[detection] += n
-        return cls(shared, labelled, {track: n for (_, track), n in whole.items()}, in_mask)
+        return cls(shared, labelled, {track: n for (_, track), n in in_frame.items()}, in_mask)
 
     def visible_iou(self, detection: int, track: int) -> float:
         """IoU of a detection with the track's voxels as this frame sees them. Cells without a label count
-        for neither side: they were never seen before, and a track cannot own them yet."""
+        for neither side: they are new, and no track can own them yet."""
         shared = self.shared.get((detection, track), 0)
         union = self.labelled.get(detection, 0) + self.visible.get(track, 0) - shared
         return shared / union if union else 0.0

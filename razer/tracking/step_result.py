@@ -1,4 +1,4 @@
-"""What happened in one frame, for whoever wants to watch or explain."""
+"""Result of one step: candidates, decisions, and what was fused and pruned, for viewers and reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Outcome = Literal["matched", "joined", "born"]
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A track a detection might belong to: geometric distance V_ij, semantic distance S_ij, cost M_ij (eq. 8)."""
+    """A track a detection might belong to: geometric distance V_ij, semantic distance S_ij, cost M_ij (RAZER eq. 8)."""
 
     track_id: int
     geometry: float
@@ -25,7 +25,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Where a detection went and why: matched by the assignment, joined as a further part, or born as new."""
+    """The track of a detection and why: matched by the assignment, joined as a further part, or born as new."""
 
     detection: int
     candidates: tuple[Candidate, ...]

@@ -1,4 +1,4 @@
-"""A tracked object: the one long-lived thing that changes."""
+"""Tracked object: the one long-lived thing that changes."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from collections import Counter
 
 import numpy as np
 
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import BankSettings
 from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
 from razer.tracking.embedding_bank import EmbeddingBank
 
-# Hits at which the share of evidence still missing is halved in the confidence.
-HALF_EVIDENCE_HITS = 2.0
+# Hits by which the confidence lacks half as much of what consistency and stability alone would give.
+HALF_CONFIDENCE_HITS = 2.0
 
 # Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
 # mask that falls apart for five does not.
@@ -21,9 +22,17 @@ RIVALRY_RATE = 0.1
 
 
 class Track:
-    """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was seen and missed."""
+    """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was matched and missed."""
 
     def __init__(self, track_id: int, detection: Detection, frame_index: int, bank: BankSettings) -> None:
+        """A tentative track.
+
+        Args:
+            track_id: Positive, and never used before.
+            detection: The first of it.
+            frame_index: The frame that shows it.
+            bank: Settings of its embedding bank.
+        """
         self.id = track_id
         self.moments: PointMoments = detection.moments
         self.box: OrientedBox = detection.box
@@ -55,22 +64,22 @@ class Track:
     @property
     def confidence(self) -> float:
         """alpha in [0, 1]: temporal consistency (hits over chances in view) and semantic stability, both
-        believed only as far as there is evidence."""
+        counted only as far as there are observations."""
         consistency = min(1.0, self.hits / max(self.chances, self.hits, 1))
-        evidence = 1 - 2 ** (-self.hits / HALF_EVIDENCE_HITS)
-        return float(evidence * np.sqrt(consistency * self.stability))
+        experience = 1 - 2 ** (-self.hits / HALF_CONFIDENCE_HITS)
+        return float(experience * np.sqrt(consistency * self.stability))
 
     @property
     def is_contested(self) -> bool:
         """Whether two masks have lain on this track for so long that it is hardly one thing."""
         return self._rivalry > 0.5
 
-    def note_rival(self, rivalled: bool) -> None:
+    def note_rival(self, has_rival: bool) -> None:
         """Take in whether a second mask claimed part of the track in a frame in which it was matched."""
-        self._rivalry += RIVALRY_RATE * (rivalled - self._rivalry)
+        self._rivalry += RIVALRY_RATE * (has_rival - self._rivalry)
 
     def observe(self, detection: Detection, frame_index: int) -> None:
-        """Take in a matched detection: it is seen once more, and its box may grow (eqs. 9 to 11)."""
+        """Update with a matched detection: one hit more, and its box may grow (RAZER eqs. 9 to 11)."""
         if frame_index > self.last_frame or self.hits == 0:
             self.hits += 1
         self.last_frame = max(self.last_frame, frame_index)
@@ -84,7 +93,7 @@ class Track:
         if detection.class_name is not None:
             self._class_votes[detection.class_name] += 1
 
-    def refresh(self, points: np.ndarray, axes_trim: float = 0.01) -> None:
+    def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:
         """Take moments and box from the track's own voxels (N, 3), which forget what was corrected since."""
         self.n_voxels = len(points)
         if len(points) >= 4:

@@ -1,4 +1,4 @@
-"""The tracks of a map and their life: matched, born, confirmed, fused, pruned (sections III-C and III-E)."""
+"""Track management: tracks are matched, born, confirmed, fused and pruned (RAZER sections IV-C and IV-F)."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ from collections.abc import Iterable, Mapping, Sequence
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import MaintenanceSettings, MapperConfig
 from razer.detection.lifting import Detection
-from razer.tracking.association import assign, find_candidates, likeness
+from razer.tracking.association import assign, calibrated_cosine, find_candidates
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
-from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, Consensus
+from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
 
     def __init__(self, config: MapperConfig, newest_id: int = 0, unrelated_cosine: float = 0.0) -> None:
-        """Ids of tracks are larger than `newest_id`; unrelated_cosine is that of the embedder (see `likeness`)."""
+        """Ids of tracks are larger than `newest_id`; for unrelated_cosine see `calibrated_cosine`."""
         self.config = config
         self.unrelated_cosine = unrelated_cosine
         self.tracks: dict[int, Track] = {}
         self.newest_id = newest_id
         self._index = BoxIndex()
-        self._consensus = Consensus()
+        self._consensus = ViewConsensus()
 
-    def update(self, detections: Sequence[Detection], evidence: LabelOverlap, frame_index: int) -> list[Decision]:
+    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one."""
         settings = self.config.association
-        candidates = find_candidates(detections, self.tracks, self._index, evidence, settings, self.unrelated_cosine)
+        candidates = find_candidates(detections, self.tracks, self._index, overlap, settings, self.unrelated_cosine)
         pairs = assign(candidates, settings.gate)
         mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
         decisions = []
         for i, detection in enumerate(detections):
-            outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], evidence, mask_of)
+            outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], overlap, mask_of)
             decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
         self._note_rivals(decisions, detections, mask_of)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
         born = {d.track_id: detections[d.detection].mask for d in decisions if d.outcome == "born"}
-        self._consensus.add(evidence, born)
-        self._count_misses(evidence, frame_index)
+        self._consensus.add(overlap, born)
+        self._count_misses(overlap, frame_index)
         return decisions
 
     def _destination(
@@ -50,15 +50,15 @@ class Tracker:
         detection: Detection,
         assigned: int | None,
         candidates: Iterable[Candidate],
-        evidence: LabelOverlap,
+        overlap: LabelOverlap,
         mask_of: Mapping[int, int],
     ) -> tuple[Outcome, int]:
         if assigned is not None:
             return "matched", assigned
-        owner = self._owner(i, detection, candidates, evidence)
+        owner = self._owner(i, detection, candidates, overlap)
         if owner is None:
             return "born", self._next_id()
-        # One mask in several pieces is one thing; two masks over one track, again and again, are two things.
+        # One mask in several clusters is one thing; two masks over one track, frame after frame, are two things.
         rival = mask_of.get(owner, detection.mask) != detection.mask
         return ("born", self._next_id()) if rival and self.tracks[owner].is_contested else ("joined", owner)
 
@@ -72,14 +72,14 @@ class Tracker:
             self.tracks[track_id].note_rival(track_id in rivalled)
 
     def _owner(
-        self, i: int, detection: Detection, candidates: Iterable[Candidate], evidence: LabelOverlap
+        self, i: int, detection: Detection, candidates: Iterable[Candidate], overlap: LabelOverlap
     ) -> int | None:
         """The track a detection left over by the assignment is a further part of, if any."""
         settings = self.config.association
         if settings.geometry_distance != "visible":
             return None
         for candidate in sorted(candidates, key=lambda c: (c.semantic, c.track_id)):
-            share = evidence.owned_share(i, candidate.track_id, detection.n_cells)
+            share = overlap.owned_share(i, candidate.track_id, detection.n_cells)
             if share >= settings.join_share and candidate.semantic <= settings.join_distance:
                 return candidate.track_id
         return None
@@ -98,27 +98,27 @@ class Tracker:
         track.confirmed = track.confirmed or track.hits >= self.config.maintenance.confirm_hits
         self._index.put(track.id, track.box)
 
-    def _count_misses(self, evidence: LabelOverlap, frame_index: int) -> None:
-        """A track had its chance where enough of its own voxels were seen, neither hidden nor out of view."""
+    def _count_misses(self, overlap: LabelOverlap, frame_index: int) -> None:
+        """A track had its chance where enough of its own voxels are visible, neither hidden nor out of view."""
         for track in self.tracks.values():
-            seen = track.last_frame == frame_index
-            if seen or evidence.visible.get(track.id, 0) >= MIN_VISIBLE_CELLS:
+            is_matched = track.last_frame == frame_index
+            if is_matched or overlap.visible.get(track.id, 0) >= MIN_VISIBLE_CELLS:
                 track.chances += 1
-                track.misses = 0 if seen else track.misses + 1
+                track.misses = 0 if is_matched else track.misses + 1
 
     def refreshed(self, track: Track) -> None:
-        """Tell the R-tree that a track's box was renewed."""
+        """Update the R-tree after a track's box was renewed."""
         self._index.put(track.id, track.box)
 
-    def rename(self, names: Mapping[int, int]) -> None:
+    def rename(self, new_ids: Mapping[int, int]) -> None:
         """Give tracks other ids {id: new id}, which no track has."""
-        for track_id, name in names.items():
+        for track_id, new_id in new_ids.items():
             track = self.tracks.pop(track_id)
-            track.id = name
-            self.tracks[name] = track
+            track.id = new_id
+            self.tracks[new_id] = track
             self._index.drop(track_id)
-            self._index.put(name, track.box)
-            self._consensus.replace(track_id, name)
+            self._index.put(new_id, track.box)
+            self._consensus.replace(track_id, new_id)
         self.tracks = dict(sorted(self.tracks.items()))
 
     def fuse_duplicates(self) -> list[tuple[int, int]]:
@@ -148,7 +148,7 @@ class Tracker:
 
     def _similarity(self, a: int, b: int) -> float:
         cosine = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
-        return likeness(cosine, self.unrelated_cosine)
+        return calibrated_cosine(cosine, self.unrelated_cosine)
 
     def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
         for a, b in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
@@ -158,8 +158,8 @@ class Tracker:
 
     def prune(self, frame_index: int, spare_confirmed: bool = False) -> list[int]:
         """Drop tracks that were never confirmed, were missed too often in plain view, or lost their support."""
-        doubtful = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
-        gone = [track.id for track in doubtful if self._is_hopeless(track, frame_index)]
+        unspared = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
+        gone = [track.id for track in unspared if self._is_unsupported(track, frame_index)]
         for track_id in gone:
             self._remove(track_id, 0)
         return gone
@@ -174,14 +174,14 @@ class Tracker:
     def _is_bare(self, track: Track) -> bool:
         return track.n_voxels < self.config.lifting.min_cells // 2
 
-    def _is_hopeless(self, track: Track, frame_index: int) -> bool:
+    def _is_unsupported(self, track: Track, frame_index: int) -> bool:
         settings = self.config.maintenance
         if not track.confirmed:
             return frame_index - track.last_frame > settings.max_misses or track.misses >= settings.confirm_hits
         if self._is_bare(track) and frame_index - track.last_frame > settings.interval_frames:
             return True
-        sure = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
-        return not sure and (track.misses >= settings.max_misses or track.support < settings.min_support)
+        is_stable = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
+        return not is_stable and (track.misses >= settings.max_misses or track.support < settings.min_support)
 
     def _remove(self, gone: int, survivor: int) -> None:
         del self.tracks[gone]

@@ -1,4 +1,4 @@
-"""Which tracks are one thing: two tracks that one mask covers, frame after frame, are duplicates or fragments.
+"""View consensus on duplicates: two tracks that one mask covers, frame after frame, are duplicates or fragments.
 
 A single mask may join what does not belong together, and a single frame may split what does. Over many views
 the share of frames in which both tracks lie in one mask, among those in which both are clearly in some mask,
@@ -17,19 +17,19 @@ COVERED = 0.5  # share of a track's visible cells that a mask must hold to count
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
 
 
-class Consensus:
+class ViewConsensus:
     """For pairs of tracks: frames in which one mask held both, and frames in which two masks did."""
 
     def __init__(self) -> None:
         self._together: dict[tuple[int, int], int] = defaultdict(int)
         self._apart: dict[tuple[int, int], int] = defaultdict(int)
 
-    def add(self, evidence: LabelOverlap, born: Mapping[int, int]) -> None:
+    def add(self, overlap: LabelOverlap, born: Mapping[int, int]) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it."""
         mask_of = {
             track: mask
-            for (mask, track), n in sorted(evidence.in_mask.items())
-            if evidence.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * evidence.visible[track]
+            for (mask, track), n in sorted(overlap.in_mask.items())
+            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]
         }
         mask_of.update(born)
         tracks_of: dict[int, list[int]] = defaultdict(list)
@@ -43,14 +43,14 @@ class Consensus:
                 self._apart[pair] += 1
 
     def agreed(self, min_frames: int, min_share: float, prior: float = 0.0) -> list[tuple[int, int]]:
-        """Pairs (older id, newer id) that belong together, the surest first; `prior` is how many frames together a
-        pair that ever was together is credited with beforehand."""
-        found = []
+        """Pairs (older id, newer id) that are one thing, those most often in one mask first; `prior` is how
+        many frames in one mask a pair that has any is credited with beforehand."""
+        agreed = []
         for pair, together in self._together.items():
             share = (together + prior) / (together + prior + self._apart.get(pair, 0))
             if together >= min_frames and share >= min_share:
-                found.append((-together, -share, pair))
-        return [pair for _, _, pair in sorted(found)]
+                agreed.append((-together, -share, pair))
+        return [pair for _, _, pair in sorted(agreed)]
 
     def replace(self, gone: int, survivor: int) -> None:
         """Rename a track that was fused, or forget one (survivor 0)."""

@@ -1,1 +1,1 @@
-"""The voxel volume: TSDF, labels and their histograms, and the surface in it."""
+"""Panoptic TSDF volume: distances, label histograms, and the surface extracted from them."""

@@ -1,4 +1,4 @@
-"""What became of each instance: it lives, was fused into another, or was pruned."""
+"""Remap table of instance ids: each lives, was fused into another, or was pruned."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from torch import Tensor
 
 
 class InstanceIdMap:
-    """For each id ever given the id that stands for it now, 0 = nobody; several volumes may read one table."""
+    """For each id ever assigned the id that stands for it now, 0 = nobody; several volumes may read one table."""
 
     def __init__(self, device: torch.device) -> None:
         self._of = torch.zeros(1, dtype=torch.int32, device=device)

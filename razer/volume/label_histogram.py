@@ -1,4 +1,4 @@
-"""The bounded histogram h of a voxel: K slots of (instance id, count), kept by the Misra-Gries rule (1982).
+"""Bounded label histogram h of a voxel: K slots of (instance id, count), kept by the Misra-Gries rule (1982).
 
 A known id gains one; a new id takes an empty slot; when all slots are taken every one loses one instead, so
 that a late but right label wins in the end. Histograms are (K, n), a row for each slot: arithmetic along rows is
@@ -40,11 +40,11 @@ def merge_equal(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
     """Add up slots that name the same instance, as after two instances were fused; id 0 is emptied."""
     counts = torch.where(ids > 0, counts, 0)
     for keep in range(len(ids)):
-        for other in range(keep + 1, len(ids)):
-            same = ids[keep] == ids[other]
+        for later in range(keep + 1, len(ids)):
+            same = ids[keep] == ids[later]
             room = (MAX_COUNT - counts[keep]).clamp_(min=0)
-            counts[keep] += torch.where(same, torch.minimum(counts[other], room), 0)
-            counts[other] = torch.where(same, 0, counts[other])
+            counts[keep] += torch.where(same, torch.minimum(counts[later], room), 0)
+            counts[later] = torch.where(same, 0, counts[later])
     return torch.where(counts > 0, ids, 0), counts
 
 

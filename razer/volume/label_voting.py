@@ -1,4 +1,4 @@
-"""Who owns a voxel is decided by votes, one a frame (section III-E)."""
+"""Label voting: each voxel at the observed surface takes one vote a frame for its instance (RAZER section IV-F)."""
 
 from __future__ import annotations
 
@@ -24,17 +24,26 @@ def vote(
     owners: Int32Array,
     withdraw: bool = True,
 ) -> Int32Array:
-    """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to; `owners` (N,) are
-    the tracks of the detections. If `withdraw`, it loses one of each instance that the frame shows, but elsewhere:
-    what a mask spilled over in one view, and a table's votes for the book on it, are taken back in others. Returns
-    the strided id image (h, w), 0 = nobody."""
+    """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to.
+
+    Args:
+        voxels: The volume to vote in.
+        surface: The observed surface of the frame.
+        detections: Its N detections; where they overlap, the one with fewer pixels is voted for.
+        owners: The track (N,) of each.
+        withdraw: Whether voxels lose a vote for each instance that the frame shows, but elsewhere: what a mask spilled
+            over in one view, and a table's votes for the book on it, are taken back in others.
+
+    Returns:
+        The strided id image (h, w), 0 = nobody.
+    """
     owners = np.array(voxels.resolve(torch.from_numpy(owners)).tolist(), np.int32)
-    ids = _painted(surface, detections, owners)
+    ids = _id_image(surface, detections, owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
     row, column, z, on_image = surface.cell_pixels
     near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
-    sure = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
-    voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), sure)
+    may_withdraw = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
+    voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), may_withdraw)
     return ids
 
 
@@ -46,7 +55,7 @@ def _far_from_borders(ids: Int32Array) -> BoolArray:
     return same
 
 
-def _painted(surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
+def _id_image(surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
     ids = np.zeros(surface.depth.shape, np.int32)
     # Small things stand on or before large ones: they are painted last.
     for i in sorted(range(len(detections)), key=lambda i: -len(detections[i].pixels)):

@@ -1,5 +1,5 @@
-"""Taking the surface out of the volume: labelled voxels and the labelled mesh. The only place, with
-`razer.storage`, where attributes leave the device."""
+"""Surface extraction by marching cubes, with the instance of each vertex. The only place, with `razer.storage`, where
+attributes leave the device."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from razer.volume.voxel_map import VoxelMap
 
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
-
-
-SEAM_RINGS = 3
+SEAM_RINGS = 3  # edges from a labelled vertex over which labels spread
 
 
 @dataclass(frozen=True)
@@ -67,8 +65,8 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
     if voxels.n_blocks == 0:
         return nothing
     # Open3D wants more than the given weight (float32), everything else here at least as much.
-    least = np.nextafter(np.float32(voxels.settings.surface_weight), np.float32(-1))
-    mesh = voxels.grid.extract_triangle_mesh(float(least))
+    min_weight = np.nextafter(np.float32(voxels.settings.surface_weight), np.float32(-1))
+    mesh = voxels.grid.extract_triangle_mesh(float(min_weight))
     if "positions" not in mesh.vertex or mesh.vertex.positions.shape[0] == 0:
         return nothing
     vertices, colors = mesh.vertex.positions.cpu().numpy(), _bytes(mesh.vertex.colors.cpu().numpy())

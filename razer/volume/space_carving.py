@@ -1,5 +1,5 @@
-"""Forgetting what is gone: voxels now seen as free space lose weight and votes, so that a thing carried away
-leaves no ghost (`method.md` step 10)."""
+"""Space carving: voxels observed as free space lose weight and votes, so that a thing carried away leaves no ghost
+(docs/method.md step 10)."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from razer.volume.voxel_map import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
 # and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
 EDGE_PIXELS = 2
-FORGET = 0.125  # what a pass leaves of weight and votes
+KEPT_SHARE = 0.125  # of weight and votes, after a pass
 
 
 def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
-    """Cut down weight and votes of surface voxels that stand in front of what the frame sees, by more than the
-    truncation distance; voxels of less than one observation become empty."""
+    """Cut down weight and votes of surface voxels that stand in front of the frame's depth, by more than the truncation
+    distance; voxels of less than one observation become empty."""
     nearest = nearest_readings(surface.depth)
     keys, rows = voxels.active_rows()
     rows = rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
     surface_tsdf = SURFACE_VOXELS / voxels.settings.truncation_voxels
 
-    def matters(weight: Tensor, tsdf: Tensor, label: Tensor) -> Tensor:
+    def may_be_surface(weight: Tensor, tsdf: Tensor, label: Tensor) -> Tensor:
         return ((weight > 0) & ((tsdf <= surface_tsdf) | (label > 0)))[..., 0]
 
     for part in rows.split(BLOCKS_AT_ONCE):
-        near = voxels.select(part, matters, "weight", "tsdf", "label")
+        near = voxels.select(part, may_be_surface, "weight", "tsdf", "label")
         free = near[_is_free(voxels.positions(near), surface, nearest, voxels.settings.truncation_m)]
-        _forget(voxels, free, surface_tsdf)
+        _clear(voxels, free, surface_tsdf)
 
 
 def nearest_readings(depth: Float32Array) -> Float32Array:
@@ -62,17 +62,17 @@ def _is_free(points: Tensor, surface: ObservedSurface, nearest: Float32Array, ma
     column = (local[:, 0] / z * matrix[0, 0] + matrix[0, 2]).round().long()
     row = (local[:, 1] / z * matrix[1, 1] + matrix[1, 2]).round().long()
     height, width = depth.shape
-    seen = (local[:, 2] > 0) & (row >= 0) & (row < height) & (column >= 0) & (column < width)
-    return seen & (depth[row.clamp(0, height - 1), column.clamp(0, width - 1)] - local[:, 2] > margin_m)
+    on_image = (local[:, 2] > 0) & (row >= 0) & (row < height) & (column >= 0) & (column < width)
+    return on_image & (depth[row.clamp(0, height - 1), column.clamp(0, width - 1)] - local[:, 2] > margin_m)
 
 
-def _forget(voxels: VoxelMap, free: Tensor, surface_tsdf: float) -> None:
+def _clear(voxels: VoxelMap, free: Tensor, surface_tsdf: float) -> None:
     weight, tsdf = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf"))
     ids, counts, color = voxels.attribute("ids"), voxels.attribute("counts"), voxels.attribute("color")
     # What lies well outside a surface is free rightly, and the mesh needs its distances.
     inside = free[tsdf[free] <= surface_tsdf]
-    weight[inside] *= FORGET
-    counts[free] //= int(1 / FORGET)
+    weight[inside] *= KEPT_SHARE
+    counts[free] //= int(1 / KEPT_SHARE)
     empty = inside[weight[inside] < 1]
     for attribute in (weight, tsdf, ids, counts, color):
         attribute[empty] = 0

@@ -1,6 +1,6 @@
-"""The surface of a volume as it was last looked at: only blocks that were touched since are looked at again.
+"""Cache of the surface voxels of a volume: only blocks that were touched since the last extraction are read again.
 
-What the tracks are told of their own voxels, now and then, would else take the longer the larger the map is.
+Renewing the tracks' boxes and support would else take the longer the larger the map is.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from razer.volume.voxel_map import VoxelMap
 @dataclass(frozen=True)
 class SurfaceVoxels:
     """N voxels that hold surface: addresses (N,), positions (N, 3) float32 metres, and labels (N,), ids and counts
-    (N, K) as they were noted, before fusions and prunings."""
+    (N, K) as they are stored, before the id remap."""
 
     addresses: Tensor
     positions: Tensor
@@ -43,20 +43,20 @@ class SurfaceVoxels:
         return SurfaceVoxels(*(torch.cat([getattr(of, part.name) for of in (self, other)]) for part in fields(self)))
 
     def instances(self, volume: VoxelMap) -> set[int]:
-        """All who own one of them, or have votes there."""
+        """The instances that own one of them, or have votes there."""
         votes = self.ids[self.counts > 0]
         return set(volume.resolve(torch.unique(torch.cat([self.labels, votes]))).tolist())
 
 
 class SurfaceCache:
-    """All surface voxels of a volume, as far as is known."""
+    """All surface voxels of a volume, as of the last call of `renew`."""
 
     def __init__(self) -> None:
         self._volume: VoxelMap | None = None
         self._voxels: SurfaceVoxels | None = None
 
     def renew(self, volume: VoxelMap) -> tuple[SurfaceVoxels, set[int] | None]:
-        """The surface voxels as they are now, and the instances of which some may have changed, None = any."""
+        """The surface voxels as they are now, and the instances whose voxels may have changed; None = any."""
         touched = volume.take_touched()
         if self._voxels is None or self._volume is not volume or touched is None:
             self._volume, self._voxels = volume, SurfaceVoxels.at(volume, volume.surface_addresses())

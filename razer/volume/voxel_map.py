@@ -1,4 +1,5 @@
-"""The volume V(p) = {d, w, c, l, h} (eq. 1) over Open3D's VoxelBlockGrid, on the CPU or a CUDA device.
+"""TSDF volume with label histograms, V(p) = {d, w, c, l, h} (RAZER eq. 1), over Open3D's VoxelBlockGrid, on the CPU or
+a CUDA device.
 
 Attribute tensors are shared with torch by DLPack. Such a view goes silently stale when the grid grows, so each
 method fetches its views afresh and none is kept. Everything host-side that is not a whole attribute (cell
@@ -22,7 +23,7 @@ from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
 from razer.frame import Frame
 from razer.geometry import inverse
-from razer.volume import label_histogram as votes
+from razer.volume import label_histogram
 from razer.volume.id_remap import InstanceIdMap
 
 START_BLOCKS = 1024
@@ -34,12 +35,19 @@ FULL = 0.85  # share of the capacity beyond which the hash map is made larger be
 
 
 class VoxelMap:
-    """Truncated signed distances with colours, and for each voxel who owns it and who else claimed it."""
+    """Truncated signed distances with colours, and for each voxel its instance and a histogram of labels."""
 
     def __init__(
-        self, settings: VoxelSettings, device: str = "CPU:0", survivors: InstanceIdMap | None = None, n_blocks: int = 0
+        self, settings: VoxelSettings, device: str = "CPU:0", id_map: InstanceIdMap | None = None, n_blocks: int = 0
     ) -> None:
-        """An empty volume with room for at least `n_blocks`."""
+        """An empty volume.
+
+        Args:
+            settings: Voxel size, truncation distance, depth range and histogram slots.
+            device: As Open3D names it, "CPU:0" or "CUDA:0".
+            id_map: Shared with another volume of the same instances; by default a new one.
+            n_blocks: Blocks of 16^3 voxels to make room for, since growing takes seconds.
+        """
         self.settings = settings
         self.device = o3c.Device(device)
         self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
@@ -54,13 +62,13 @@ class VoxelMap:
             self.device,
         )
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
-        self._survivors = survivors or InstanceIdMap(self.torch_device)
+        self._id_map = id_map or InstanceIdMap(self.torch_device)
         self._touched: Tensor | None = None  # which buffer rows, None = any
 
     def empty_copy(self) -> VoxelMap:
         """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
         room for as many blocks, since growing takes seconds."""
-        return VoxelMap(self.settings, str(self.device), self._survivors, int(SPARE * self.n_blocks / FULL))
+        return VoxelMap(self.settings, str(self.device), self._id_map, int(SPARE * self.n_blocks / FULL))
 
     @property
     def n_blocks(self) -> int:
@@ -70,7 +78,7 @@ class VoxelMap:
     @property
     def newest_id(self) -> int:
         """The largest id admitted so far."""
-        return self._survivors.newest_id
+        return self._id_map.newest_id
 
     @property
     def memory_bytes(self) -> int:
@@ -140,9 +148,9 @@ class VoxelMap:
         if len(block_keys) == 0:
             return torch.zeros(0, dtype=torch.int64, device=self.torch_device)
         keys = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
-        rows, found = self.grid.hashmap().find(keys)
-        rows, found = (torch.utils.dlpack.from_dlpack(t.to(o3c.int64).to_dlpack()) for t in (rows, found))
-        return torch.where(found > 0, rows, -1)
+        rows, exists = self.grid.hashmap().find(keys)
+        rows, exists = (torch.utils.dlpack.from_dlpack(t.to(o3c.int64).to_dlpack()) for t in (rows, exists))
+        return torch.where(exists > 0, rows, -1)
 
     def _addresses(self, cells: Cells) -> tuple[Tensor, Tensor]:
         """Rows of the flat attributes for the cells the map has, and the indices of those cells."""
@@ -169,7 +177,7 @@ class VoxelMap:
 
     def resolve(self, ids: Tensor) -> Tensor:
         """Ids after all fusions and prunings so far."""
-        return self._survivors.resolve(ids)
+        return self._id_map.resolve(ids)
 
     def labels_at(self, cells: Cells) -> Tensor:
         """The label (C,) int32 of each cell, 0 = nobody; stays on the device."""
@@ -185,52 +193,59 @@ class VoxelMap:
         """
         n_ids = self.newest_id + 1
         counts = torch.bincount(self._tensor(group) * n_ids + labels[self._tensor(cell)])
-        found = torch.nonzero(counts).squeeze(1)
-        table = zip(found.tolist(), counts[found].tolist(), strict=True)
-        return {divmod(place, n_ids): n for place, n in table if place % n_ids}
+        bins = torch.nonzero(counts).squeeze(1)
+        table = zip(bins.tolist(), counts[bins].tolist(), strict=True)
+        return {divmod(row, n_ids): n for row, n in table if row % n_ids}
 
     def admit(self, track_id: int) -> None:
         """Make a new id known; ids must be admitted in increasing order before they get votes."""
-        self._survivors.admit(track_id)
+        self._id_map.admit(track_id)
 
     def replace(self, gone: int, survivor: int) -> None:
         """All that was `gone` is `survivor` from now on; survivor 0 forgets it. Voxels follow lazily."""
-        self._survivors.replace(gone, survivor)
+        self._id_map.replace(gone, survivor)
 
     def vote(
-        self, cells: Cells, ids: Int32Array, shown: Int32Array | None = None, sure: BoolArray | None = None
+        self, cells: Cells, ids: Int32Array, visible_ids: Int32Array | None = None, withdraws: BoolArray | None = None
     ) -> None:
-        """One vote (C,) for each cell that the map has; 0 = none. Votes for who is gone go to the survivor. Cells that
-        are `sure` (C,) of their vote lose one of each other live instance `shown` (T,) in the frame."""
+        """One vote for each cell that the map has; votes for an instance that was fused go to the survivor.
+
+        Args:
+            cells: C cells of the lattice.
+            ids: The instance (C,) that each votes for; 0 = none.
+            visible_ids: Live instances (T,) in the frame.
+            withdraws: Which cells (C,) lose a vote of each other instance of `visible_ids`.
+        """
         addresses, known = self._addresses(cells)
         cast = self.resolve(self._tensor(ids)[known])
-        if shown is None or sure is None:
-            self._rewrite(addresses, lambda ids, counts: votes.cast(ids, counts, cast))
+        if visible_ids is None or withdraws is None:
+            self._rewrite(addresses, lambda ids, counts: label_histogram.cast(ids, counts, cast))
             return
-        is_shown = torch.zeros(self.newest_id + 1, dtype=torch.bool, device=self.torch_device)
-        is_shown[self._tensor(shown)] = True
-        settled = torch.from_numpy(sure).to(self.torch_device)[known]
+        is_visible = torch.zeros(self.newest_id + 1, dtype=torch.bool, device=self.torch_device)
+        is_visible[self._tensor(visible_ids)] = True
+        may_lose = torch.from_numpy(withdraws).to(self.torch_device)[known]
 
         def change(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
-            return votes.cast(*votes.withdraw(ids, counts, is_shown[ids.long()] & (ids != cast) & settled), cast)
+            lost = is_visible[ids.long()] & (ids != cast) & may_lose
+            return label_histogram.cast(*label_histogram.withdraw(ids, counts, lost), cast)
 
         self._rewrite(addresses, change)
 
     def relabel(self, addresses: Tensor) -> None:
         """Renew the labels of voxels whose votes were changed from outside."""
-        self._rewrite(addresses, votes.merge_equal)
+        self._rewrite(addresses, label_histogram.merge_equal)
 
     def _rewrite(self, addresses: Tensor, change: Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]) -> None:
         """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
         slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
-        noted, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
-        ids = self.resolve(noted)
-        stale = torch.nonzero((ids != noted).any(dim=0)).squeeze(1)
-        ids[:, stale], counts[:, stale] = votes.merge_equal(ids[:, stale], counts[:, stale])
+        stored_ids, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
+        ids = self.resolve(stored_ids)
+        stale = torch.nonzero((ids != stored_ids).any(dim=0)).squeeze(1)
+        ids[:, stale], counts[:, stale] = label_histogram.merge_equal(ids[:, stale], counts[:, stale])
         ids, counts = change(ids, counts)
         self._touch(addresses // BLOCK_VOXELS)
         slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
-        self.attribute("label")[addresses, 0] = votes.winner(ids, counts)
+        self.attribute("label")[addresses, 0] = label_histogram.winner(ids, counts)
 
     def amplify(self, times: float) -> None:
         """Let every observation and vote so far count `times` times."""
@@ -238,7 +253,7 @@ class VoxelMap:
         weight, counts = self.attribute("weight"), self.attribute("counts")
         weight.mul_(times)
         for part in counts.split(BLOCKS_AT_ONCE * BLOCK_VOXELS):
-            part.copy_((part * times).round_().clamp_(max=votes.MAX_COUNT))
+            part.copy_((part * times).round_().clamp_(max=label_histogram.MAX_COUNT))
 
     def active_rows(self) -> tuple[Int32Array, Tensor]:
         """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""
@@ -261,10 +276,10 @@ class VoxelMap:
 
     def surface_in(self, rows: Tensor) -> Tensor:
         """The same for blocks given by their buffer rows (B,)."""
-        least, most = self.settings.surface_weight, SURFACE_VOXELS / self.settings.truncation_voxels
+        min_weight, max_tsdf = self.settings.surface_weight, SURFACE_VOXELS / self.settings.truncation_voxels
 
         def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
-            return ((weight >= least) & (tsdf.abs() <= most))[..., 0]
+            return ((weight >= min_weight) & (tsdf.abs() <= max_tsdf))[..., 0]
 
         parts = [self.select(part, on_surface, "weight", "tsdf") for part in rows.split(BLOCKS_AT_ONCE)]
         return torch.cat(parts)

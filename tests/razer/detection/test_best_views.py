@@ -50,7 +50,7 @@ def test_a_region_covers_its_pixels():
     assert not Region.of(rows, np.array([0, 5, 9]), (60, 80), stride=2).whole
 
 
-def seen_square():
+def observed_square():
     frame = frame_of(plane_depth(pose(), (0, 0, 1), 2.0), pose(), index=7)
     masks = np.zeros((1, *frame.depth.shape), bool)
     masks[0, 40:80, 60:120] = True
@@ -60,15 +60,15 @@ def seen_square():
 
 
 def test_a_detection_knows_its_region_also_after_it_was_kept():
-    seen = seen_square()
-    (found,) = seen.lifted.detections
+    observation = observed_square()
+    (found,) = observation.lifted.detections
     x, y, width, height = found.region.box
     assert (abs(x - 60) <= 4, abs(y - 40) <= 4, abs(width - 60) <= 8, abs(height - 40) <= 8) == (True,) * 4
     assert abs(found.region.pixels - 2400) < 500
     from tests.support.scenes import COARSE
 
-    again = unpack((pack(seen), pose()), COARSE)
-    assert again.lifted.detections[0].region == found.region
+    unpacked = unpack((pack(observation), pose()), COARSE)
+    assert unpacked.lifted.detections[0].region == found.region
 
 
 def test_a_track_keeps_its_best_views_and_takes_over_those_of_a_duplicate():
@@ -90,6 +90,6 @@ def vars_of(item):
 
 
 def test_views_are_plain_numbers():
-    seen = seen_square()
-    region = seen.lifted.detections[0].region
+    observation = observed_square()
+    region = observation.lifted.detections[0].region
     assert json.loads(json.dumps([*region.box, region.pixels, region.whole]))

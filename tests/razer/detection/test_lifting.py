@@ -12,7 +12,7 @@ from scipy.ndimage import binary_erosion
 
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import LiftingSettings, MaskSettings
-from razer.detection.background_filter import behind
+from razer.detection.background_filter import background_clusters
 from razer.detection.lifting import Lifted, filter_masks, lift, shrink, view_quality
 from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Intrinsics, Masks
@@ -116,7 +116,7 @@ def test_what_is_seen_past_the_object_is_no_part_of_it() -> None:
 def test_pieces_far_behind_the_largest(gaps_m, sizes_m, counts, expected) -> None:
     depths = [np.full(n, 2 + gap, np.float32) for gap, n in zip(gaps_m, counts, strict=True)]
     boxes = [OrientedBox(np.zeros(3), np.eye(3), np.array([size, 0.1, 0.1])) for size in sizes_m]
-    assert behind(depths, boxes, 0.3) == expected
+    assert background_clusters(depths, boxes, 0.3) == expected
 
 
 def test_box_of_a_plate_is_the_plate() -> None:

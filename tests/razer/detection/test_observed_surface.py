@@ -37,8 +37,8 @@ def test_cells_are_ordered_by_block_and_place_whatever_the_order_given(coordinat
     expected = np.unique(np.column_stack([coordinates // BLOCK, local]), axis=0)
     assert np.array_equal(np.column_stack([cells.block_keys[cells.block], cells.local]), expected)
     assert np.array_equal(cells.block_keys, np.unique(coordinates // BLOCK, axis=0))
-    again, _ = cells_of(coordinates[::-1].copy(), 0.5)
-    assert np.array_equal(again.coordinates, cells.coordinates)
+    reversed_cells, _ = cells_of(coordinates[::-1].copy(), 0.5)
+    assert np.array_equal(reversed_cells.coordinates, cells.coordinates)
 
 
 def test_no_coordinates_are_no_cells() -> None:

@@ -28,16 +28,16 @@ def some_banks(rng, sizes=(1, 3, 2, 1, 2)):
     return banks
 
 
-def some_contrast(rng):
+def some_negatives(rng):
     return NegativePrompts([f"name {i}" for i in range(NAMES)], unit_rows(rng.standard_normal((NAMES, DIMENSION))))
 
 
-def literal_evidence(banks, contrast, query):
+def literal_log_ratios(banks, negatives, query):
     """As the text of `ranking` says, one instance and one hypothesis after the other."""
     n = len(banks)
     strongest = np.mean([vectors[0] for vectors, _ in banks.values()], axis=0)
     common = rules.COMMON_SHARE * n / (n + rules.FEW_INSTANCES) * strongest
-    others = [name for name in contrast.vectors if name @ query <= rules.SAME_NAME]
+    others = [name for name in negatives.vectors if name @ query <= rules.SAME_NAME]
     result = []
     for vectors, weights in banks.values():
         values = []
@@ -51,54 +51,54 @@ def literal_evidence(banks, contrast, query):
 
 def test_evidence_is_that_of_the_literal_reference():
     rng = np.random.default_rng(0)
-    banks, contrast = some_banks(rng), some_contrast(rng)
-    queries = np.concatenate([unit_rows(rng.standard_normal((3, DIMENSION))), contrast.vectors[[5]]])
-    expected = np.stack([literal_evidence(banks, contrast, query) for query in queries], axis=1)
-    found = TextRanking(EmbeddingTable.of(banks), contrast).evidence(queries)
+    banks, negatives = some_banks(rng), some_negatives(rng)
+    queries = np.concatenate([unit_rows(rng.standard_normal((3, DIMENSION))), negatives.vectors[[5]]])
+    expected = np.stack([literal_log_ratios(banks, negatives, query) for query in queries], axis=1)
+    found = TextRanking(EmbeddingTable.of(banks), negatives).log_ratios(queries)
     assert_allclose(found, expected, atol=2e-3)
 
 
 def test_a_name_that_the_contrast_holds_competes_with_the_others_only():
     rng = np.random.default_rng(1)
-    banks, contrast = some_banks(rng), some_contrast(rng)
-    banks[7] = (contrast.vectors[[3]], np.ones(1))
-    without = NegativePrompts(contrast.names, np.delete(contrast.vectors, 3, axis=0))
-    query = contrast.vectors[[3]]
-    held = TextRanking(EmbeddingTable.of(banks), contrast).evidence(query)
-    expected = TextRanking(EmbeddingTable.of(banks), without).evidence(query)
+    banks, negatives = some_banks(rng), some_negatives(rng)
+    banks[7] = (negatives.vectors[[3]], np.ones(1))
+    without = NegativePrompts(negatives.names, np.delete(negatives.vectors, 3, axis=0))
+    query = negatives.vectors[[3]]
+    held = TextRanking(EmbeddingTable.of(banks), negatives).log_ratios(query)
+    expected = TextRanking(EmbeddingTable.of(banks), without).log_ratios(query)
     # What is beyond doubt is cut off where subtracting a name from all would lose digits.
     assert_allclose(np.minimum(held, 15), np.minimum(expected, 15), atol=1e-3)
-    scores = TextRanking(EmbeddingTable.of(banks), contrast).scores(query)[:, 0]
+    scores = TextRanking(EmbeddingTable.of(banks), negatives).scores(query)[:, 0]
     assert scores.argmax() == 0
     assert scores[0] > rules.PRESENT > scores[1:].max()
 
 
 def test_many_queries_at_once_are_those_one_by_one_and_instances_do_not_depend_on_their_order():
     rng = np.random.default_rng(2)
-    banks, contrast = some_banks(rng), some_contrast(rng)
+    banks, negatives = some_banks(rng), some_negatives(rng)
     queries = unit_rows(rng.standard_normal((4, DIMENSION)))
-    ranking = TextRanking(EmbeddingTable.of(banks), contrast)
+    ranking = TextRanking(EmbeddingTable.of(banks), negatives)
     one_by_one = np.concatenate([ranking.scores(query[None]) for query in queries], axis=1)
     assert_allclose(ranking.scores(queries), one_by_one, atol=1e-6)
-    turned = TextRanking(EmbeddingTable.of(dict(reversed(banks.items()))), contrast)
+    turned = TextRanking(EmbeddingTable.of(dict(reversed(banks.items()))), negatives)
     assert_allclose(turned.scores(queries)[::-1], one_by_one, atol=1e-5)
 
 
 def test_instances_are_named_as_their_evidence_says():
     rng = np.random.default_rng(3)
-    contrast = some_contrast(rng)
-    banks = {i: (contrast.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
-    ranking = TextRanking(EmbeddingTable.of(banks), contrast)
+    negatives = some_negatives(rng)
+    banks = {i: (negatives.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
+    ranking = TextRanking(EmbeddingTable.of(banks), negatives)
     assert ranking.nearest_names(np.array([0, 2])) == ["name 4", "name 9"]
-    assert ranking.likeness(contrast.vectors).argmax(axis=1).tolist() == [4, 0, 9]
+    assert ranking.relative_logits(negatives.vectors).argmax(axis=1).tolist() == [4, 0, 9]
 
 
 def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
     rng = np.random.default_rng(4)
-    contrast = some_contrast(rng)
-    chair, table = contrast.vectors[:2]
+    negatives = some_negatives(rng)
+    chair, table = negatives.vectors[:2]
     banks = {1: (np.stack([table, chair]), np.array([0.65, 0.35])), 2: (chair[None], np.ones(1))}
-    scores = TextRanking(EmbeddingTable.of(banks), contrast).evidence(chair[None])[:, 0]
+    scores = TextRanking(EmbeddingTable.of(banks), negatives).log_ratios(chair[None])[:, 0]
     assert scores[1] > scores[0]
 
 

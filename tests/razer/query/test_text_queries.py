@@ -48,7 +48,7 @@ def test_a_table_is_asked_by_bare_names_and_compares_with_all_of_them():
     words = TextQueryEncoder(table)
     words.vectors(["the chair"])
     assert table.asked == ["chair"]
-    assert words.contrast.names == ("chair", "table")
+    assert words.negatives.names == ("chair", "table")
     assert words.knows("table")
     assert not words.knows("sofa")
 
@@ -56,15 +56,15 @@ def test_a_table_is_asked_by_bare_names_and_compares_with_all_of_them():
 def test_an_encoder_compares_with_a_sample_of_lvis_and_neutral_words_embedded_once():
     encoder = Encoder()
     words = TextQueryEncoder(encoder)
-    assert words.contrast is words.contrast
-    assert len(encoder.asked) == len(TEMPLATES) * len(words.contrast_names)
-    assert set(NEUTRAL) < set(words.contrast_names)
-    assert len(words.contrast_names) > 400
+    assert words.negatives is words.negatives
+    assert len(encoder.asked) == len(TEMPLATES) * len(words.negative_names)
+    assert set(NEUTRAL) < set(words.negative_names)
+    assert len(words.negative_names) > 400
 
 
 def test_the_oracle_knows_any_name():
     words = TextQueryEncoder(OracleEmbedder())
-    assert words.contrast_names == vocabulary("lvis").names
+    assert words.negative_names == vocabulary("lvis").names
     assert_allclose(words.vectors(["a chair"])[0], OracleEmbedder().class_vector("chair"), atol=1e-6)
 
 
@@ -90,4 +90,4 @@ def test_a_table_of_one_name_is_refused():
     table = Table()
     table.known_names = ("chair",)
     with pytest.raises(BadInput, match="single name"):
-        _ = TextQueryEncoder(table).contrast
+        _ = TextQueryEncoder(table).negatives

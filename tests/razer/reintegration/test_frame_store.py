@@ -40,34 +40,36 @@ def room_frame() -> Frame:
 
 
 @pytest.fixture(scope="module")
-def seen(room_frame: Frame) -> Observation:
+def observation(room_frame: Frame) -> Observation:
     return observed(room_frame, "full")
 
 
-def test_a_frame_comes_back_within_the_error_of_a_sensor(room_frame: Frame, seen: Observation) -> None:
-    assert seen.surface.stride == 2
-    packed = pack(seen)
+def test_a_frame_comes_back_within_the_error_of_a_sensor(room_frame: Frame, observation: Observation) -> None:
+    assert observation.surface.stride == 2
+    packed = pack(observation)
     assert len(packed) < 150_000
-    again = unpack((packed, room_frame.pose), SETTINGS)
-    assert (again.frame.index, again.frame.stamp) == (7, room_frame.stamp)
-    back, depth = again.frame.depth, seen.surface.depth
+    unpacked = unpack((packed, room_frame.pose), SETTINGS)
+    assert (unpacked.frame.index, unpacked.frame.stamp) == (7, room_frame.stamp)
+    back, depth = unpacked.frame.depth, observation.surface.depth
     assert ((back > 0) == (depth > 0)).all()
     assert (np.abs(back - depth) <= 0.00026 * depth**2 + 1e-6).all()
-    assert np.abs(again.frame.rgb.astype(int) - room_frame.rgb[::2, ::2]).mean() < 5
+    assert np.abs(unpacked.frame.rgb.astype(int) - room_frame.rgb[::2, ::2]).mean() < 5
 
 
-def test_a_frame_that_comes_back_shows_the_cells_it_showed_at_first(room_frame: Frame, seen: Observation) -> None:
-    again = unpack((pack(seen), room_frame.pose), SETTINGS).surface
-    assert again.stride == 1
-    np.testing.assert_allclose(again.matrix, seen.surface.matrix)
-    first, second = ({tuple(c) for c in s.cells.coordinates.tolist()} for s in (seen.surface, again))
+def test_a_frame_that_comes_back_shows_the_cells_it_showed_at_first(
+    room_frame: Frame, observation: Observation
+) -> None:
+    unpacked = unpack((pack(observation), room_frame.pose), SETTINGS).surface
+    assert unpacked.stride == 1
+    np.testing.assert_allclose(unpacked.matrix, observation.surface.matrix)
+    first, second = ({tuple(c) for c in s.cells.coordinates.tolist()} for s in (observation.surface, unpacked))
     assert len(first & second) > 0.85 * len(first | second)
 
 
-def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(seen: Observation) -> None:
-    moved = pose((1.0, -2.0, 0.5)) @ seen.frame.pose
-    again = unpack((pack(seen), moved), SETTINGS)
-    first, second = seen.lifted.detections, again.lifted.detections
+def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(observation: Observation) -> None:
+    moved = pose((1.0, -2.0, 0.5)) @ observation.frame.pose
+    unpacked = unpack((pack(observation), moved), SETTINGS)
+    first, second = observation.lifted.detections, unpacked.lifted.detections
     assert len(first) == len(second) > 5
     for one, other in zip(first, second, strict=True):
         assert (one.mask, one.score, one.quality, one.class_name) == (
@@ -81,25 +83,25 @@ def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(
         np.testing.assert_allclose(other.moments.mean - one.moments.mean, (1.0, -2.0, 0.5), atol=0.01)
         assert other.n_cells == pytest.approx(one.n_cells, rel=0.15, abs=5)
     # Clusters too small for a detection still tell which mask lay over whom.
-    n_rest = [len(o.lifted.member_cell) - sum(d.n_cells for d in o.lifted.detections) for o in (seen, again)]
+    n_rest = [len(o.lifted.member_cell) - sum(d.n_cells for d in o.lifted.detections) for o in (observation, unpacked)]
     assert n_rest[0] > 0
     assert n_rest[1] == n_rest[0]
 
 
 def test_a_frame_without_detections_comes_back_without(room_frame: Frame) -> None:
-    again = unpack((pack(bare(room_frame)), room_frame.pose), SETTINGS)
-    assert again.lifted.detections == ()
-    assert len(again.lifted.member_cell) == 0
+    unpacked = unpack((pack(bare(room_frame)), room_frame.pose), SETTINGS)
+    assert unpacked.lifted.detections == ()
+    assert len(unpacked.lifted.member_cell) == 0
 
 
 def test_depth_at_the_edges_of_its_range_stays_in_it() -> None:
     depth = np.zeros((CAMERA.height, CAMERA.width), np.float32)
     depth[::3], depth[1::3] = 4.9999, 0.10001
     frame = Frame(0, 0.0, np.zeros((*depth.shape, 3), np.uint8), depth, CAMERA, np.eye(4))
-    seen = bare(frame)
-    again = unpack((pack(seen), np.eye(4)), SETTINGS)
-    assert (again.surface.rows == seen.surface.rows).all()
-    np.testing.assert_allclose(again.frame.depth, seen.surface.depth, rtol=0.0013)
+    observation = bare(frame)
+    unpacked = unpack((pack(observation), np.eye(4)), SETTINGS)
+    assert (unpacked.surface.rows == observation.surface.rows).all()
+    np.testing.assert_allclose(unpacked.frame.depth, observation.surface.depth, rtol=0.0013)
 
 
 def test_beyond_the_limit_frames_go_to_a_file_and_come_back_in_order() -> None:

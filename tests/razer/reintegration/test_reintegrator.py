@@ -23,7 +23,7 @@ from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.reintegration.id_matching import majority_ids, match_ids
-from razer.reintegration.reintegrator import shifts_m
+from razer.reintegration.kept_frames import shifts_m
 from razer.tracking.duplicates import find_duplicates, shared_votes
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import LabelledMesh
@@ -42,9 +42,9 @@ def small() -> Iterable[None]:
         yield
 
 
-def mapper_with(follow: ReintegrationSettings, size_m: float = 0.04) -> Mapper:
+def mapper_with(settings: ReintegrationSettings, size_m: float = 0.04) -> Mapper:
     voxels = COARSE.model_copy(update={"voxel_size_m": size_m})
-    return Mapper(MapperConfig(voxels=voxels, reintegration=follow), OracleSegmenter("none"), OracleEmbedder("none"))
+    return Mapper(MapperConfig(voxels=voxels, reintegration=settings), OracleSegmenter("none"), OracleEmbedder("none"))
 
 
 def drifted(frame: Frame, share: float) -> Frame:
@@ -54,9 +54,9 @@ def drifted(frame: Frame, share: float) -> Frame:
     return frame.at(drift @ frame.pose)
 
 
-def run(frames: list[Frame], follow: ReintegrationSettings) -> tuple[Mapper, list[StepResult]]:
+def run(frames: list[Frame], settings: ReintegrationSettings) -> tuple[Mapper, list[StepResult]]:
     """Map with poses that drift more and more, until all of them are corrected at once."""
-    mapper = mapper_with(follow)
+    mapper = mapper_with(settings)
     steps = []
     for frame in frames:
         if frame.index == CLOSED:
@@ -110,17 +110,17 @@ def f_score(a: LabelledMesh, b: LabelledMesh) -> float:
 
 def ap50(panoptic: PanopticMap, truth: GroundTruth) -> float:
     ids = truth.instances[truth.visible]
-    found = transfer_labels(panoptic.mesh.vertices, panoptic.mesh.instances, truth.vertices[truth.visible])
-    return instance_ap(Scene(ids, found, {o.id: o.score for o in panoptic.objects})).ap50
+    predicted = transfer_labels(panoptic.mesh.vertices, panoptic.mesh.instances, truth.vertices[truth.visible])
+    return instance_ap(Scene(ids, predicted, {o.id: o.score for o in panoptic.objects})).ap50
 
 
 def test_after_drift_and_correction_the_map_is_as_good_as_one_fused_at_the_true_poses(
     truth: GroundTruth, at_true_poses: Mapper, followed: tuple[Mapper, list[StepResult], set[int]]
 ) -> None:
-    found, wanted = followed[0].snapshot(), at_true_poses.snapshot()
-    assert f_score(found.mesh, wanted.mesh) > 0.99
-    assert ap50(found, truth) >= ap50(wanted, truth) - 0.02
-    assert len(found.objects) <= len(wanted.objects) + 1
+    corrected, expected = followed[0].snapshot(), at_true_poses.snapshot()
+    assert f_score(corrected.mesh, expected.mesh) > 0.99
+    assert ap50(corrected, truth) >= ap50(expected, truth) - 0.02
+    assert len(corrected.objects) <= len(expected.objects) + 1
 
 
 def test_the_map_follows_while_the_run_goes_on_and_instances_keep_their_ids(
@@ -133,10 +133,10 @@ def test_the_map_follows_while_the_run_goes_on_and_instances_keep_their_ids(
     assert all(gone > survivor for gone, survivor in rebuilt[0].fused)
     after = {o.id for o in mapper.snapshot().objects}
     assert len(ids & after) >= 0.9 * len(after)
-    follower = mapper.reintegrator
-    assert follower is not None
-    assert follower.n_rebuilds == 2
-    assert follower.n_replays <= 1.0 * N_FRAMES + follower.n_kept
+    reintegrator = mapper.reintegrator
+    assert reintegrator is not None
+    assert reintegrator.n_rebuilds == 2
+    assert reintegrator.n_replays <= 1.0 * N_FRAMES + reintegrator.n_kept
 
 
 def test_kept_frames_alone_change_nothing_bit_for_bit(frames: list[Frame]) -> None:
@@ -219,9 +219,9 @@ def test_a_thing_mapped_twice_shares_its_votes_and_things_seen_together_are_two(
     assert shared[1, 2] > 0.8
     assert shared[1, 3] > 0.8
     assert shared.get((1, 4), 0) < 0.1
-    found = find_duplicates(mapper.voxels, owners, 0.3)
-    assert (1, 2) in found
-    assert (1, 3) not in found
+    duplicates = find_duplicates(mapper.voxels, owners, 0.3)
+    assert (1, 2) in duplicates
+    assert (1, 3) not in duplicates
     mapper.voxels.replace(2, 1)
     assert find_duplicates(mapper.voxels, owners, 0.3) == []
 

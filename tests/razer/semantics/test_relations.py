@@ -30,7 +30,7 @@ def face(center, size, axis, sign):
 
 
 def solid(number, center, size, sides=((0, 1), (0, -1), (1, 1), (1, -1), (2, 1)), stuff=False):
-    """A box seen from all sides but from below, unless told otherwise."""
+    """A box seen from all sides but from below, unless stated otherwise."""
     return merged(number, [(center, size, sides)], stuff)
 
 
@@ -61,52 +61,52 @@ FLOOR = solid(1, (0, 0, -0.01), (6, 6, 0.02), TOP, stuff=True)
 WALL = solid(2, (0, -2, 1.25), (6, 0.02, 2.5), ((1, 1),), stuff=True)
 
 
-def told(*things):
-    return {(e.source, e.relation, e.target) for e in relations(things)}
+def triples(*instances):
+    return {(e.source, e.relation, e.target) for e in relations(instances)}
 
 
 def test_what_stands_on_the_floor():
-    assert told(FLOOR, solid(3, (0, 0, 0.3), (0.5, 0.5, 0.6))) == {(3, "on", 1)}
+    assert triples(FLOOR, solid(3, (0, 0, 0.3), (0.5, 0.5, 0.6))) == {(3, "on", 1)}
 
 
 def test_a_floor_that_is_hidden_beneath_a_thing_still_carries_it():
     box = solid(3, (0, 0, 0.3), (1.0, 1.0, 0.6))
     seen = ~((np.abs(FLOOR.points[:, 0]) < 0.45) & (np.abs(FLOOR.points[:, 1]) < 0.45))
     floor = UprightInstance(1, FLOOR.points[seen], FLOOR.normals[seen], FLOOR.box, True)
-    assert told(floor, box) == {(3, "on", 1)}
+    assert triples(floor, box) == {(3, "on", 1)}
 
 
 def test_a_cup_on_a_table_on_a_floor():
     cup = solid(4, (0.3, 0.1, 0.80), (0.09, 0.09, 0.1))
-    assert told(FLOOR, table(3), cup) == {(3, "on", 1), (4, "on", 3)}
+    assert triples(FLOOR, table(3), cup) == {(3, "on", 1), (4, "on", 3)}
 
 
 def test_a_stool_under_a_table_is_neither_on_nor_in_it():
     stool = solid(4, (0, 0, 0.2), (0.4, 0.4, 0.4))
-    assert told(FLOOR, table(3), stool) == {(3, "on", 1), (4, "on", 1), (4, "under", 3)}
+    assert triples(FLOOR, table(3), stool) == {(3, "on", 1), (4, "on", 1), (4, "under", 3)}
 
 
 def test_books_in_a_shelf_and_a_box_on_top_of_it():
     books = solid(4, (0, -0.05, 0.64), (0.5, 0.15, 0.24), ((0, 1), (0, -1), (1, 1), (2, 1)))
     box = solid(5, (0.2, 0, 1.62), (0.2, 0.2, 0.2))
-    assert told(shelf(3), books, box) == {(4, "in", 3), (5, "on", 3)}
+    assert triples(shelf(3), books, box) == {(4, "in", 3), (5, "on", 3)}
 
 
 def test_a_picture_and_a_cabinet_against_a_wall():
     picture = solid(3, (0, -1.97, 1.5), (0.6, 0.02, 0.4), ((1, 1),))
     cabinet = solid(4, (2, -1.75, 0.4), (0.8, 0.4, 0.8))
-    assert told(FLOOR, WALL, picture, cabinet) == {(3, "against", 2), (4, "against", 2), (4, "on", 1)}
+    assert triples(FLOOR, WALL, picture, cabinet) == {(3, "against", 2), (4, "against", 2), (4, "on", 1)}
 
 
 @pytest.mark.parametrize(("gap_m", "expected"), [(0.2, {(3, "next to", 4)}), (0.5, set())])
 def test_chairs_side_by_side_are_next_to_each_other_once(gap_m, expected):
     chairs = [solid(3, (0, 0, 0.4), (0.4, 0.4, 0.8)), solid(4, (0.4 + gap_m, 0, 0.4), (0.4, 0.4, 0.8))]
-    assert told(*chairs) == expected
-    assert told(*reversed(chairs)) == expected
+    assert triples(*chairs) == expected
+    assert triples(*reversed(chairs)) == expected
 
 
 def test_things_above_each_other_are_not_next_to_each_other():
-    assert told(solid(3, (0, 0, 0.2), (0.3, 0.3, 0.4)), solid(4, (0.35, 0, 0.75), (0.3, 0.3, 0.4))) == set()
+    assert triples(solid(3, (0, 0, 0.2), (0.3, 0.3, 0.4)), solid(4, (0.35, 0, 0.75), (0.3, 0.3, 0.4))) == set()
 
 
 def test_distances_are_those_of_surfaces():
@@ -116,7 +116,7 @@ def test_distances_are_those_of_surfaces():
 
 def test_stuff_has_no_relations_of_its_own():
     ceiling = solid(5, (0, 0, 2.5), (6, 6, 0.02), ((2, -1),), stuff=True)
-    assert told(FLOOR, WALL, ceiling) == set()
+    assert triples(FLOOR, WALL, ceiling) == set()
 
 
 def test_a_speck_and_a_line_do_not_break_anything():
@@ -125,7 +125,7 @@ def test_a_speck_and_a_line_do_not_break_anything():
     )
     points = np.stack([np.linspace(0, 1, 30), np.zeros(30), np.full(30, 0.5)], axis=1)
     line = UprightInstance(9, points, np.tile([0, 0, 1.0], (30, 1)), OrientedBox.around(points, np.eye(3)))
-    assert (8, "on", 1) in told(FLOOR, speck, line)
+    assert (8, "on", 1) in triples(FLOOR, speck, line)
 
 
 def floor_mesh(turn, noise=0.0):

@@ -1,4 +1,4 @@
-"""Association: the assignment against all permutations, the measures and the evidence on hand-made cases."""
+"""Association: the assignment against all permutations, the measures and the label overlap on hand-made cases."""
 
 from __future__ import annotations
 
@@ -15,15 +15,14 @@ from razer.boxes.iou import box_containment, box_iou
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings, BankSettings
 from razer.detection.lifting import Detection, Lifted
-from razer.tracking import association
-from razer.tracking.association import assign, find_candidates, likeness
+from razer.tracking.association import assign, calibrated_cosine, find_candidates
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
 
-NO_EVIDENCE = LabelOverlap({}, {}, {}, {})
+NO_OVERLAP = LabelOverlap({}, {}, {}, {})
 
 
 def slow_assignment(costs: np.ndarray, gate: float) -> tuple[int, float]:
@@ -72,15 +71,15 @@ def test_no_pair_within_the_gate_assigns_nothing() -> None:
     assert assign([[Candidate(1, 1, 1, 0.5)]], 0.5) == {0: 1}
 
 
-def test_likeness_is_the_cosine_between_what_sets_vectors_apart_from_a_common_part() -> None:
+def test_the_calibrated_cosine_is_the_cosine_between_what_sets_vectors_apart_from_a_common_part() -> None:
     # Vectors with the same large part in common: without it they are at 0, 60 and 90 degrees.
     common, own = np.sqrt(0.8), np.sqrt(0.2)
     first = np.array([common, own, 0])
     for degrees in (0, 60, 90):
         angle = np.radians(degrees)
         second = np.array([common, own * np.cos(angle), own * np.sin(angle)])
-        assert likeness(float(first @ second), 0.8) == pytest.approx(np.cos(angle))
-    assert likeness(0.3, 0.0) == 0.3
+        assert calibrated_cosine(float(first @ second), 0.8) == pytest.approx(np.cos(angle))
+    assert calibrated_cosine(0.3, 0.0) == 0.3
 
 
 def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
@@ -90,7 +89,7 @@ def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
     settings = AssociationSettings(geometry_distance="paper")
 
     def cost(unrelated_cosine: float) -> float:
-        (row,) = find_candidates(found, known, index, NO_EVIDENCE, settings, unrelated_cosine)
+        (row,) = find_candidates(found, known, index, NO_OVERLAP, settings, unrelated_cosine)
         return row[0].cost
 
     assert cost(0.0) < settings.gate < cost(float(book @ table))
@@ -113,11 +112,11 @@ def make_tracks(*found: Detection) -> tuple[dict[int, Track], BoxIndex]:
 def candidates_of(
     found: Sequence[Detection],
     tracks: Sequence[Detection],
-    evidence: LabelOverlap = NO_EVIDENCE,
+    overlap: LabelOverlap = NO_OVERLAP,
     **settings: object,
 ) -> list[tuple[Candidate, ...]]:
     known, index = make_tracks(*tracks)
-    return find_candidates(found, known, index, evidence, AssociationSettings.model_validate(settings))
+    return find_candidates(found, known, index, overlap, AssociationSettings.model_validate(settings))
 
 
 UNIT_CUBE = axis_box((0, 0, 0), (1, 1, 1))
@@ -149,8 +148,8 @@ def test_visible_takes_the_better_of_labels_and_boxes() -> None:
     ((alone,),) = candidates_of(*boxes)
     assert alone.geometry == pytest.approx(1 - grown)
     by_labels = LabelOverlap({(0, 1): 8}, {0: 9}, {1: 10}, {})
-    ((seen,),) = candidates_of(*boxes, by_labels)
-    assert seen.geometry == pytest.approx(1 - 8 / 11)
+    ((candidate,),) = candidates_of(*boxes, by_labels)
+    assert candidate.geometry == pytest.approx(1 - 8 / 11)
 
 
 def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
@@ -160,19 +159,19 @@ def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
     found = [detection(b, unit(*rng.uniform(0, 1, 3)), cells=range(10)) for b in boxes]
     tracks = [detection(moved(b, pose(rng.normal(0, 0.05, 3))), unit(*rng.uniform(0, 1, 3))) for b in boxes]
     shared = {(i, t): int(rng.integers(0, 10)) for i in range(12) for t in range(1, 13)}
-    evidence = LabelOverlap(shared, dict.fromkeys(range(12), 15), dict.fromkeys(range(1, 13), 12), {})
+    overlap = LabelOverlap(shared, dict.fromkeys(range(12), 15), dict.fromkeys(range(1, 13), 12), {})
     within = by_boxes = 0
-    rows = candidates_of(found, tracks, evidence, gate=0.45)
+    rows = candidates_of(found, tracks, overlap, gate=0.45)
     assert sum(map(len, rows)) == 144
     for i, candidate in [(i, c) for i, row in enumerate(rows) for c in row]:
         track = tracks[candidate.track_id - 1]
-        overlap = box_iou([found[i].box.grown(0.025)], [track.box.grown(0.025)])[0]
-        seen = evidence.visible_iou(i, candidate.track_id)
-        cost = 0.6 * (1 - max(seen, overlap)) + 0.4 * (1 - found[i].embedding @ track.embedding)
+        of_boxes = box_iou([found[i].box.grown(0.025)], [track.box.grown(0.025)])[0]
+        of_voxels = overlap.visible_iou(i, candidate.track_id)
+        cost = 0.6 * (1 - max(of_voxels, of_boxes)) + 0.4 * (1 - found[i].embedding @ track.embedding)
         assert (candidate.cost <= 0.45) == (cost <= 0.45)
         if cost <= 0.45:
             assert candidate.cost == pytest.approx(cost, abs=1e-6)
-            within, by_boxes = within + 1, by_boxes + (overlap > seen)
+            within, by_boxes = within + 1, by_boxes + (of_boxes > of_voxels)
     assert 0 < by_boxes < within < 144
 
 
@@ -203,9 +202,9 @@ def test_candidates_are_near_or_share_cells_and_come_cheapest_first() -> None:
     assert [c.track_id for c in first] == [3, 1]
     assert second == ()
     # A track whose box went stale is found by the labels under the detection; 99 is no track any more.
-    evidence = LabelOverlap({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
-    assert [c.track_id for c in candidates_of(found, tracks, evidence)[0]] == [2, 3, 1]
-    assert [c.track_id for c in candidates_of(found, tracks, evidence, geometry_distance="paper")[0]] == [3, 1]
+    overlap = LabelOverlap({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
+    assert [c.track_id for c in candidates_of(found, tracks, overlap)[0]] == [2, 3, 1]
+    assert [c.track_id for c in candidates_of(found, tracks, overlap, geometry_distance="paper")[0]] == [3, 1]
 
 
 def test_a_gap_within_the_search_margin_still_makes_a_candidate() -> None:
@@ -229,12 +228,12 @@ def test_each_detection_is_compared_by_its_own_vector() -> None:
 
 
 def test_visible_iou_by_hand() -> None:
-    evidence = LabelOverlap({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
-    assert evidence.visible_iou(0, 1) == pytest.approx(6 / (8 + 10 - 6))
-    assert evidence.visible_iou(0, 2) == pytest.approx(2 / (8 + 5 - 2))
-    assert evidence.visible_iou(1, 1) == 0
-    assert evidence.visible_iou(5, 9) == 0
-    assert evidence.owned_share(0, 1, 12) == pytest.approx(0.5)
+    overlap = LabelOverlap({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
+    assert overlap.visible_iou(0, 1) == pytest.approx(6 / (8 + 10 - 6))
+    assert overlap.visible_iou(0, 2) == pytest.approx(2 / (8 + 5 - 2))
+    assert overlap.visible_iou(1, 1) == 0
+    assert overlap.visible_iou(5, 9) == 0
+    assert overlap.owned_share(0, 1, 12) == pytest.approx(0.5)
 
 
 def test_evidence_counts_labels_under_detections_and_masks_by_hand() -> None:
@@ -247,11 +246,11 @@ def test_evidence_counts_labels_under_detections_and_masks_by_hand() -> None:
     found = (detection(UNIT_CUBE, cells=[2, 3, 4]), detection(UNIT_CUBE, cells=[5, 6, 7, 8, 9], mask=1))
     member_mask, member_cell = np.array([0, 0, 0, 0, 1, 1, 1, 1, 1, 1]), np.arange(10)
     lifted = Lifted(found, member_mask.astype(np.int32), member_cell.astype(np.int32))
-    evidence = LabelOverlap.gather(voxels, cells, lifted)
-    assert evidence.shared == {(0, 1): 2, (0, 2): 1, (1, 2): 3}
-    assert dict(evidence.labelled) == {0: 3, 1: 3}
-    assert evidence.visible == {1: 4, 2: 4}
-    assert evidence.in_mask == {(0, 1): 4, (1, 2): 4}
+    overlap = LabelOverlap.gather(voxels, cells, lifted)
+    assert overlap.shared == {(0, 1): 2, (0, 2): 1, (1, 2): 3}
+    assert dict(overlap.labelled) == {0: 3, 1: 3}
+    assert overlap.visible == {1: 4, 2: 4}
+    assert overlap.in_mask == {(0, 1): 4, (1, 2): 4}
     voxels.replace(2, 1)
     fused = LabelOverlap.gather(voxels, cells, lifted)
     assert fused.visible == {1: 8}
@@ -265,25 +264,7 @@ def test_evidence_of_a_frame_without_masks() -> None:
     cells = cells_at([[x, 0, 37] for x in range(10)])
     voxels.vote(cells, np.ones(10, np.int32))
     nothing = np.zeros(0, np.int32)
-    evidence = LabelOverlap.gather(voxels, cells, Lifted((), nothing, nothing))
-    assert evidence.visible == {1: 10}
-    assert evidence.shared == evidence.in_mask == {}
-    assert_allclose(evidence.visible_iou(0, 1), 0)
-
-
-@pytest.mark.parametrize("bound", [association._most_shared, association._most_shared_turned])
-def test_bounds_are_never_below_what_boxes_share(bound) -> None:
-    rng = np.random.default_rng(0)
-    boxes = [random_box(rng) for _ in range(400)]
-    first, second = np.arange(200), np.arange(200, 400)
-    grown = [box.grown(0.02) for box in boxes]
-    shared = box_iou(grown[:200], grown[200:])
-    assert (bound(boxes, 0.02, first, second) >= shared - 1e-9).all()
-    assert (shared > 0.05).sum() > 20  # pairs that say something
-    assert (bound(boxes, 0.02, first, second) > 1.2 * shared + 1e-9).any()
-
-
-def test_the_bound_of_a_box_with_itself_is_exact_along_its_own_axes() -> None:
-    rng = np.random.default_rng(0)
-    boxes, row = [random_box(rng) for _ in range(50)], np.arange(50)
-    assert_allclose(association._most_shared_turned(boxes, 0.0, row, row), 1)
+    overlap = LabelOverlap.gather(voxels, cells, Lifted((), nothing, nothing))
+    assert overlap.visible == {1: 10}
+    assert overlap.shared == overlap.in_mask == {}
+    assert_allclose(overlap.visible_iou(0, 1), 0)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
 from razer.tracking.embedding_bank import EmbeddingBank
-from razer.tracking.embedding_clusters import ONE_THING, EmbeddingClusters
+from razer.tracking.embedding_clusters import SAME_THING_COSINE, EmbeddingClusters
 
 DIMENSION = 512
 
@@ -25,11 +25,11 @@ def turned(vector, cosine, rng):
     return cosine * vector + np.sqrt(1 - cosine**2) * aside / np.linalg.norm(aside)
 
 
-def slot_of(vectors, weights):
-    slots = EmbeddingClusters.of(vectors[0], weights[0])
+def cluster_of(vectors, weights):
+    clusters = EmbeddingClusters.of(vectors[0], weights[0])
     for vector, weight in zip(vectors[1:], weights[1:], strict=True):
-        slots = slots.merged(0, EmbeddingClusters.of(vector, weight))
-    return slots
+        clusters = clusters.merged(0, EmbeddingClusters.of(vector, weight))
+    return clusters
 
 
 def test_coherence_is_the_mean_cosine_of_pairs():
@@ -39,7 +39,7 @@ def test_coherence_is_the_mean_cosine_of_pairs():
     pairs = [(i, j) for i in range(7) for j in range(7) if i != j]
     expected = sum(weights[i] * weights[j] * (vectors[i] @ vectors[j]) for i, j in pairs)
     expected /= sum(weights[i] * weights[j] for i, j in pairs)
-    assert slot_of(vectors, weights).coherence()[0] == pytest.approx(expected)
+    assert cluster_of(vectors, weights).coherence()[0] == pytest.approx(expected)
 
 
 def test_mean_cosine_is_that_of_all_pairs():
@@ -47,7 +47,7 @@ def test_mean_cosine_is_that_of_all_pairs():
     vectors = [direction(rng) for _ in range(5)]
     other, weights = direction(rng), rng.uniform(0.2, 1, 5)
     expected = sum(w * (v @ other) for v, w in zip(vectors, weights, strict=True)) / weights.sum()
-    assert slot_of(vectors, weights).mean_cosines(EmbeddingClusters.of(other, 0.3))[0] == pytest.approx(expected)
+    assert cluster_of(vectors, weights).mean_cosines(EmbeddingClusters.of(other, 0.3))[0] == pytest.approx(expected)
 
 
 def test_a_single_observation_is_taken_as_it_is():
@@ -57,12 +57,12 @@ def test_a_single_observation_is_taken_as_it_is():
 @pytest.mark.parametrize(("cosine", "n_left"), [(1.0, 1), (0.8, 2)])
 def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noise(cosine, n_left):
     """Observations are at a cosine of 0.5 to each other, yet 1.0 and 0.8 between what they are of differ."""
-    assert ONE_THING > 0.8
+    assert SAME_THING_COSINE > 0.8
     for seed in range(20):
         rng = np.random.default_rng(seed)
         one = direction(rng)
         other = one if cosine == 1 else turned(one, cosine, rng)
-        both = [slot_of([turned(v, 0.7, rng) for _ in range(12)], [0.5] * 12) for v in (one, other)]
+        both = [cluster_of([turned(v, 0.7, rng) for _ in range(12)], [0.5] * 12) for v in (one, other)]
         merged = both[0].joined(both[1]).distinct()
         assert len(merged) == n_left
         assert merged.masses.sum() == pytest.approx(12)
@@ -71,14 +71,14 @@ def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noi
 def test_taking_together_keeps_the_sum_and_puts_the_largest_first():
     rng = np.random.default_rng(3)
     vectors = [direction(rng) for _ in range(3)]
-    slots = (
+    clusters = (
         EmbeddingClusters.of(vectors[0], 0.2)
         .joined(EmbeddingClusters.of(vectors[1], 0.5))
         .joined(EmbeddingClusters.of(vectors[2], 0.3))
     )
-    left = slots.distinct()
+    left = clusters.distinct()
     assert_allclose(left.masses, [0.5, 0.3, 0.2])
-    assert_allclose(left.sums.sum(axis=0), slots.sums.sum(axis=0))
+    assert_allclose(left.sums.sum(axis=0), clusters.sums.sum(axis=0))
 
 
 def test_a_bank_of_noisy_observations_of_one_thing_is_its_running_mean():
@@ -126,8 +126,8 @@ def test_few_noisy_observations_are_read_as_their_mean():
 def test_a_second_appearance_that_was_seen_more_than_once_stays():
     rng = np.random.default_rng(7)
     front, back = direction(rng), direction(rng)
-    both = slot_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
-    both = both.joined(slot_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
+    both = cluster_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
+    both = both.joined(cluster_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
     left = both.joined(EmbeddingClusters.of(turned(back, 0.9, rng), 0.4)).settled()
     assert_allclose(left.masses, [1.5, 1.4])
 

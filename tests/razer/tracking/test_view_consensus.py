@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from razer.tracking.label_overlap import LabelOverlap
-from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, Consensus
+from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 FRAMES, SHARE = 2, 0.6
 
@@ -24,7 +24,7 @@ APART = view({1: 50}, {2: 40})
 
 
 def agreed(*views: LabelOverlap) -> list[tuple[int, int]]:
-    consensus = Consensus()
+    consensus = ViewConsensus()
     for each in views:
         consensus.add(each, {})
     return consensus.agreed(FRAMES, SHARE)
@@ -53,7 +53,7 @@ def test_neighbours_joined_in_one_view_of_twenty_do_not_agree() -> None:
 def test_a_piece_seen_together_now_and_then_is_given_the_benefit_of_the_doubt() -> None:
     """Five frames of a split and five frames together: a piece; two together of forty: a neighbour."""
     for together, apart, fused in ((5, 6, True), (2, 2, True), (2, 38, False), (0, 1, False)):
-        consensus = Consensus()
+        consensus = ViewConsensus()
         for each in [TOGETHER] * together + [APART] * apart:
             consensus.add(each, {})
         assert consensus.agreed(2, 0.6, prior=4.0) == ([(1, 2)] if fused else [])
@@ -89,8 +89,8 @@ def test_the_surest_pair_comes_first() -> None:
     assert agreed(both, both, view({3: 50, 4: 50})) == [(3, 4), (1, 2)]
 
 
-def consensus_of_three() -> Consensus:
-    consensus = Consensus()
+def consensus_of_three() -> ViewConsensus:
+    consensus = ViewConsensus()
     for _ in range(3):
         consensus.add(view({1: 50, 2: 50, 3: 50}), {})
     return consensus
@@ -106,7 +106,7 @@ def test_fusing_renames_and_forgets() -> None:
 
 
 def test_views_apart_are_inherited_by_the_survivor() -> None:
-    consensus = Consensus()
+    consensus = ViewConsensus()
     for each in [view({1: 50}, {2: 50, 3: 50})] * 10 + [view({1: 50, 3: 50}, {2: 50})] * 3:
         consensus.add(each, {})
     for each in [view({1: 50}, {3: 50})] * 10:
@@ -117,15 +117,15 @@ def test_views_apart_are_inherited_by_the_survivor() -> None:
 
 def test_a_track_counts_from_the_frame_it_is_born_in() -> None:
     """No voxel bears its label yet: the mask it came from speaks for it."""
-    seen = view({1: 50}, {})
+    overlap = view({1: 50}, {})
     for mask_of_the_newcomer, found in ((0, [(1, 2)]), (1, [])):
-        consensus = Consensus()
+        consensus = ViewConsensus()
         for _ in range(2):
-            consensus.add(seen, {2: mask_of_the_newcomer})
+            consensus.add(overlap, {2: mask_of_the_newcomer})
         assert consensus.agreed(FRAMES, SHARE) == found
-    parted = Consensus()
+    parted = ViewConsensus()
     for _ in range(3):
-        parted.add(seen, {2: 1})
+        parted.add(overlap, {2: 1})
     for _ in range(2):
         parted.add(TOGETHER, {})
     assert parted.agreed(FRAMES, SHARE) == []

@@ -12,7 +12,7 @@ import razer.volume.voxel_map
 from razer.frame import Frame
 from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import extract_mesh, extract_points
-from razer.volume.space_carving import FORGET, carve, nearest_readings
+from razer.volume.space_carving import KEPT_SHARE, carve, nearest_readings
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, box_depth, contents, frame_of, look, plane_depth, pose, same_contents
 
@@ -122,10 +122,10 @@ def test_one_contradiction_weakens_and_does_not_erase(furnished: VoxelMap) -> No
     before = contents(furnished)
     carve(furnished, look(frame_of(wall_depth(AT[0]), AT[0])))
     after = contents(furnished)
-    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 1 / FORGET))[..., 0]
+    lasting = ((after["weight"] != before["weight"]) & (before["weight"] >= 1 / KEPT_SHARE))[..., 0]
     assert np.count_nonzero(before["label"][lasting] == THING) > 50
-    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] * FORGET)
-    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // int(1 / FORGET))
+    assert np.array_equal(after["weight"][lasting], before["weight"][lasting] * KEPT_SHARE)
+    assert np.array_equal(after["counts"][lasting], before["counts"][lasting] // int(1 / KEPT_SHARE))
     assert np.array_equal(after["tsdf"][lasting], before["tsdf"][lasting])
 
 

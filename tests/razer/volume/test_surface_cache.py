@@ -1,4 +1,4 @@
-"""The surface that is looked at again only where something changed, against one that is always taken anew."""
+"""The cached surface, renewed only where something changed, against one that is always extracted anew."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 import torch
 from numpy.testing import assert_array_equal
 
-import razer.mapper
+import razer.tracking.panoptic_integrator
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.config import MapperConfig
@@ -46,9 +46,9 @@ def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:
     found, changed = known.renew(volume)
     assert changed is None
     assert len(found.addresses) > 100
-    again, changed = known.renew(volume)
+    renewed, changed = known.renew(volume)
     assert changed == set()
-    assert_is_all(again, volume)
+    assert_is_all(renewed, volume)
 
 
 @pytest.mark.parametrize("change", ["integrate", "vote", "carve", "amplify", "grow"])
@@ -111,11 +111,11 @@ def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monke
     room = SyntheticScene("room", 2, 90, 320, 240, sensor=SensorModel.kinect())
     tracks = []
     for kind in (SurfaceCache, _Anew):
-        monkeypatch.setattr(razer.mapper, "KnownSurface", kind)
+        monkeypatch.setattr(razer.tracking.panoptic_integrator, "SurfaceCache", kind)
         mapper = Mapper(MapperConfig(), OracleSegmenter("full", seed=1), OracleEmbedder("full", seed=1))
         for index in range(len(room)):
             mapper.step(room[index])
         tracks.append({t.id: (t.n_voxels, t.support, t.hits, *t.box.center, *t.box.extent) for t in mapper.tracks})
     assert tracks[0].keys() == tracks[1].keys()
-    for track_id, told in tracks[0].items():
-        assert told == pytest.approx(tracks[1][track_id], abs=1e-6)
+    for track_id, state in tracks[0].items():
+        assert state == pytest.approx(tracks[1][track_id], abs=1e-6)

@@ -1,0 +1,119 @@
+"""Panoptic integration of one observation at a time: the TSDF volume, the tracks in it, and the votes that join both
+(RAZER section IV-G)."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+
+from razer.arrays import Int32Array
+from razer.config import MapperConfig
+from razer.detection.observed_surface import ObservedSurface
+from razer.detection.perception import Observation
+from razer.stages import stage
+from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.step_result import StepResult
+from razer.tracking.tracker import Tracker
+from razer.volume.label_voting import vote
+from razer.volume.space_carving import carve
+from razer.volume.support import support_ratios
+from razer.volume.surface_cache import SurfaceCache, points_by_instance
+from razer.volume.voxel_map import VoxelMap
+
+
+class PanopticIntegrator:
+    """A volume and its tracks. `Mapper` fills one as frames come; the last pass of a `Reintegrator` fills another."""
+
+    def __init__(self, config: MapperConfig, voxels: VoxelMap, tracker: Tracker) -> None:
+        self.config = config
+        self.voxels = voxels
+        self.tracker = tracker
+        self._surface = SurfaceCache()
+        self._n_frames = 0
+        self._last_index = self._refreshed_at = 0
+
+    def successor(self, carve_every: int) -> PanopticIntegrator:
+        """An empty one that gives new ids, and carves free space every `carve_every` frames; 0 = never."""
+        voxel_settings = self.config.voxels.model_copy(update={"carve_every": carve_every})
+        config = self.config.model_copy(update={"voxels": voxel_settings})
+        tracker = Tracker(config, self.tracker.newest_id, self.tracker.unrelated_cosine)
+        return PanopticIntegrator(config, self.voxels.empty_copy(), tracker)
+
+    def fuse(self, observation: Observation, *, spare_confirmed: bool = False) -> StepResult:
+        """Map one observation; with `spare_confirmed` no confirmed track is pruned."""
+        frame, surface, lifted = observation.frame, observation.surface, observation.lifted
+        with stage("integrate"):
+            changed_blocks = self.voxels.integrate(frame, surface)
+        with stage("associate"):
+            overlap = LabelOverlap.gather(self.voxels, surface.cells, lifted)
+            decisions = self.tracker.update(lifted.detections, overlap, frame.index)
+        with stage("vote"):
+            owners = np.array([decision.track_id for decision in decisions], np.int32)
+            self.voxels.admit(self.tracker.newest_id)
+            ids = vote(self.voxels, surface, lifted.detections, owners, self.config.maintenance.withdraw_votes)
+        with stage("maintain"):
+            fused, pruned = self._maintain(surface, frame.index, spare_confirmed)
+        return StepResult(
+            frame_index=frame.index,
+            id_image=_enlarged(ids, surface.stride, frame.depth.shape),
+            detections=lifted.detections,
+            decisions=tuple(decisions),
+            fused=tuple(fused),
+            pruned=tuple(pruned),
+            changed_blocks=changed_blocks,
+        )
+
+    def _maintain(
+        self, surface: ObservedSurface, frame_index: int, spare_confirmed: bool
+    ) -> tuple[list[tuple[int, int]], list[int]]:
+        self._n_frames += 1
+        self._last_index = frame_index
+        carve_every = self.config.voxels.carve_every
+        # Halfway between two clean-ups, so that no frame bears both.
+        if carve_every and (self._n_frames + carve_every // 2) % carve_every == 0:
+            carve(self.voxels, surface)
+        if self._n_frames % self.config.maintenance.interval_frames:
+            return [], []
+        return self._clean_up(spare_confirmed)
+
+    def _clean_up(self, spare_confirmed: bool) -> tuple[list[tuple[int, int]], list[int]]:
+        """Fuse duplicates, renew the boxes from the voxels, and prune; returns pairs (gone, survivor), and the ids of
+        pruned tracks."""
+        fused = self.tracker.fuse_duplicates()
+        for gone, survivor in fused:
+            self.voxels.replace(gone, survivor)
+        self.refresh_tracks(grown={survivor for _, survivor in fused})
+        pruned = self.tracker.prune(self._last_index, spare_confirmed=spare_confirmed)
+        for gone in pruned:
+            self.voxels.replace(gone, 0)
+        return fused, pruned
+
+    def refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
+        """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given
+        others' voxels."""
+        surface, changed = self._surface.renew(self.voxels)
+        since, self._refreshed_at = self._refreshed_at, self._last_index
+        stale = [
+            track
+            for track in self.tracker.tracks.values()
+            if changed is None or track.id in changed or track.id in grown or track.last_frame >= since
+        ]
+        points = points_by_instance(self.voxels, surface, [track.id for track in stale])
+        support = support_ratios(self.voxels, surface)
+        for track in stale:
+            track.refresh(points[track.id])
+            track.support = support.get(track.id, 0.0)
+            self.tracker.refreshed(track)
+
+    def finish(self, *, spare_confirmed: bool = False) -> None:
+        """A last pass over the tracks; after it only instances are left, labels are settled and boxes are fresh."""
+        self._clean_up(spare_confirmed)
+        for gone in self.tracker.drop_unconfirmed():
+            self.voxels.replace(gone, 0)
+        self.voxels.settle()
+        self.refresh_tracks()
+
+
+def _enlarged(ids: Int32Array, stride: int, shape: tuple[int, ...]) -> Int32Array:
+    return ids.repeat(stride, axis=0).repeat(stride, axis=1)[: shape[0], : shape[1]]
