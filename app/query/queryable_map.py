@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from app.query.contrast_cache import contrast_of
+from app.query.negative_prompt_cache import contrast_of
 from app.run_folder import run_folder as names
 from app.run_folder.mapped_run import read_run
 from app.run_folder.save_run import camera_up

@@ -55,7 +55,7 @@ def ablate(
         raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
 
     # Late, as in `razer run`.
-    from app.ablation.ablation import VARIANTS, measure, table
+    from app.ablation.mapper_variants import VARIANTS, measure, table
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:

@@ -49,9 +49,9 @@ def compare(
     rules = chosen_rules(preset, set)
 
     # Late, since these bring Open3D and torch along.
-    from app.comparison.comparison import compare_runs
-    from app.comparison.comparison_folder import check_folder, write_comparison
-    from app.comparison.comparison_report import report
+    from app.comparison.compare_runs import compare_runs
+    from app.comparison.folder import check_folder, write_comparison
+    from app.comparison.report import report
 
     folder = out or run_b / FOLDER
     check_folder(folder)

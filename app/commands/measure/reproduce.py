@@ -44,8 +44,8 @@ def reproduce(
     # Late, as in `razer run`.
     leave_cores_to_helpers()
     from app.reproduction.published_tables import TABLES
-    from app.reproduction.reproduction import Reproduction
-    from app.reproduction.reproduction_report import report
+    from app.reproduction.report import report
+    from app.reproduction.reproduce_table import Reproduction
 
     wanted = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
     both = options.poses == "both"

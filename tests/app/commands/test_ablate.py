@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from app.ablation.ablation import COLUMNS, VARIANTS
+from app.ablation.mapper_variants import COLUMNS, VARIANTS
 from app.cli import main
 from app.settings.config_file import read_config
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from app.cli import main
 from app.comparison.against_truth import differences
-from app.comparison.comparison import compare_runs
+from app.comparison.compare_runs import compare_runs
 from app.comparison.top_view import TopView
 from app.timeline import viewer
 from data_tools.synthetic.synthetic_room import SyntheticRoom

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.render.mesh_decimation import limited
 from app.render.viewpoint import overview
 from app.run_folder.mapped_run import MappedRun

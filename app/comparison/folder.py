@@ -7,17 +7,17 @@ from json import dumps
 from pathlib import Path
 
 from app.commands.measure.eval import write_atomically
-from app.comparison import comparison_plots
-from app.comparison.comparison import Comparison
-from app.comparison.comparison_recording import write_recording
+from app.comparison import plots
+from app.comparison.compare_runs import Comparison
+from app.comparison.recording import write_recording
 from razer.errors import BadInput
 
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"
 PICTURES = {
-    "trajectories.png": comparison_plots.trajectories,
-    "errors.png": comparison_plots.errors,
-    "instances.png": comparison_plots.instances,
+    "trajectories.png": plots.trajectories,
+    "errors.png": plots.errors,
+    "instances.png": plots.instances,
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.comparison.matched_instances import MatchedInstance
 from app.evaluation.report import SUMMARY, text_of
 from razer.panoptic_map import MapObject

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.query.contrast_cache import contrast_of
+from app.query.negative_prompt_cache import contrast_of
 from app.settings.run_config import EmbedderSettings
 from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.reproduction.published_tables import PublishedTable
-from app.reproduction.reproduction import Reproduced, Row
+from app.reproduction.reproduce_table import Reproduced, Row
 
 
 def report(result: Reproduced, published: PublishedTable, console: Console) -> None:

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull, QhullError
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.comparison.top_view import TopView
 from app.evaluation.plots import png
 from app.run_folder.save_run import camera_up
