@@ -16,6 +16,7 @@ from data_tools.writers.table import write_recording
 from razer.errors import BadInput
 from razer.models import make_embedder, make_segmenter
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust, load
+from tests.support.cli import razer
 
 QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu", "--no-timeline")
 SIZE = (160, 120)
@@ -63,14 +64,6 @@ class Neither:
 def read(folder, declared, use_poses):
     raise RuntimeError("the planted reader ran")
 """
-
-
-def razer(capsys, *arguments):
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return stopped.value.code or 0, out, err
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from app.cli import main
 from app.frames.open_recording import open_recording
 from app.settings.run_config import InputSettings
 from data_tools.checks.inspection import inspect_sequence
@@ -21,6 +20,7 @@ from data_tools.writers.own_folder import write_folder
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
+from tests.support.cli import razer
 from tests.support.recordings import write_seven_scenes
 from tests.support.spoilt import Spoilt, as_is, depth_moved, posed
 
@@ -42,13 +42,6 @@ def written(room: list[Frame], tmp_path_factory: pytest.TempPathFactory) -> dict
     for name, change in changes.items():
         write_folder(Spoilt(room, change), folder / name)
     return {name: folder / name for name in changes}
-
-
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    captured = capsys.readouterr()
-    return caught.value.code or 0, captured.out, captured.err
 
 
 def test_facts_are_those_of_the_recording(room: list[Frame]) -> None:

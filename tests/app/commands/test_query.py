@@ -15,18 +15,11 @@ from data_tools.writers.table import write_recording
 from razer.errors import BadInput
 from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
+from tests.support.cli import razer
 from tests.support.gltf import read_glb
 
 N_FRAMES, SIZE = 24, (160, 120)
 QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu", "--no-timeline")
-
-
-def razer(capsys, *arguments):
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return stopped.value.code or 0, out, err
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli import main
 from data_tools.open_sequence import open_sequence, recognise
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.rendered_sequence import RenderedSequence
@@ -18,17 +17,10 @@ from data_tools.truth.open_truth import open_truth
 from data_tools.writers.table import WRITERS
 from razer.errors import BadInput
 from razer.frame import Frame
+from tests.support.cli import razer
 
 TINY = ("--size", "64x48", "--spacing", 0.08)
 READ_AS = {"own": "folder"}
-
-
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return int(stopped.value.code or 0), out, err
 
 
 def same(one: Frame, other: Frame) -> bool:
