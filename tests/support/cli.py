@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from app.cli import main
 from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.writers.table import write_recording
 
 N_FRAMES = 12
 RUN_FILES = {
@@ -57,3 +59,25 @@ def tum_line(stamp: float, pose: np.ndarray) -> str:
 
 def listing(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file in a folder and below, by its path in there."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def instances_of(run: Path) -> list[dict[str, Any]]:
+    """The entries of a run's instances.json."""
+    entries: list[dict[str, Any]] = json.loads((run / "instances.json").read_text())["instances"]
+    return entries
+
+
+def map_oracle_room(place: Path, n_frames: int, size: tuple[int, int]) -> tuple[Path, Path]:
+    """A small room with its truth, mapped with the simulator's masks: (run, recording), both in `place`."""
+    room = SyntheticRoom(0, n_frames, *size)
+    write_recording("own", room, place / "recording", truth=room.truth(0.05), lossless=True)
+    models = ("--segmenter", "oracle", "--embedder", "oracle")
+    with pytest.raises(SystemExit) as stopped:
+        main(["run", str(place / "recording"), "-o", str(place / "run"), *models, *QUICK, "--no-timeline"])
+    assert not stopped.value.code
+    return place / "run", place / "recording"
