@@ -8,7 +8,7 @@ from importlib import metadata
 
 from cyclopts import App, CycloptsError
 
-BAD_INPUT = 2
+from app.console.exit_codes import BAD_INPUT
 
 app = App(
     name="razer",

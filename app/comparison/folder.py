@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from json import dumps
 from pathlib import Path
 
-from app.commands.measure.eval import write_atomically
 from app.comparison import plots
 from app.comparison.compare_runs import Comparison
 from app.comparison.recording import write_recording
+from app.run_folder.atomic_files import replace_content, replace_file
 from razer.errors import BadInput
 
 NUMBERS = "compare.json"
@@ -32,11 +31,9 @@ def write_comparison(result: Comparison, folder: Path) -> None:
     """Write all files; others in the folder stay. Raises BadInput where it cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / NUMBERS, dumps(result.as_json(), indent=1) + "\n")
+        replace_content(folder / NUMBERS, dumps(result.as_json(), indent=1) + "\n")
         for name, draw in PICTURES.items():
-            write_atomically(folder / name, draw(result))
-        temporary = folder / f".part-{RECORDING}"
-        write_recording(temporary, result)
-        os.replace(temporary, folder / RECORDING)
+            replace_content(folder / name, draw(result))
+        replace_file(folder / RECORDING, lambda part: write_recording(part, result))
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}); choose another folder with -o") from error

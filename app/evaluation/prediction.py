@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from app.run_folder import run_folder as names
-from app.settings.config_file import read_config
+from app.settings.config_file import read_run_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from data_tools.recordings.trajectories import read_trajectory
@@ -81,12 +81,12 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
 
 def _estimated_poses(config: Path) -> bool:
     """Whether a run estimated its poses, and so lies in a frame of its own."""
-    return config.exists() and read_config(config, (), {}).input.poses == "slam"
+    return config.exists() and read_run_config(config).input.poses == "slam"
 
 
 def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Trust) -> dict[int, str] | None:
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
-    config = read_config(folder / names.CONFIG, (), {}, trust=trust)
+    config = read_run_config(folder / names.CONFIG, trust=trust)
     embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     if not isinstance(embedder, TextSide):
         return None

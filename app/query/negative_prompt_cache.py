@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.console.streams import progress_console
+from app.run_folder.atomic_files import replace_file
 from app.settings.run_config import EmbedderSettings
 from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
@@ -37,9 +38,7 @@ def contrast_of(words: TextQueryEncoder, settings: EmbedderSettings) -> Negative
     contrast = words.contrast
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".part-{os.getpid()}-{path.name}")
-        np.savez_compressed(part, format=FORMAT, vectors=contrast.vectors)
-        os.replace(part, path)
+        replace_file(path, lambda part: np.savez_compressed(part, format=FORMAT, vectors=contrast.vectors))
     return contrast
 
 

@@ -9,7 +9,7 @@ from app.query.negative_prompt_cache import contrast_of
 from app.run_folder import run_folder as names
 from app.run_folder.mapped_run import read_run
 from app.run_folder.save_run import camera_up
-from app.settings.config_file import read_config
+from app.settings.config_file import read_run_config
 from app.settings.run_config import RunConfig
 from razer.arrays import Float64Array
 from razer.models import Embedder, make_embedder
@@ -39,7 +39,7 @@ def open_queryable_map(
     # Another embedder does not take the options of the run's own.
     anew = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
-    config = read_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
+    config = read_run_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
     made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     words = TextQueryEncoder(made, contrast_of(TextQueryEncoder(made), config.embedder)) if by_text else None
     up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import cv2
 import numpy as np
 
 from app.frames.open_recording import open_unchecked
+from app.run_folder.atomic_files import replace_file
 from app.settings.run_config import InputSettings
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Uint8Array
@@ -57,9 +57,8 @@ class BestFrames:
         try:
             frame = self._sequence[view.frame]
             self._folder.mkdir(exist_ok=True)
-            part = path.with_name(f".part-{path.name}")
-            cv2.imwrite(str(part), cv2.cvtColor(cut_out(frame.rgb, view), cv2.COLOR_RGB2BGR))
-            os.replace(part, path)
+            crop = cv2.cvtColor(cut_out(frame.rgb, view), cv2.COLOR_RGB2BGR)
+            replace_file(path, lambda part: cv2.imwrite(str(part), crop))
         except (UnusableFrame, IndexError, OSError, cv2.error) as error:
             self.notes.append(f"no crop of frame {view.frame}: {error}")
             return None

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app.commands.measure.eval import METRICS, write_atomically
+from app.console.notes import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.evaluation.prediction import is_run
 from app.frames.open_recording import open_recording, open_unchecked
 from app.pipeline.run_pipeline import run_to_folder, settled
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
+from app.run_folder.atomic_files import replace_content
 from app.run_folder.run_folder import RunFolder
-from app.settings.config_file import read_config
+from app.settings.config_file import read_config, read_run_config
 from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from data_tools.truth.open_truth import has_truth
@@ -91,7 +92,7 @@ class Reproduction:
     def _map(self, name: str, place: Path, console: Console) -> None:
         folder = self._out / name
         config = settled(self._config, open_unchecked(place, self._config.input))
-        if is_run(folder) and read_config(folder / names.CONFIG, (), {}) == config:
+        if is_run(folder) and read_run_config(folder / names.CONFIG) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
@@ -103,10 +104,9 @@ class Reproduction:
         notes: list[str] = []
         jobs = [(name, self._out / name, place) for name, place in done.items()]
         result = evaluate_jobs(jobs, self._preset, trust=self._config.embedder.trust, notes=notes)
-        for note in notes:
-            console.print(f"note: {note}", soft_wrap=True)
+        print_notes(notes, console)
         for name, numbers in result.as_json()["scenes"].items():
-            write_atomically(self._out / name / METRICS, json.dumps(numbers, indent=1) + "\n")
+            replace_content(self._out / name / names.METRICS, json.dumps(numbers, indent=1) + "\n")
         timings = {name: json.loads((self._out / name / names.TIMINGS).read_text()) for name in done}
         seconds = {name: round(float(t["wall_s"]), 2) for name, t in timings.items()}
         stages = {stage for t in timings.values() for stage in t["stages"]}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from json import dumps
 from pathlib import Path
 
+from app.console.notes import print_notes
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -49,10 +50,8 @@ def label(
     asked = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
     known = known_categories(asked.panoptic, classes)
     if left_out := len(classes.categories) - len(known):
-        progress_console().print(
-            f"note: the embedder does not know {left_out} of the {len(classes.categories)} names: left out",
-            soft_wrap=True,
-        )
+        note = f"the embedder does not know {left_out} of the {len(classes.categories)} names: left out"
+        print_notes([note], progress_console())
     labelled = LabelledRun.of(asked, classes.name, label_map(asked.panoptic, known))
     try:
         labelled.write()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.notes import print_notes
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -70,8 +71,7 @@ def query(
         _draw(asked, answer, render)
     frames = BestFrames(run, asked.config.input) if answer.found else None
     result = answer_json(text if text is not None else str(image), answer, frames)
-    for note in frames.notes if frames else ():
-        progress_console().print(f"note: {note}", soft_wrap=True)
+    print_notes(frames.notes if frames else (), progress_console())
     if json:
         print(dumps(result))
     else:

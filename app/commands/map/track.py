@@ -8,11 +8,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.measure.eval import write_atomically
+from app.console.exit_codes import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.run_folder.atomic_files import replace_content
 from app.settings.options import Flag, RecordingOptions
-
-INTERRUPTED = 130
 
 
 def track(
@@ -52,7 +51,7 @@ def track(
     for path, poses in ((out, found.final), (live_poses, found.live)):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, tum_text([found.stamps[i] for i in poses], list(poses.values())))
+            replace_content(path, tum_text([found.stamps[i] for i in poses], list(poses.values())))
     content = found.as_json()
     if json:
         print(dumps(content))

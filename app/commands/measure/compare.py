@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.measure.eval import chosen_rules, say
-from app.console.streams import result_console
+from app.console.notes import print_notes
+from app.console.streams import progress_console, result_console
 from app.settings.options import Assignments, Flag, TrustOptions
 
 FOLDER = "compare"
@@ -46,17 +46,17 @@ def compare(
     json:
         One line of JSON.
     """
-    rules = chosen_rules(preset, set)
-
     # Late, since these bring Open3D and torch along.
     from app.comparison.compare_runs import compare_runs
     from app.comparison.folder import check_folder, write_comparison
     from app.comparison.report import report
+    from app.evaluation.rules import choose_rules
 
+    rules = choose_rules(preset, set)
     folder = out or run_b / FOLDER
     check_folder(folder)
     result = compare_runs(run_a, run_b, truth, rules, options.trust)
-    say(result.notes)
+    print_notes(result.notes, progress_console())
     write_comparison(result, folder)
     if json:
         print(dumps(result.as_json()))

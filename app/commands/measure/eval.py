@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.console.notes import print_notes
 from app.console.streams import progress_console, result_console
-from app.run_folder.run_folder import replace_file
+from app.run_folder import run_folder
+from app.run_folder.atomic_files import replace_content
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from razer.metrics.protocol.evaluation import Evaluation
 
-METRICS = "metrics.json"
 PICTURES = "eval"
 
 
@@ -71,13 +71,14 @@ def evaluate(
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
     from app.evaluation.prediction import is_run
+    from app.evaluation.rules import choose_rules
 
-    rules = chosen_rules(preset, set)
+    rules = choose_rules(preset, set)
     notes: list[str] = []
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
-    say(notes)
+    print_notes(notes, progress_console())
     _deliver(result, run if run is not None and is_run(run) else None, out, json)
     return 0
 
@@ -88,7 +89,7 @@ def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: 
 
     content = result.as_json()
     if run is not None:
-        write_atomically(run / METRICS, dumps(content, indent=1) + "\n")
+        replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
         pictures = pictures or run / PICTURES
     if pictures is not None:
         _draw(result, pictures)
@@ -96,38 +97,6 @@ def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: 
         print(dumps(content))
     else:
         report(result, result_console(), pictures)
-
-
-def say(notes: Iterable[str]) -> None:
-    """What one should know of a result, on standard error."""
-    for note in notes:
-        progress_console().print(f"note: {note}", soft_wrap=True)
-
-
-def chosen_rules(preset: str, assignments: tuple[str, ...]) -> Any:
-    """The preset with some of its rules changed; raises BadInput naming what is wrong."""
-    import tomllib
-
-    from pydantic import ValidationError
-
-    from razer.metrics.presets import PRESETS
-
-    if preset not in PRESETS:
-        raise BadInput(f"no preset '{preset}': choose one of {', '.join(PRESETS)}")
-    rules = PRESETS[preset].model_dump()
-    for assignment in assignments:
-        name, separator, text = (part.strip() for part in assignment.partition("="))
-        if not separator or name not in rules:
-            raise BadInput(f"--set {assignment}: write rule=value, with one of the rules {', '.join(rules)}")
-        try:
-            rules[name] = None if text in ("none", "null") else tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            rules[name] = text
-    try:
-        return type(PRESETS[preset]).model_validate(rules)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise BadInput(f"--set {first['loc'][0]}: {first['msg']}") from None
 
 
 def _jobs(
@@ -165,10 +134,4 @@ def _draw(result: Evaluation, folder: Path) -> None:
         ("precision_recall.png", precision_recall(result)),
     ):
         if content is not None:
-            write_atomically(folder / name, content)
-
-
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file beside its place and rename it, so that it is never seen half written."""
-    told = content.encode() if isinstance(content, str) else content
-    replace_file(path, lambda part: part.write_bytes(told))
+            replace_content(folder / name, content)

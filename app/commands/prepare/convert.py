@@ -6,10 +6,10 @@ from json import dumps
 from pathlib import Path
 from typing import Any
 
+from app.console.exit_codes import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag, RecordingOptions
 
-INTERRUPTED = 130
 FORMAT = 1
 MOST_NAMED = 5
 

@@ -8,12 +8,11 @@ from typing import Any
 
 from rich.padding import Padding
 
+from app.console.exit_codes import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag
 from razer.errors import BadInput
 from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
-
-INTERRUPTED = 130
 
 
 def list_models(*, json: Flag = False) -> None:

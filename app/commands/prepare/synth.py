@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
+from app.console.exit_codes import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.settings.assignments import split_assignment
 from app.settings.options import Assignments, Flag
 from razer.errors import BadInput
 
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from data_tools.synthetic.camera.sensor_model import SensorModel
     from data_tools.synthetic.synthetic_scene import SyntheticScene
 
-INTERRUPTED = 130
 FORMAT = 1
 SPACING_M = (0.002, 0.1)
 
@@ -58,9 +59,7 @@ class SceneOptions:
         changes: dict[str, Any] = {}
         known = [field.name for field in fields(SensorModel) if field.name != "range_m"]
         for assignment in self.set:
-            name, separator, text = (part.strip() for part in assignment.partition("="))
-            if not separator or name not in known:
-                raise BadInput(f"--set {assignment}: write error=strength, with one of {', '.join(known)}")
+            name, text = split_assignment(assignment, f"error=strength, with one of {', '.join(known)}", known)
             try:
                 changes[name] = float(text)
             except ValueError:

@@ -22,3 +22,10 @@ def test_config_prints_every_setting_in_three_ways(capsys, tmp_path):
     (tmp_path / "a.toml").write_text(toml)
     assert razer(capsys, "config", "--config", tmp_path / "a.toml", "--toml")[1] == toml
     assert set(RunConfig.model_fields) == set(tomllib.loads(toml))
+
+
+def test_a_settings_file_with_a_former_name_is_one_plain_line(capsys, tmp_path):
+    (tmp_path / "old.toml").write_text("[follow]\nevery = 2\n")
+    code, out, err = razer(capsys, "config", "--config", tmp_path / "old.toml")
+    assert (code, out) == (2, "")
+    assert err == "razer: setting follow.every is called reintegration.frames_per_keyframe now\n"

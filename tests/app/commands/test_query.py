@@ -75,6 +75,15 @@ def test_without_the_recording_there_are_no_crops_and_a_note(capsys, run):
     assert not (run / "crops").exists()
 
 
+def test_a_run_of_an_older_version_is_opened(capsys, run):
+    config = run / "config.toml"
+    head, _, rest = config.read_text().partition("[reintegration]\n")
+    config.write_text(f"{head}[follow]\nevery = 2\n\n{rest[rest.index('[') :]}")
+    code, out, err = razer(capsys, "query", run, "couch", "--json")
+    assert code == 0, err
+    assert json.loads(out)["found"] is True
+
+
 def test_what_is_not_there_is_said_to_be_not_there(capsys, run):
     code, out, _ = razer(capsys, "query", run, "helicopter", "--json")
     assert code == 0
