@@ -1,4 +1,4 @@
-"""What a query found, for programs and for people."""
+"""Answer of a query as JSON and as a table."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.query.view_crops import BestFrames
+from app.query.view_crops import ViewCrops
 from razer.panoptic_map import Answer, Hit
 from razer.storage import box_entry
 
 
-def answer_json(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:
+def answer_json(query: str, answer: Answer, frames: ViewCrops | None) -> dict[str, Any]:
     """The JSON of an answer: query, found, threshold and hits, which is empty where nothing was found."""
-    hits = [_told(hit, frames) for hit in answer.hits]
+    hits = [_hit_json(hit, frames) for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}
 
 
-def _told(hit: Hit, frames: BestFrames | None) -> dict[str, Any]:
+def _hit_json(hit: Hit, frames: ViewCrops | None) -> dict[str, Any]:
     """One hit: centre and extent in metres, rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,

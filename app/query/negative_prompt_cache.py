@@ -1,4 +1,4 @@
-"""The names that queries are set against, embedded once for each text encoder and kept in the user's cache."""
+"""Disk cache of negative prompts: the names that queries are scored against, embedded once for each text encoder."""
 
 from __future__ import annotations
 
@@ -24,44 +24,45 @@ from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 FORMAT = 1
 
 
-def contrast_of(words: TextQueryEncoder, settings: EmbedderSettings) -> NegativePrompts:
-    """The contrast of an embedder made by these settings; raises BadInput if it has no text side."""
-    if words.is_table:
-        return words.contrast
-    names, path = words.contrast_names, _folder() / f"contrast-{_key(words, settings)}.npz"
+def negative_prompts_of(encoder: TextQueryEncoder, settings: EmbedderSettings) -> NegativePrompts:
+    """The negative prompts of an embedder made by these settings, from the user's cache where they are; raises BadInput
+    if it has no text encoder."""
+    if encoder.is_table:
+        return encoder.contrast
+    names, path = encoder.contrast_names, _folder() / f"contrast-{_key(encoder, settings)}.npz"
     with (
         suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
-        np.load(path, allow_pickle=False) as kept,
+        np.load(path, allow_pickle=False) as cached,
     ):
-        return NegativePrompts(names, kept["vectors"])
-    progress_console().print(f"embedding {len(names)} names to compare with; kept in {path.parent}", soft_wrap=True)
-    contrast = words.contrast
+        return NegativePrompts(names, cached["vectors"])
+    progress_console().print(f"embedding {len(names)} negative prompts; cached in {path.parent}", soft_wrap=True)
+    prompts = encoder.contrast
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, lambda part: np.savez_compressed(part, format=FORMAT, vectors=contrast.vectors))
-    return contrast
+        replace_file(path, lambda part: np.savez_compressed(part, format=FORMAT, vectors=prompts.vectors))
+    return prompts
 
 
 def _folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "razer"
 
 
-def _key(words: TextQueryEncoder, settings: EmbedderSettings) -> str:
+def _key(encoder: TextQueryEncoder, settings: EmbedderSettings) -> str:
     """What the vectors follow from: names, prompts, and the embedder with its files as they are."""
-    told = [FORMAT, words.contrast_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
-    return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:24]
+    content = [FORMAT, encoder.contrast_names, TEMPLATES, settings.name, settings.options, _files(settings.options)]
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
 def _files(options: Mapping[str, Any]) -> list[tuple[str, int, int]]:
     """Place, size and time of the files that options name, by path, hub id or name of the catalogue, and of those in
     folders."""
-    found = []
+    stats = []
     for value in options.values():
         if isinstance(value, Mapping):
-            found += _files(value)
+            stats += _files(value)
         elif isinstance(value, str):
             with suppress(BadInput, OSError):
                 place = model_file(value)
                 files = sorted(place.rglob("*")) if place.is_dir() else [place]
-                found += [(str(f.absolute()), f.stat().st_size, f.stat().st_mtime_ns) for f in files if f.is_file()]
-    return found
+                stats += [(str(f.absolute()), f.stat().st_size, f.stat().st_mtime_ns) for f in files if f.is_file()]
+    return stats

@@ -1,4 +1,4 @@
-"""A picture that is asked for, whole or a box of it."""
+"""Query by image: the embedding of a picture, or of a box of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from razer.errors import BadInput
 from razer.models import Embedder, ImageSide
 
 
-def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
+def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
     """The vector (D,) of what a picture shows, or a box 'x,y,width,height' of it, in pixels. Raises BadInput."""
     if not isinstance(embedder, ImageSide):
         raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")

@@ -1,11 +1,11 @@
-"""A finished run and the embedder by which it can be asked."""
+"""Map of a finished run with the embedder that queries it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from app.query.negative_prompt_cache import contrast_of
+from app.query.negative_prompt_cache import negative_prompts_of
 from app.run_folder import run_folder as names
 from app.run_folder.mapped_run import read_run
 from app.run_folder.save_run import camera_up
@@ -21,7 +21,7 @@ from razer.semantics.gravity import up_direction
 
 @dataclass(frozen=True)
 class QueryableMap:
-    """The map of a run in `folder`, with the words of its embedder; up (3,), its upward direction."""
+    """The map of a run in `folder`, with the text encoder of its embedder; up (3,): its upward direction."""
 
     folder: Path
     config: RunConfig
@@ -41,6 +41,6 @@ def open_queryable_map(
     named = {"embedder.name": embedder}
     config = read_run_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
     made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    words = TextQueryEncoder(made, contrast_of(TextQueryEncoder(made), config.embedder)) if by_text else None
+    words = TextQueryEncoder(made, negative_prompts_of(TextQueryEncoder(made), config.embedder)) if by_text else None
     up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
     return QueryableMap(folder, config, made, replace(run.panoptic, words=words), up)

@@ -76,7 +76,7 @@ def _validated(
     except ValidationError as error:
         raise BadInput(_plain_line(error, file)) from None
     trusted = trust.also(named)
-    sections = {name: getattr(config, name).trusting(trusted) for name in ("input", "segmenter", "embedder")}
+    sections = {name: getattr(config, name).with_trust(trusted) for name in ("input", "segmenter", "embedder")}
     return config.model_copy(update=sections)
 
 

@@ -1,4 +1,4 @@
-"""Every setting of a run: the method's own sections, what to read, which models, what to show."""
+"""Configuration of a run: the method's own sections, input, models, timeline."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from razer.settings import Settings
 
 
 class PluginSettings(Settings):
-    """A section that names a part. Which outside code it may name is said by whoever runs the program, never by a
+    """A section that names a plug-in. Which outside code it may name is decided by whoever runs the program, never by a
     file: it is no setting."""
 
     _trust: Trust = PrivateAttr(default=NO_TRUST)
@@ -23,7 +23,7 @@ class PluginSettings(Settings):
         """Which outside code may be loaded."""
         return self._trust
 
-    def trusting(self, trust: Trust) -> Self:
+    def with_trust(self, trust: Trust) -> Self:
         """The same settings with more trust."""
         copy = self.model_copy()
         copy._trust = trust
@@ -35,15 +35,17 @@ class PluginSettings(Settings):
 
 
 class InputSettings(PluginSettings):
-    """What is read from the folder, and what the folder itself does not say."""
+    """Input: the recording's layout, frames and poses, and the camera parameters that it does not state itself."""
 
     reader: str | None = Field(
         None,
         description="Layout of the folder: a reader's name, or module:function. Not set: recognised.",
     )
-    folder: str | None = Field(None, description="The recording, as a run notes it. Has no effect on a new run.")
+    folder: str | None = Field(None, description="The recording, as a run records it. Has no effect on a new run.")
     stride: int = Field(
-        1, ge=1, description="Every how many frames one is used. Larger: faster, with gaps on fast moves."
+        1,
+        ge=1,
+        description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion.",
     )
     max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
     poses: Literal["given", "slam", "auto"] = Field(
@@ -68,7 +70,7 @@ class InputSettings(PluginSettings):
 
 
 class SegmenterSettings(PluginSettings):
-    """What finds masks."""
+    """The 2D segmenter."""
 
     name: str = Field(
         "geometric", description="geometric, yolo, sam, prompted, panoptic, oracle, masks, or an outside module:Class."
@@ -77,7 +79,7 @@ class SegmenterSettings(PluginSettings):
 
 
 class EmbedderSettings(PluginSettings):
-    """What describes masks by vectors."""
+    """The embedder: one feature vector for each mask."""
 
     name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")
     options: dict[str, Any] = Field({}, description="Its named arguments.")

@@ -23,7 +23,7 @@ def list_models(*, json: Flag = False) -> None:
     json:
         One line of JSON.
     """
-    rows = [_described(each) for each in catalogue().values()]
+    rows = [_entry_json(model) for model in catalogue().values()]
     if json:
         print(dumps(rows))
         return
@@ -48,7 +48,7 @@ def info(name: str, /, *, json: Flag = False) -> None:
     json:
         One line of JSON.
     """
-    described = _described(entry(name))
+    described = _entry_json(entry(name))
     if json:
         print(dumps(described))
         return
@@ -77,33 +77,33 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
-    wanted, console = entry(name), progress_console()
-    terms = f": {wanted.accept}" if wanted.accept else ""
-    console.print(f"{name}: licence {wanted.licence}{terms}", soft_wrap=True)
-    if wanted.accept and not accept_license:
-        raise BadInput(f"{name} is under {wanted.licence}{terms}; add --accept-license if you accept that")
+    model, console = entry(name), progress_console()
+    terms = f": {model.accept}" if model.accept else ""
+    console.print(f"{name}: licence {model.licence}{terms}", soft_wrap=True)
+    if model.accept and not accept_license:
+        raise BadInput(f"{name} is under {model.licence}{terms}; add --accept-license if you accept that")
 
     # Late: the hub's library takes a moment to load.
     from razer.models.hub.download import fetch
 
     try:
-        path = fetch(wanted, lambda line: console.print(line, soft_wrap=True))
+        path = fetch(model, lambda line: console.print(line, soft_wrap=True))
     except KeyboardInterrupt:
         console.print(f"interrupted: run 'razer models pull {name}' again to go on")
         return INTERRUPTED
     if json:
-        print(dumps(_described(wanted)))
+        print(dumps(_entry_json(model)))
     else:
-        settings = [f"weights={name}", *wanted.also]
-        more = " ".join(f"--set {wanted.task}.options.{setting}" for setting in settings)
-        console.print(f"use it with --{wanted.use} {more}", soft_wrap=True)
+        settings = [f"weights={name}", *model.also]
+        more = " ".join(f"--set {model.task}.options.{setting}" for setting in settings)
+        console.print(f"use it with --{model.use} {more}", soft_wrap=True)
         result_console().print(str(path), soft_wrap=True)
     return 0
 
 
-def _described(each: CatalogueEntry) -> dict[str, Any]:
+def _entry_json(model: CatalogueEntry) -> dict[str, Any]:
     """An entry as JSON has it, with `path` where it is in the cache."""
     from razer.models.hub.cache import cached_model  # late, as in `pull`
 
-    path = cached_model(each)
-    return {**asdict(each), "path": None if path is None else str(path)}
+    path = cached_model(model)
+    return {**asdict(model), "path": None if path is None else str(path)}

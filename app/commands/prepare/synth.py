@@ -1,4 +1,4 @@
-"""`razer synth`: a recording of a simulated place, of which everything is known."""
+"""`razer synth`: a rendered synthetic recording with complete ground truth."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ SPACING_M = (0.002, 0.1)
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SceneOptions:
-    """What is filmed, and with what."""
+    """Synthetic scene, camera path and sensor model."""
 
     scene: str = "room"
     """room, apartment, corridor-loop, tabletop or warehouse."""
     seed: int = 0
-    """What stands where, in which colours, and the hand that holds the camera."""
+    """Seed of layout, colours and camera shake."""
     frames: int = 0
-    """Frames of the walk, spread evenly over it; 0 = as many as make 15 a second."""
+    """Frames, spread evenly over the camera path; 0 = 15 a second."""
     size: str = "640x480"
     """Width x height of the images, pixels."""
     sensor: Literal["kinect", "plain", "none"] = "kinect"
-    """kinect: every error of such a camera; plain: noise and lost edges; none: an ideal camera."""
+    """kinect: every error of such a camera; plain: depth noise and missing edges; none: an ideal camera."""
     set: Assignments = ()
-    """One error of the sensor as name=strength; may be repeated. 0 switches it off."""
+    """One error of the sensor model as name=strength; may be repeated. 0 switches it off."""
 
-    def film(self) -> SyntheticScene:
+    def sequence(self) -> SyntheticScene:
         """The recording; raises BadInput."""
         match = re.fullmatch(r"(\d+)x(\d+)", self.size)
         if not match or not all(8 <= int(n) <= 8192 for n in match.groups()):
@@ -78,7 +78,7 @@ def synth(
     lossless: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Write a recording of a simulated place with poses, instance ids and ground truth.
+    """Render a recording of a synthetic scene with poses, instance ids and ground truth.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def synth(
     layout:
         own, scannet, sens, replica, tum, scenenn or 7scenes.
     spacing:
-        Distance of the vertices of the true surface, metres.
+        Vertex spacing of the ground-truth surface, metres.
     lossless:
         Write colour as PNG where the layout would have JPEG.
     json:
@@ -103,19 +103,19 @@ def synth(
         raise BadInput(f"--spacing {spacing:g}: give {SPACING_M[0]:g} to {SPACING_M[1]:g} metres")
     if out.exists():
         raise BadInput(f"{out} exists: give a new folder, or remove it first")
-    film, console = options.film(), progress_console()
-    part = Selection.of(film, 1, None, console)
+    sequence, console = options.sequence(), progress_console()
+    selection = Selection.of(sequence, 1, None, console)
     try:
-        console.print("finding out what can be seen of the scene")
-        truth = film.truth(spacing)
-        skipped = write_recording(layout, part, out, truth=truth, lossless=lossless)
+        console.print("computing which surfaces are visible")
+        truth = sequence.truth(spacing)
+        skipped = write_recording(layout, selection, out, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED
-    part.finish()
+    selection.finish()
     names = truth.instance_classes
     result = {"format": FORMAT, "out": str(out), "scene": options.scene, "seed": options.seed, "layout": layout}
-    result |= {"sensor": options.sensor, "frames": len(film), "written": len(film) - len(skipped)}
+    result |= {"sensor": options.sensor, "frames": len(sequence), "written": len(sequence) - len(skipped)}
     result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
     _report(result, json)
     return 0
@@ -125,5 +125,5 @@ def _report(result: dict[str, Any], json: bool) -> None:
     if json:
         print(dumps(result))
         return
-    made = "{out}: {written} frames, {instances} instances of {classes} classes".format(**result)
-    result_console().print(made, soft_wrap=True)
+    summary = "{out}: {written} frames, {instances} instances of {classes} classes".format(**result)
+    result_console().print(summary, soft_wrap=True)

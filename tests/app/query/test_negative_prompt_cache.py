@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.query.negative_prompt_cache import contrast_of
+from app.query.negative_prompt_cache import negative_prompts_of
 from app.settings.run_config import EmbedderSettings
 from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
@@ -34,7 +34,7 @@ def cache(tmp_path, monkeypatch):
 def asked(**options):
     """What a new encoder with these options was asked for, and the vectors."""
     encoder = Encoder()
-    contrast = contrast_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
+    contrast = negative_prompts_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
     assert len(contrast.vectors) == len(contrast.names)
     return encoder.n_asked, contrast.vectors
 
@@ -79,7 +79,7 @@ def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
     encoders = [NamesOverEncoder(), NamesOverEncoder()]
     for encoder in encoders:
         words = TextQueryEncoder(encoder)
-        contrast_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
+        negative_prompts_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
         assert words.knows("anything at all")
     assert encoders[0].n_asked > 0
     assert encoders[1].n_asked == 0
@@ -101,7 +101,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(cache):
 
 
 def test_tables_are_not_kept_and_those_without_words_refuse(cache):
-    contrast_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
+    negative_prompts_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
     assert not cache.exists()
     with pytest.raises(BadInput, match="no text side"):
-        contrast_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())
+        negative_prompts_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())
