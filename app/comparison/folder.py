@@ -1,4 +1,4 @@
-"""The folder of a comparison: numbers, pictures and a recording, each written beside its place and renamed."""
+"""The folder of a comparison: metrics, plots and a Rerun recording, each replaced atomically."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from razer.errors import BadInput
 
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"
-PICTURES = {
+PLOTS = {
     "trajectories.png": plots.trajectories,
     "errors.png": plots.errors,
     "instances.png": plots.instances,
@@ -22,9 +22,9 @@ PICTURES = {
 
 def check_folder(folder: Path) -> None:
     """Raise BadInput, before any work is done, if something else lies where the folder should be."""
-    blocking = next((path for path in (folder, *folder.absolute().parents) if path.exists()), folder)
-    if blocking.exists() and not blocking.is_dir():
-        raise BadInput(f"{blocking} is not a folder; choose another with -o")
+    ancestor = next((path for path in (folder, *folder.absolute().parents) if path.exists()), folder)
+    if ancestor.exists() and not ancestor.is_dir():
+        raise BadInput(f"{ancestor} is not a folder; choose another with -o")
 
 
 def write_comparison(result: Comparison, folder: Path) -> None:
@@ -32,7 +32,7 @@ def write_comparison(result: Comparison, folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         replace_content(folder / NUMBERS, dumps(result.as_json(), indent=1) + "\n")
-        for name, draw in PICTURES.items():
+        for name, draw in PLOTS.items():
             replace_content(folder / name, draw(result))
         replace_file(folder / RECORDING, lambda part: write_recording(part, result))
     except OSError as error:

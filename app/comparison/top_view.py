@@ -1,4 +1,4 @@
-"""A place as seen from straight above."""
+"""Orthographic top view of a map."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ class TopView:
             first, second = second, first
         return cls(np.eye(3)[first], np.eye(3)[second], (f"{_AXES[first]}, m", f"{_AXES[second]}, m"))
 
-    def flat(self, points: FloatArray) -> Float64Array:
+    def project(self, points: FloatArray) -> Float64Array:
         """Points (..., 3) in the view, (..., 2) metres."""
         return np.stack([points @ self.right, points @ self.away], axis=-1)

@@ -1,4 +1,4 @@
-"""One run, or another system's prediction, beside the truth."""
+"""Evaluation of runs, or of other systems' predictions, against the ground truth."""
 
 from __future__ import annotations
 
@@ -32,8 +32,20 @@ def evaluate_jobs(
     trust: Trust = NO_TRUST,
     notes: list[str],
 ) -> Evaluation:
-    """Evaluate (name, prediction, folder with the truth) one after the other; what readers had to say is added to
-    notes. Raises BadInput naming the prediction that does not fit its truth."""
+    """Evaluate scenes one after the other.
+
+    Args:
+        jobs: (name, prediction, folder with the truth) of each scene.
+        preset: the rules.
+        naming: where a run's instances get their classes, as in `read_prediction`.
+        scene: which scene, where a folder holds several.
+        labels: what numbers below 1000 in a file of vertex labels are.
+        trust: which outside code may be loaded for a run's embedder.
+        notes: what the readers of the truth remark is added to it.
+
+    Raises:
+        BadInput: naming the prediction that does not fit its truth.
+    """
     current = ""
 
     def pairs() -> Iterator[Pair]:
@@ -64,8 +76,8 @@ def evaluate_jobs(
 
 def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundTruth:
     """The truth in a folder, in the classes of a preset; raises BadInput."""
-    asked = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
-    return open_truth(folder, vocabulary=asked, scene=scene)
+    vocabulary = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
+    return open_truth(folder, vocabulary=vocabulary, scene=scene)
 
 
 def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> TruthScene:
@@ -97,11 +109,11 @@ def true_poses(folder: Path) -> TimedPoses | None:
 
 def _poses_of(sequence: FileSequence) -> TimedPoses | None:
     assert sequence.pose_of is not None
-    found = {}
+    pose_of_stamp = {}
     for index, shot in enumerate(sequence.shots):
         try:
-            found[shot.stamp] = sequence.pose_of(index)[0]
+            pose_of_stamp[shot.stamp] = sequence.pose_of(index)[0]
         except UnusableFrame:
             continue
-    stamps = sorted(found)
-    return TimedPoses(np.array(stamps), np.stack([found[s] for s in stamps]), len(sequence)) if stamps else None
+    stamps = sorted(pose_of_stamp)
+    return TimedPoses(np.array(stamps), np.stack([pose_of_stamp[s] for s in stamps]), len(sequence)) if stamps else None

@@ -1,4 +1,4 @@
-"""What a run found, or another system's files, as the evaluator takes it."""
+"""Predictions for evaluation: a run folder, or another system's files."""
 
 from __future__ import annotations
 
@@ -44,15 +44,26 @@ def read_prediction(
 ) -> PredictedScene:
     """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
 
-    class_names are the truth's, by number: the classes that instances are told apart by, and what a file's class
-    numbers mean where they are not ScanNet200's; n_vertices: of the truth. labels: what a file's numbers below 1000
-    are. Raises BadInput."""
+    Args:
+        path: the folder or file.
+        class_names: the truth's class names by number: the candidates when instances are classified by text, and what
+            a file's class numbers mean where they are not ScanNet200's.
+        n_vertices: number of vertices of the truth.
+        naming: where a run's instances get their classes: from the run, by text, or by text if the run has none.
+        template: text prompt with {} for the class name.
+        scene: which scene, where a folder holds several.
+        labels: what numbers below 1000 in a file of vertex labels are.
+        trust: which outside code may be loaded for the run's embedder.
+
+    Raises:
+        BadInput: naming what is missing, unknown or does not fit the truth.
+    """
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_run(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
-    if found := find_submission(path, scene):
-        return _of_submission(found, class_names, n_vertices)
+    if submission := find_submission(path, scene):
+        return _of_submission(submission, class_names, n_vertices)
     if path.is_file() and path.suffix in SUFFIXES:
         return _of_labels(path, class_names, labels)
     raise BadInput(
@@ -98,9 +109,15 @@ def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Tru
 def nearest_names(
     ids: IntArray, embeddings: FloatArray, class_names: Sequence[str], texts: FloatArray
 ) -> dict[int, str]:
-    """For each id the name whose text vector (N, D) has the largest cosine with any of its embeddings; ids (R,) and
-    embeddings (R, D) hold a row for each hypothesis."""
-    if len(ids) == 0:  # which have no width either
+    """For each id the class name whose text embedding has the largest cosine with any of the id's embeddings.
+
+    Args:
+        ids: (R,) the instance of each row of `embeddings`.
+        embeddings: (R, D) unit vectors, a row for each embedding cluster of an instance.
+        class_names: N names.
+        texts: (N, D) their unit text embeddings.
+    """
+    if len(ids) == 0:  # the embeddings then have no width either
         return {}
     cosine = embeddings @ texts.T
     return {int(i): class_names[int(cosine[ids == i].max(axis=0).argmax())] for i in np.unique(ids)}
@@ -120,11 +137,13 @@ def timed_poses(path: Path) -> TimedPoses:
 
 
 def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:
-    found = read_submission(path)
-    if found.masks and found.n_vertices != n_vertices:
-        raise BadInput(f"the masks of {path} have {found.n_vertices} lines, but the truth has {n_vertices} vertices")
-    named = {i: name for i, label in found.labels.items() if (name := _name_of(label, class_names))}
-    return PredictedScene(masks=found.masks, scores=found.scores, class_names=named)
+    submission = read_submission(path)
+    if submission.masks and submission.n_vertices != n_vertices:
+        raise BadInput(
+            f"the masks of {path} have {submission.n_vertices} lines, but the truth has {n_vertices} vertices"
+        )
+    named = {i: name for i, label in submission.labels.items() if (name := _name_of(label, class_names))}
+    return PredictedScene(masks=submission.masks, scores=submission.scores, class_names=named)
 
 
 def _of_labels(path: Path, class_names: Mapping[int, str], meaning: Meaning) -> PredictedScene:

@@ -13,7 +13,17 @@ from razer.models import Embedder, ImageSide
 
 
 def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
-    """The vector (D,) of what a picture shows, or a box 'x,y,width,height' of it, in pixels. Raises BadInput."""
+    """The vector (D,) of what a picture shows.
+
+    Args:
+        embedder: the embedder of the map.
+        name: what messages call it.
+        path: an image file.
+        box: 'x,y,width,height' in pixels of the part to embed; None: the whole picture.
+
+    Raises:
+        BadInput: if the embedder embeds no images, the file is no image, or the box lies outside it.
+    """
     if not isinstance(embedder, ImageSide):
         raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")
     rgb = _read(path)

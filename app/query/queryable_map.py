@@ -33,13 +33,24 @@ class QueryableMap:
 def open_queryable_map(
     folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool, trust: Trust = NO_TRUST
 ) -> QueryableMap:
-    """Read a run; its own embedder unless another one is named. Raises BadInput."""
+    """Read a run and make the embedder that queries it.
+
+    Args:
+        folder: the folder of a finished run.
+        embedder: a name or module:Class; None: the one that the run was made with.
+        assignments: texts section.key=value that change the run's settings, such as options of the embedder.
+        by_text: whether queries are texts; the embedder then has to have a text encoder.
+        trust: which outside code may be loaded besides what the command line names.
+
+    Raises:
+        BadInput: naming the file that is missing or damaged, or the embedder that cannot be used.
+    """
     run = read_run(folder)
-    noted = folder / names.CONFIG
+    config_file = path if (path := folder / names.CONFIG).is_file() else None
     # Another embedder does not take the options of the run's own.
-    anew = ("embedder.options={}",) if embedder else ()
+    no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
-    config = read_run_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
+    config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
     made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     words = TextQueryEncoder(made, negative_prompts_of(TextQueryEncoder(made), config.embedder)) if by_text else None
     up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))

@@ -1,4 +1,4 @@
-"""`razer compare`: two runs over one recording, most often with given and with estimated poses."""
+"""`razer compare`: comparison of two runs over one recording, most often with given and with estimated poses."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ def compare(
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Compare two runs over one recording: trajectories, surfaces and instances, B brought into A's frame.
+    """Compare two runs over one recording: trajectories, surfaces and instances, B aligned to A.
 
     Parameters
     ----------
     run_a:
-        The run folder to compare with, such as that under given poses.
+        The run folder to compare with, such as the one with given poses.
     run_b:
-        The other one, such as that under estimated poses.
+        The other run folder, such as the one with estimated poses.
     truth:
-        The folder with the truth and its camera poses; each run is then measured against it too.
+        The folder with the ground truth and its camera poses; each run is then evaluated against it too.
     preset:
-        Whose rules the truth is compared by, as in `razer eval`.
+        Evaluation protocol, as in `razer eval`.
     set:
-        One rule as name=value; may be repeated.
+        One rule of the protocol as name=value; may be repeated.
     out:
-        The folder for compare.json, pictures and compare.rrd; compare in RUN_B if not given.
+        The folder for compare.json, plots and compare.rrd; compare in RUN_B if not given.
     json:
         One line of JSON.
     """

@@ -1,4 +1,4 @@
-"""`razer eval`: a map, or another system's prediction, measured against the truth."""
+"""`razer eval`: evaluation of a map, or of another system's prediction, against the ground truth."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from razer.errors import BadInput
 if TYPE_CHECKING:
     from razer.metrics.protocol.evaluation import Evaluation
 
-PICTURES = "eval"
+PLOTS = "eval"
 
 
 def evaluate(
@@ -38,7 +38,7 @@ def evaluate(
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Measure instances, classes, surface and poses against the truth.
+    """Evaluate instances, classes, surface and poses against the ground truth.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def evaluate(
     truth:
         The folder with the truth, or with a recording that holds one; with --scenes the folder that holds them.
     preset:
-        Whose rules: default, scannet200, scenenn, hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
+        Evaluation protocol: default, scannet200, scenenn, hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
     set:
-        One rule as name=value; may be repeated. The table lists them all.
+        One rule of the protocol as name=value; may be repeated.
     names:
-        Where a run's instances get their classes: from the run, from the texts of the truth's class names, or
-        from the texts where the run has none (auto).
+        Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text
+        only if the run has none (auto).
     labels:
-        What numbers below 1000 in a file of vertex labels are; from 1000 on they are class * 1000 + instance.
+        Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance.
     scene:
         Which scene, where a folder holds several.
     scenes:
@@ -64,7 +64,7 @@ def evaluate(
     strict:
         A missing scene is an error instead of a note.
     out:
-        The folder for pictures: confusion matrix and precision over recall; eval in the run folder if not given.
+        The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
         One line of JSON.
     """
@@ -84,13 +84,13 @@ def evaluate(
 
 
 def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: bool) -> None:
-    """Numbers and pictures into the run folder, where there is one, and the numbers onto the screen."""
+    """Write metrics and plots into the run folder, if there is one, and print the metrics."""
     from app.evaluation.report import report
 
     content = result.as_json()
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
-        pictures = pictures or run / PICTURES
+        pictures = pictures or run / PLOTS
     if pictures is not None:
         _draw(result, pictures)
     if json:
@@ -113,15 +113,15 @@ def _jobs(
         listed = [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
     except OSError as error:
         raise BadInput(f"{scenes} cannot be read: {error.strerror}") from None
-    jobs = [(name, place, truth / name) for name in listed if (place := _place_of(runs, name)) is not None]
-    missing = [name for name in listed if _place_of(runs, name) is None]
+    jobs = [(name, path, truth / name) for name in listed if (path := _prediction_path(runs, name)) is not None]
+    missing = [name for name in listed if _prediction_path(runs, name) is None]
     if missing and (strict or not jobs):
         raise BadInput(f"{runs} has no run of {', '.join(missing[:5])} ({len(missing)} of {len(listed)} missing)")
     notes += [f"{name} is missing in {runs}: left out" for name in missing]
     return jobs
 
 
-def _place_of(runs: Path, name: str) -> Path | None:
+def _prediction_path(runs: Path, name: str) -> Path | None:
     return next((path for path in (runs / name, runs / f"{name}.txt") if path.exists()), None)
 
 
