@@ -44,9 +44,9 @@ VERBS = {
     },
 }
 MODEL_VERBS = {
-    "list_models": ("list", "Show the models that can be fetched by name."),
-    "info": ("info", "Show a model's source, licence, files, and whether it is here."),
-    "pull": ("pull", "Fetch a model, or go on where a download broke off."),
+    "list_models": ("list", "Show the models that can be downloaded by name."),
+    "info": ("info", "Show a model's source, licence, files, and whether it is in the cache."),
+    "pull": ("pull", "Download a model, or resume a broken download."),
 }
 
 
@@ -55,7 +55,7 @@ def _add_verbs(app: App) -> None:
         for target, about in verbs.items():
             name = target.partition(":")[0].rpartition(".")[2]
             app.command(f"app.commands.{target}", name=name, help=about, group=group)
-    models = App(name="models", help="List and fetch 2D models.", help_format="plaintext", group="Prepare")
+    models = App(name="models", help="List and download 2D models.", help_format="plaintext", group="Prepare")
     for function, (name, about) in MODEL_VERBS.items():
         models.command(f"app.commands.prepare.models:{function}", name=name, help=about)
     app.command(models)

@@ -1,4 +1,4 @@
-"""A table of names with the vectors of their texts and of pictures of them, both of one embedder."""
+"""Exemplars: names with the embeddings of their texts and of pictures of them, both of one embedder."""
 
 from __future__ import annotations
 

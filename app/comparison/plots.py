@@ -31,7 +31,7 @@ _MAX_LABELS = 60
 
 
 def trajectories(result: Comparison) -> bytes:
-    """The trajectories of both cameras, and the true instance, from above, as PNG."""
+    """Both trajectories, and the true one, from above, as PNG."""
     figure, axes, view = _top_view_axes(result)
     truth = ("truth", result.truth_trajectory, PALE, 6.0)  # broad, as one of the others often covers it
     for name, trajectory, color, width in (

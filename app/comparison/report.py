@@ -31,7 +31,7 @@ _COUNTS = {"n_predicted": "instances", "missed": "missed of the truth", "duplica
 
 
 def report(result: Comparison, console: Console, folder: Path) -> None:
-    """Print both sides against the truth, where there is instance, B against A, and the instances pair by pair."""
+    """Print both sides against the truth, where there is one, B against A, and the instances pair by pair."""
     content = result.as_json()
     console.print(f"A: {result.a.name}   B: {result.b.name}", soft_wrap=True)
     if content["a"] is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.evaluation.prediction import Meaning, Naming, read_prediction, timed_poses
+from app.evaluation.prediction import LabelMeaning, Naming, read_prediction, timed_poses
 from data_tools.open_sequence import open_sequence
 from data_tools.recordings.file_sequence import FileSequence
 from data_tools.truth.ground_truth import GroundTruth
@@ -28,7 +28,7 @@ def evaluate_jobs(
     *,
     naming: Naming = "auto",
     scene: str | None = None,
-    labels: Meaning = "instance",
+    labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
     notes: list[str],
 ) -> Evaluation:
@@ -81,7 +81,7 @@ def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundT
 
 
 def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> TruthScene:
-    """A ground truth as the evaluator takes it; surfaces that no frame saw do not count."""
+    """A ground truth as the evaluator takes it; surface outside the view of all frames does not count."""
     return TruthScene(
         truth.vertices,
         truth.instances,
@@ -94,7 +94,7 @@ def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> Tru
 
 
 def true_poses(folder: Path) -> TimedPoses | None:
-    """The poses of the recording that a truth belongs to: in the folder or, of a folder `truth`, around it."""
+    """The poses of the recording that a truth belongs to: in the folder, or in the one around a folder `truth`."""
     for place in (folder, folder.absolute().parent) if folder.absolute().name == "truth" else (folder,):
         if (place / "trajectory.txt").is_file():
             return timed_poses(place / "trajectory.txt")

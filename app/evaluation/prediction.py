@@ -23,7 +23,7 @@ from razer.storage import read_mesh_ply
 from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]
-Meaning = Literal["instance", "class"]
+LabelMeaning = Literal["instance", "class"]
 
 
 def is_run(path: Path) -> bool:
@@ -39,7 +39,7 @@ def read_prediction(
     naming: Naming = "auto",
     template: str = "{}",
     scene: str | None = None,
-    labels: Meaning = "instance",
+    labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
 ) -> PredictedScene:
     """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
@@ -146,7 +146,7 @@ def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) 
     return PredictedScene(masks=submission.masks, scores=submission.scores, class_names=named)
 
 
-def _of_labels(path: Path, class_names: Mapping[int, str], meaning: Meaning) -> PredictedScene:
+def _of_labels(path: Path, class_names: Mapping[int, str], meaning: LabelMeaning) -> PredictedScene:
     labels = read_vertex_labels(path)
     if labels.classes is None and meaning == "class":
         numbers = np.unique(labels.instances).tolist()

@@ -13,7 +13,7 @@ from razer.storage import box_entry
 
 
 def answer_json(query: str, answer: Answer, frames: ViewCrops | None) -> dict[str, Any]:
-    """The JSON of an answer: query, found, threshold and hits, which is empty where nothing was found."""
+    """The JSON of an answer: query, found, threshold and hits, which are empty if no instance matches."""
     hits = [_hit_json(hit, frames) for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}
 
@@ -30,7 +30,7 @@ def _hit_json(hit: Hit, frames: ViewCrops | None) -> dict[str, Any]:
 
 
 def print_answer(result: dict[str, Any]) -> None:
-    """A table of the hits, or that there are none."""
+    """Print a table of the hits, or that there are none."""
     console = result_console()
     if not result["found"]:
         console.print(f"not in this map: {result['query']}", soft_wrap=True)

@@ -76,7 +76,7 @@ class LabelledRun:
         return {"vocabulary": self.vocabulary, "instances": instances, "stuff": stuff}
 
     def report(self) -> None:
-        """How many of each class there are, and where the files lie."""
+        """Print the number of instances of each class, and where the files lie."""
         table = Table()
         table.add_column("class")
         table.add_column("instances", justify="right")

@@ -37,7 +37,7 @@ def open_queryable_map(
 
     Args:
         folder: the folder of a finished run.
-        embedder: a name or module:Class; None: the one that the run was made with.
+        embedder: a name or module:Class; None: the one that the run was model with.
         assignments: texts section.key=value that change the run's settings, such as options of the embedder.
         by_text: whether queries are texts; the embedder then has to have a text encoder.
         trust: which outside code may be loaded besides what the command line names.
@@ -51,7 +51,7 @@ def open_queryable_map(
     no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
     config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
-    made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    words = TextQueryEncoder(made, negative_prompts_of(TextQueryEncoder(made), config.embedder)) if by_text else None
+    model = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+    words = TextQueryEncoder(model, negative_prompts_of(TextQueryEncoder(model), config.embedder)) if by_text else None
     up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
-    return QueryableMap(folder, config, made, replace(run.panoptic, words=words), up)
+    return QueryableMap(folder, config, model, replace(run.panoptic, words=words), up)

@@ -19,7 +19,7 @@ from razer.errors import BadInput, UnusableFrame
 from razer.panoptic_map import MapObject
 
 CROPS = "crops"
-_MARGIN = 0.15  # of the box on each side: a thing is recognised by what is round it
+_MARGIN = 0.15  # of the box on each side: context helps to recognise an object
 
 
 class ViewCrops:

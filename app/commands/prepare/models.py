@@ -1,4 +1,4 @@
-"""`razer models`: the catalogue of 2D models, and fetching them."""
+"""`razer models`: catalogue and download of 2D models."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
 
 
 def list_models(*, json: Flag = False) -> None:
-    """Show the models that can be fetched by name.
+    """Show the models that can be downloaded by name.
 
     Parameters
     ----------
@@ -29,17 +29,17 @@ def list_models(*, json: Flag = False) -> None:
         return
     console = result_console()
     for row in rows:
-        here = ", here" if row["path"] else ""
+        is_cached = ", here" if row["path"] else ""
         star = " *" if row["accept"] else ""
         console.print(
-            f"{row['name']}: {row['use']}, {row['megabytes']} MB, {row['licence']}{star}{here}", soft_wrap=True
+            f"{row['name']}: {row['use']}, {row['megabytes']} MB, {row['licence']}{star}{is_cached}", soft_wrap=True
         )
         console.print(Padding(row["about"], (0, 0, 0, 4)))
     console.print("* has terms to accept: razer models pull NAME --accept-license", soft_wrap=True)
 
 
 def info(name: str, /, *, json: Flag = False) -> None:
-    """Show where a model comes from, its licence and files, and whether it is here.
+    """Show where a model comes from, its licence and files, and whether it is in the cache.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def info(name: str, /, *, json: Flag = False) -> None:
 
 
 def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> int:
-    """Fetch a model from the Hugging Face Hub into its cache; goes on where a download broke off.
+    """Download a model from the Hugging Face Hub into its cache; resumes a broken download.
 
     HF_HOME says where the cache is, HF_ENDPOINT names a mirror, HF_HUB_OFFLINE=1 forbids the network.
 

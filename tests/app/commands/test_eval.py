@@ -118,7 +118,7 @@ def test_classes_alone_have_semantics_and_no_instances(room, tmp_path, capsys):
 def test_a_table_names_rules_classes_and_the_worst(room, run, capsys):
     assert call("eval", run, "--truth", room, "--set", "min_region=20") == 0
     text = capsys.readouterr().out
-    for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "found worst", "missed"):
+    for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "matched worst", "missed"):
         assert words in text
 
 
