@@ -13,12 +13,12 @@ from tests.support.cli import razer
 
 
 @pytest.mark.parametrize(
-    ("cores", "told", "expected"), [(2, None, "1"), (16, None, "14"), (None, None, "1"), (8, "3", "3")]
+    ("cores", "given", "expected"), [(2, None, "1"), (16, None, "14"), (None, None, "1"), (8, "3", "3")]
 )
-def test_helpers_get_cores_of_their_own(cores, told, expected, monkeypatch):
+def test_helpers_get_cores_of_their_own(cores, given, expected, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: cores)
-    monkeypatch.setenv("OMP_NUM_THREADS", told or "")
-    if not told:
+    monkeypatch.setenv("OMP_NUM_THREADS", given or "")
+    if not given:
         monkeypatch.delenv("OMP_NUM_THREADS")
     leave_cores_to_helpers()
     assert os.environ["OMP_NUM_THREADS"] == expected

@@ -104,9 +104,9 @@ def assert_refused(code, out, err, mark):
     assert "planted" not in sys.modules
     assert out == ""
     assert "Traceback" not in err
-    said = [line for line in err.splitlines() if line.startswith("razer:")]
-    assert len(said) == 1
-    assert "--trust-plugins" in said[0]
+    messages = [line for line in err.splitlines() if line.startswith("razer:")]
+    assert len(messages) == 1
+    assert "--trust-plugins" in messages[0]
 
 
 @pytest.mark.parametrize("plant_of", EMBEDDERS)

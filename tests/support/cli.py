@@ -22,12 +22,18 @@ RUN_FILES = {
 QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu")
 
 
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    """Run a command in this process; returns exit code, standard output, standard error."""
+def call(*arguments: object) -> int:
+    """Run a command in this process; returns its exit code."""
     with pytest.raises(SystemExit) as stopped:
         main([str(argument) for argument in arguments])
+    return int(stopped.value.code or 0)
+
+
+def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    """Run a command in this process; returns exit code, standard output, standard error."""
+    code = call(*arguments)
     out, err = capsys.readouterr()
-    return int(stopped.value.code or 0), out, err
+    return code, out, err
 
 
 def write_small_room(folder: Path, *, poses: bool = True, intrinsics: bool = True, n_frames: int = N_FRAMES) -> Path:
@@ -77,7 +83,5 @@ def map_oracle_room(place: Path, n_frames: int, size: tuple[int, int]) -> tuple[
     room = SyntheticRoom(0, n_frames, *size)
     write_recording("own", room, place / "recording", truth=room.truth(0.05), lossless=True)
     models = ("--segmenter", "oracle", "--embedder", "oracle")
-    with pytest.raises(SystemExit) as stopped:
-        main(["run", str(place / "recording"), "-o", str(place / "run"), *models, *QUICK, "--no-timeline"])
-    assert not stopped.value.code
+    assert call("run", place / "recording", "-o", place / "run", *models, *QUICK, "--no-timeline") == 0
     return place / "run", place / "recording"

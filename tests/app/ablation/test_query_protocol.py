@@ -25,12 +25,12 @@ def measured(lvis):
 
 def test_observations_are_of_their_object_at_the_cosine_asked_for(lvis):
     rows = np.arange(30)
-    seen = noisy_observations(lvis, rows, np.random.default_rng(0), Protocol(neighbour_share=1 / 3))
-    assert seen.shape == (30, 20, 512)
-    np.testing.assert_allclose(np.linalg.norm(seen, axis=2), 1, atol=1e-5)
-    own = np.isclose((seen * lvis.image[rows][:, None]).sum(axis=2), 0.7, atol=1e-4)
+    observations = noisy_observations(lvis, rows, np.random.default_rng(0), Protocol(neighbour_share=1 / 3))
+    assert observations.shape == (30, 20, 512)
+    np.testing.assert_allclose(np.linalg.norm(observations, axis=2), 1, atol=1e-5)
+    own = np.isclose((observations * lvis.image[rows][:, None]).sum(axis=2), 0.7, atol=1e-4)
     assert (own.sum(axis=1) == 13).all()
-    nearest = (seen @ lvis.image.T).max(axis=2)
+    nearest = (observations @ lvis.image.T).max(axis=2)
     assert nearest.min() > 0.69
 
 

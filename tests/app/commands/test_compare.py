@@ -11,13 +11,13 @@ import pytest
 import rerun as rr
 from scipy.spatial.transform import Rotation
 
-from app.cli import main
 from app.comparison.compare_runs import compare_runs
 from app.timeline import viewer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
 from razer.storage import read_mesh_ply, write_mesh_ply
+from tests.support.cli import call
 
 N_FRAMES = 24
 RULES = PRESETS["default"]
@@ -40,12 +40,6 @@ def motion():
 
 
 MOTION = motion()  # moved from own
-
-
-def call(*arguments):
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    return stopped.value.code or 0
 
 
 @pytest.fixture(scope="module")

@@ -60,18 +60,18 @@ def test_bad_input_is_one_plain_line_and_the_run_is_untouched(capsys, run, tmp_p
 def test_labels_follow_the_contract_and_fill_the_run(capsys, run):
     before = instances_of(run)
     code, out, _ = razer(capsys, "label", run, "--vocabulary", "nyu40", "--json")
-    told = json.loads(out)
+    result = json.loads(out)
     assert code == 0
-    assert set(told) == {"vocabulary", "instances", "stuff"}
-    assert told["vocabulary"] == "nyu40"
+    assert set(result) == {"vocabulary", "instances", "stuff"}
+    assert result["vocabulary"] == "nyu40"
     names = vocabulary("nyu40").by_name
-    for entry in told["instances"]:
+    for entry in result["instances"]:
         assert set(entry) == {"id", "class", "score", "runner_up"}
         assert entry["class"] in names
         assert entry["runner_up"] in names
         assert entry["runner_up"] != entry["class"]
         assert 0 <= entry["score"] <= 1
-    given = {entry["id"]: entry["class"] for entry in told["instances"]}
+    given = {entry["id"]: entry["class"] for entry in result["instances"]}
     after = instances_of(run)
     assert {entry["id"]: entry["class"] for entry in after} == given
     assert [{**entry, "class": None} for entry in after] == [{**entry, "class": None} for entry in before]
@@ -80,7 +80,7 @@ def test_labels_follow_the_contract_and_fill_the_run(capsys, run):
     assert len(kept) > 5
     assert all(given[entry["id"]] == entry["class"] for entry in kept)
     walls = [entry["id"] for entry in before if entry["class"] == "wall"]
-    (wall,) = [entry for entry in told["stuff"] if entry["class"] == "wall"]
+    (wall,) = [entry for entry in result["stuff"] if entry["class"] == "wall"]
     assert len(walls) > 1
     assert set(walls) <= set(wall["instances"])
     assert wall["id"] == min(wall["instances"])
@@ -142,11 +142,11 @@ def test_a_list_saved_by_a_spreadsheet_is_read(tmp_path):
 def test_a_vocabulary_of_ones_own(capsys, run, tmp_path):
     (tmp_path / "mine.csv").write_text("id,name,stuff\n5,couch,0\n9,floor,1\n")
     _, out, _ = razer(capsys, "label", run, "--vocabulary", tmp_path / "mine.csv", "--json")
-    told = json.loads(out)
-    assert {entry["class"] for entry in told["instances"]} == {"couch", "floor"}
-    assert [entry["class"] for entry in told["stuff"]] == ["floor"]
-    sure = [entry for entry in told["instances"] if entry["score"] >= 0.6]
-    assert 2 <= len(sure) < len(told["instances"])
+    result = json.loads(out)
+    assert {entry["class"] for entry in result["instances"]} == {"couch", "floor"}
+    assert [entry["class"] for entry in result["stuff"]] == ["floor"]
+    sure = [entry for entry in result["instances"] if entry["score"] >= 0.6]
+    assert 2 <= len(sure) < len(result["instances"])
 
 
 def test_labelling_twice_gives_the_same(capsys, run):

@@ -57,8 +57,8 @@ def test_best_frames_show_the_instance(capsys, run, made):
         assert set(shown) == {"frame", "stamp", "box", "crop"}
         assert shown["stamp"] == pytest.approx(stamps[shown["frame"]])
         x, y, width, height = shown["box"]
-        seen = room[shown["frame"]].instance_ids == couch
-        assert seen[y : y + height, x : x + width].sum() >= 0.8 * seen.sum() > 0
+        is_couch = room[shown["frame"]].instance_ids == couch
+        assert is_couch[y : y + height, x : x + width].sum() >= 0.8 * is_couch.sum() > 0
         crop = cv2.imread(shown["crop"])
         assert crop.shape[0] >= height
         assert crop.shape[1] >= width

@@ -14,7 +14,7 @@ import pytest
 
 from tests.support.cli import N_FRAMES, QUICK, RUN_FILES, listing, write_small_room
 
-# A segmenter that finds nothing, tells how often it was asked, and takes its time.
+# A segmenter that finds nothing, logs how often it was called, and takes its time.
 SLOW_SEGMENTER = """
 import time
 from pathlib import Path
@@ -22,12 +22,12 @@ from razer.frame import Masks
 
 class Slow:
     def __init__(self, log, wait_s=0.0, fail_at=None):
-        self.log, self.wait_s, self.fail_at, self.asked = Path(log), wait_s, fail_at, 0
+        self.log, self.wait_s, self.fail_at, self.n_calls = Path(log), wait_s, fail_at, 0
 
     def segment(self, frame):
-        self.asked += 1
-        self.log.write_text(str(self.asked))
-        if self.asked == self.fail_at:
+        self.n_calls += 1
+        self.log.write_text(str(self.n_calls))
+        if self.n_calls == self.fail_at:
             raise RuntimeError("a bug in a plug-in")
         time.sleep(self.wait_s)
         return Masks.none(*frame.depth.shape)
@@ -42,7 +42,7 @@ def recording(tmp_path_factory):
 def start_slow_run(recording, tmp_path, **options):
     """A run in a process of its own whose segmenter is slow; returns the process and its count of frames."""
     (tmp_path / "slow_segmenter.py").write_text(SLOW_SEGMENTER)
-    log = tmp_path / "asked"
+    log = tmp_path / "n_calls"
     settings = [f"segmenter.options.{name}={value}" for name, value in {"log": log, **options}.items()]
     command = [sys.executable, "-m", "app.cli", "run", recording, "-o", tmp_path / "runs" / "run", "--json", *QUICK]
     command += ["--segmenter", "slow_segmenter:Slow", *(part for setting in settings for part in ("--set", setting))]

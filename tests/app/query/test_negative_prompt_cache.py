@@ -31,7 +31,7 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "razer"
 
 
-def asked(**options):
+def embedded_texts(**options):
     """What a new encoder with these options was asked for, and the vectors."""
     encoder = Encoder()
     contrast = negative_prompts_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
@@ -40,9 +40,9 @@ def asked(**options):
 
 
 def test_names_are_embedded_once(cache):
-    first, vectors = asked()
-    again, kept = asked()
-    assert (first, again) == (len(TEMPLATES) * len(vectors), 0)
+    first, vectors = embedded_texts()
+    second, kept = embedded_texts()
+    assert (first, second) == (len(TEMPLATES) * len(vectors), 0)
     np.testing.assert_array_equal(kept, vectors)
     assert len(list(cache.iterdir())) == 1
 
@@ -50,11 +50,11 @@ def test_names_are_embedded_once(cache):
 def test_another_encoder_or_other_weights_are_embedded_anew(cache, tmp_path):
     weights = tmp_path / "weights.onnx"
     weights.write_bytes(b"one")
-    assert asked()[0] > 0
-    assert asked(weights=str(weights))[0] > 0
-    assert asked(weights=str(weights))[0] == 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts(weights=str(weights))[0] > 0
+    assert embedded_texts(weights=str(weights))[0] == 0
     weights.write_bytes(b"two or more")
-    assert asked(weights=str(weights))[0] > 0
+    assert embedded_texts(weights=str(weights))[0] > 0
 
 
 def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
@@ -62,10 +62,10 @@ def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
     folder.mkdir()
     (folder / "model.safetensors").write_bytes(b"one")
     inner = {"embedder": "some:Encoder", "embedder_options": {"weights": str(folder)}}
-    assert asked(**inner)[0] > 0
-    assert asked(**inner)[0] == 0
+    assert embedded_texts(**inner)[0] > 0
+    assert embedded_texts(**inner)[0] == 0
     (folder / "model.safetensors").write_bytes(b"two or more")
-    assert asked(**inner)[0] > 0
+    assert embedded_texts(**inner)[0] > 0
 
 
 class NamesOverEncoder(Encoder):
@@ -87,17 +87,17 @@ def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
 
 @pytest.mark.parametrize("content", [b"", b"no archive"])
 def test_a_damaged_file_is_made_anew(cache, content):
-    asked()
+    embedded_texts()
     (file,) = cache.iterdir()
     file.write_bytes(content)
-    assert asked()[0] > 0
-    assert asked()[0] == 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts()[0] == 0
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(cache):
     cache.write_text("a file where the folder should be")
-    assert asked()[0] > 0
-    assert asked()[0] > 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts()[0] > 0
 
 
 def test_tables_are_not_kept_and_those_without_words_refuse(cache):
