@@ -8,7 +8,7 @@ from importlib import metadata
 
 from cyclopts import App, CycloptsError
 
-from app.console.exit_codes import BAD_INPUT
+BAD_INPUT = 2
 
 app = App(
     name="razer",

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app.console.notes import print_notes
+from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.evaluation.prediction import is_run
 from app.frames.open_recording import open_recording, open_unchecked
@@ -118,7 +118,7 @@ class Reproduction:
         notes: list[str] = []
         jobs = [(name, self._out / name, scene_folder) for name, scene_folder in mapped.items()]
         result = evaluate_jobs(jobs, self._preset, trust=self._config.embedder.trust, notes=notes)
-        print_notes(notes, console)
+        print_notes(notes)
         for name, numbers in result.as_json()["scenes"].items():
             replace_content(self._out / name / names.METRICS, json.dumps(numbers, indent=1) + "\n")
         timings = {name: json.loads((self._out / name / names.TIMINGS).read_text()) for name in mapped}

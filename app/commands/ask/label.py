@@ -5,7 +5,7 @@ from __future__ import annotations
 from json import dumps
 from pathlib import Path
 
-from app.console.notes import print_notes
+from app.console.streams import print_notes
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -51,7 +51,7 @@ def label(
     known = known_categories(queryable.panoptic, classes)
     if left_out := len(classes.categories) - len(known):
         note = f"the embedder does not know {left_out} of the {len(classes.categories)} names: left out"
-        print_notes([note], progress_console())
+        print_notes([note])
     labelled = LabelledRun.of(queryable, classes.name, label_map(queryable.panoptic, known))
     try:
         labelled.write()

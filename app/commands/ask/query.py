@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from app.console.notes import print_notes
+from app.console.streams import print_notes
 from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -71,7 +71,7 @@ def query(
         _draw(queryable, answer, render)
     frames = ViewCrops(run, queryable.config.input) if answer.found else None
     result = answer_json(text if text is not None else str(image), answer, frames)
-    print_notes(frames.notes if frames else (), progress_console())
+    print_notes(frames.notes if frames else ())
     if json:
         print(dumps(result))
     else:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.console.exit_codes import INTERRUPTED
+from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder

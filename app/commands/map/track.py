@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.console.exit_codes import INTERRUPTED
+from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.run_folder.atomic_files import replace_content
 from app.settings.options import Flag, RecordingOptions

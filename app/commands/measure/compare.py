@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.console.notes import print_notes
+from app.console.streams import print_notes
 from app.console.streams import progress_console, result_console
 from app.settings.options import Assignments, Flag, TrustOptions
 
@@ -56,7 +56,7 @@ def compare(
     folder = out or run_b / FOLDER
     check_folder(folder)
     result = compare_runs(run_a, run_b, truth, rules, options.trust)
-    print_notes(result.notes, progress_console())
+    print_notes(result.notes)
     write_comparison(result, folder)
     if json:
         print(dumps(result.as_json()))

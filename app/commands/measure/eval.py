@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.notes import print_notes
+from app.console.streams import print_notes
 from app.console.streams import progress_console, result_console
 from app.run_folder import run_folder
 from app.run_folder.atomic_files import replace_content
@@ -78,7 +78,7 @@ def evaluate(
     jobs = _jobs(run, truth, scenes, runs, strict, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
-    print_notes(notes, progress_console())
+    print_notes(notes)
     _deliver(result, run if run is not None and is_run(run) else None, out, json)
     return 0
 

@@ -6,7 +6,7 @@ from json import dumps
 from pathlib import Path
 from typing import Any
 
-from app.console.exit_codes import INTERRUPTED
+from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag, RecordingOptions
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.padding import Padding
 
-from app.console.exit_codes import INTERRUPTED
+from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag
 from razer.errors import BadInput

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
-from app.console.exit_codes import INTERRUPTED
+from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
 from app.settings.assignments import split_assignment
 from app.settings.options import Assignments, Flag
