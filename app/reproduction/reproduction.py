@@ -15,7 +15,7 @@ from app.commands.measure.eval import METRICS, write_atomically
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.evaluation.prediction import is_run
 from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.run_pipeline import run_to_folder, settled
+from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
@@ -90,13 +90,13 @@ class Reproduction:
 
     def _map(self, name: str, place: Path, console: Console) -> None:
         folder = self._out / name
-        config = settled(self._config, open_unchecked(place, self._config.input))
+        config = resolve_poses(self._config, open_unchecked(place, self._config.input))
         if is_run(folder) and read_config(folder / names.CONFIG, (), {}) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
         finished = run_to_folder(open_recording(place, config.input, console), config, target, console)
-        if finished.outcome.interrupted:
+        if finished.accounting.interrupted:
             raise KeyboardInterrupt
 
     def _evaluated(self, done: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:

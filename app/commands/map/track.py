@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from json import dumps
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.measure.eval import write_atomically
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
+from app.run_folder.run_folder import replace_file
 from app.settings.options import Flag, RecordingOptions
-
-INTERRUPTED = 130
 
 
 def track(
@@ -26,7 +26,7 @@ def track(
 ) -> int:
     """Estimate the camera's path: odometry, loop closure, smoothing at the end.
 
-    Poses that come with the recording are not used, but errors against them are told.
+    Poses that come with the recording are not used, but errors against them are reported.
     Ctrl-C smooths and writes what was tracked until then; the exit code is 130.
 
     Parameters
@@ -48,15 +48,16 @@ def track(
     from app.pipeline.track_only import tracked_path
     from app.run_folder.save_run import tum_text
 
-    found = tracked_path(open_unchecked(folder, settings), settings, progress_console())
-    for path, poses in ((out, found.final), (live_poses, found.live)):
+    tracked = tracked_path(open_unchecked(folder, settings), settings, progress_console())
+    for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, tum_text([found.stamps[i] for i in poses], list(poses.values())))
-    content = found.as_json()
+            text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
+            replace_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
+    content = tracked.as_json()
     if json:
         print(dumps(content))
     else:
         for name, value in content.items():
             result_console().print(f"{name}: {value}", highlight=False, soft_wrap=True)
-    return INTERRUPTED if found.interrupted else 0
+    return INTERRUPTED if tracked.interrupted else 0
