@@ -10,7 +10,7 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from app.console.progress import watch
+from app.console.progress import show_progress
 from app.settings.config_file import read_config
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
@@ -57,7 +57,7 @@ def measure_variants(
     base = read_config(None, (), {})
     perception = Perception(base, segmenter, embedder)
     mappers = {name: Mapper(read_config(None, (), change), segmenter, embedder) for name, change in variants.items()}
-    for index in watch(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
+    for index in show_progress(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
         observation = perception.observe(sequence[index])
         for mapper in mappers.values():
             mapper.fuse(observation)

@@ -15,7 +15,7 @@ from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.evaluation.prediction import is_run
 from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.run_pipeline import run_to_folder, settled
+from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
 from app.run_folder.atomic_files import replace_content
@@ -105,13 +105,13 @@ class Reproduction:
 
     def _map(self, name: str, scene_folder: Path, console: Console) -> None:
         folder = self._out / name
-        config = settled(self._config, open_unchecked(scene_folder, self._config.input))
+        config = resolve_poses(self._config, open_unchecked(scene_folder, self._config.input))
         if is_run(folder) and read_run_config(folder / names.CONFIG) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
         finished = run_to_folder(open_recording(scene_folder, config.input, console), config, target, console)
-        if finished.outcome.interrupted:
+        if finished.accounting.interrupted:
             raise KeyboardInterrupt
 
     def _evaluate(self, mapped: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:

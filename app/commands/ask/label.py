@@ -6,7 +6,6 @@ from json import dumps
 from pathlib import Path
 
 from app.console.streams import print_notes
-from app.console.streams import progress_console
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 

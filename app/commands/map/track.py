@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.run_folder.atomic_files import replace_content
 from app.settings.options import Flag, RecordingOptions
 
@@ -25,7 +25,7 @@ def track(
 ) -> int:
     """Estimate the camera's path: odometry, loop closure, smoothing at the end.
 
-    Poses that come with the recording are not used, but errors against them are told.
+    Poses that come with the recording are not used, but errors against them are reported.
     Ctrl-C smooths and writes what was tracked until then; the exit code is 130.
 
     Parameters
@@ -47,15 +47,16 @@ def track(
     from app.pipeline.track_only import tracked_path
     from app.run_folder.save_run import tum_text
 
-    found = tracked_path(open_unchecked(folder, settings), settings, progress_console())
-    for path, poses in ((out, found.final), (live_poses, found.live)):
+    tracked = tracked_path(open_unchecked(folder, settings), settings, progress_console())
+    for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            replace_content(path, tum_text([found.stamps[i] for i in poses], list(poses.values())))
-    content = found.as_json()
+            text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
+            replace_content(path, text)
+    content = tracked.as_json()
     if json:
         print(dumps(content))
     else:
         for name, value in content.items():
             result_console().print(f"{name}: {value}", highlight=False, soft_wrap=True)
-    return INTERRUPTED if found.interrupted else 0
+    return INTERRUPTED if tracked.interrupted else 0

@@ -8,8 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes
-from app.console.streams import progress_console, result_console
+from app.console.streams import print_notes, result_console
 from app.settings.options import Assignments, Flag, TrustOptions
 
 FOLDER = "compare"
@@ -47,17 +46,14 @@ def compare(
         One line of JSON.
     """
     # Late, since these bring Open3D and torch along.
-    from app.comparison.compare_runs import compare_runs
-    from app.comparison.folder import check_folder, write_comparison
+    from app.comparison.compare_to_folder import compare_to_folder
     from app.comparison.report import report
     from app.evaluation.rules import choose_rules
 
     rules = choose_rules(preset, set)
     folder = out or run_b / FOLDER
-    check_folder(folder)
-    result = compare_runs(run_a, run_b, truth, rules, options.trust)
+    result = compare_to_folder(run_a, run_b, folder, truth=truth, rules=rules, trust=options.trust)
     print_notes(result.notes)
-    write_comparison(result, folder)
     if json:
         print(dumps(result.as_json()))
     else:

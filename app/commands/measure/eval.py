@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes
-from app.console.streams import progress_console, result_console
+from app.console.streams import print_notes, result_console
 from app.run_folder import run_folder
 from app.run_folder.atomic_files import replace_content
 from app.settings.options import Assignments, Flag, TrustOptions

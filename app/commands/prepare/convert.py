@@ -6,8 +6,8 @@ from json import dumps
 from pathlib import Path
 from typing import Any
 
-from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, RecordingOptions
 
 FORMAT = 1

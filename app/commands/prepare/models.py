@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.padding import Padding
 
-from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag
 from razer.errors import BadInput
 from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
-from app.pipeline.interrupt import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.assignments import split_assignment
 from app.settings.options import Assignments, Flag
 from razer.errors import BadInput
