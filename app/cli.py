@@ -8,6 +8,8 @@ from importlib import metadata
 
 from cyclopts import App, CycloptsError
 
+from razer.errors import BadInput
+
 BAD_INPUT = 2
 
 app = App(
@@ -70,11 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         code = app(arguments, exit_on_error=False, result_action="return_value")
     except CycloptsError:
         sys.exit(BAD_INPUT)
-    except ValueError as error:
-        from razer.errors import BadInput  # late: it brings numpy along
-
-        if not isinstance(error, BadInput):
-            raise
+    except BadInput as error:
         print(f"razer: {error}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code)
