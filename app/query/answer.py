@@ -12,20 +12,20 @@ from razer.panoptic_map import Answer, Hit
 from razer.storage import box_entry
 
 
-def answer_json(query: str, answer: Answer, frames: ViewCrops | None) -> dict[str, Any]:
+def answer_json(query: str, answer: Answer, crops: ViewCrops | None) -> dict[str, Any]:
     """The JSON of an answer: query, found, threshold and hits, which are empty if no instance matches."""
-    hits = [_hit_json(hit, frames) for hit in answer.hits]
+    hits = [_hit_json(hit, crops) for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}
 
 
-def _hit_json(hit: Hit, frames: ViewCrops | None) -> dict[str, Any]:
+def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
     """One hit: centre and extent in metres, rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
         **box_entry(hit.object.box),
-        "best_frames": frames.of(hit.object) if frames else [],
+        "best_frames": crops.of(hit.object) if crops else [],
     }
 
 

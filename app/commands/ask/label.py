@@ -48,9 +48,8 @@ def label(
     classes = read_vocabulary(vocabulary)
     queryable = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
     known = known_categories(queryable.panoptic, classes)
-    if left_out := len(classes.categories) - len(known):
-        note = f"the embedder does not know {left_out} of the {len(classes.categories)} names: left out"
-        print_notes([note])
+    if n_unknown := len(classes.categories) - len(known):
+        print_notes([f"the embedder does not know {n_unknown} of the {len(classes.categories)} names: left out"])
     labelled = LabelledRun.of(queryable, classes.name, label_map(queryable.panoptic, known))
     try:
         labelled.write()

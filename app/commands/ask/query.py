@@ -58,23 +58,13 @@ def query(
         One line of JSON.
     """
     _check_arguments(text, k, image, box, min_score, render)
-
-    # Late, since these bring Open3D and torch along.
-    from app.query.answer import answer_json, print_answer
-    from app.query.queryable_map import open_queryable_map
-    from app.query.view_crops import ViewCrops
+    from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
 
     queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _answer(queryable, text, image, box, min_score).best(k)
     if render is not None:
         _draw(queryable, answer, render)
-    frames = ViewCrops(run, queryable.config.input) if answer.found else None
-    result = answer_json(text if text is not None else str(image), answer, frames)
-    print_notes(frames.notes if frames else ())
-    if json:
-        print(dumps(result))
-    else:
-        print_answer(result)
+    _report(queryable, text if text is not None else str(image), answer, json)
     return 0
 
 
@@ -117,3 +107,16 @@ def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:
         written = False
     if not written:
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
+
+
+def _report(queryable: QueryableMap, query: str, answer: Answer, json: bool) -> None:
+    from app.query.answer import answer_json, print_answer
+    from app.query.view_crops import ViewCrops
+
+    crops = ViewCrops(queryable.folder, queryable.config.input) if answer.found else None
+    result = answer_json(query, answer, crops)
+    print_notes(crops.notes if crops else ())
+    if json:
+        print(dumps(result))
+    else:
+        print_answer(result)

@@ -49,11 +49,7 @@ def ablate(
     """
     if queries is not None:
         return _ablate_queries(queries, draws, json)
-    try:
-        seed_numbers = [int(seed) for seed in seeds.split(",")]
-    except ValueError:
-        raise BadInput(f"--seeds {seeds}: give whole seed_numbers with commas between, such as 0,1,2") from None
-
+    seed_numbers = _seed_numbers(seeds)
     # Late, as in `razer run`.
     from app.ablation.mapper_variants import VARIANTS, measure_variants, variants_table
 
@@ -67,6 +63,13 @@ def ablate(
     else:
         result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
     return 0
+
+
+def _seed_numbers(seeds: str) -> list[int]:
+    try:
+        return [int(seed) for seed in seeds.split(",")]
+    except ValueError:
+        raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:

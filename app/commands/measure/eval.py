@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -20,6 +21,48 @@ if TYPE_CHECKING:
 PLOTS = "eval"
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SceneListOptions:
+    """Many scenes evaluated at once."""
+
+    scenes: Path | None = None
+    """A text file with one scene a line, for many scenes at once: runs are in --runs, truths in --truth."""
+    runs: Path | None = None
+    """The folder that holds a run folder (or submission) for each scene."""
+    strict: Flag = False
+    """A missing scene is an error instead of a note."""
+
+    def jobs(self, run: Path | None, truth: Path, notes: list[str]) -> list[tuple[str, Path, Path]]:
+        """What to evaluate, (name, prediction, folder with the truth): the run, or all scenes listed; adds those that
+        are missing to `notes`. Raises BadInput."""
+        if self.scenes is None:
+            if run is None:
+                raise BadInput("give a run to evaluate, or --scenes LIST with --runs DIR")
+            return [(run.absolute().name, run, truth)]
+        if run is not None or self.runs is None:
+            raise BadInput("--scenes LIST needs --runs DIR and no single run")
+        predictions = [(name, _prediction_path(self.runs, name)) for name in _listed(self.scenes)]
+        jobs = [(name, path, truth / name) for name, path in predictions if path is not None]
+        missing = [name for name, path in predictions if path is None]
+        if missing and (self.strict or not jobs):
+            counts = f"{len(missing)} of {len(predictions)} missing"
+            raise BadInput(f"{self.runs} has no run of {', '.join(missing[:5])} ({counts})")
+        notes += [f"{name} is missing in {self.runs}: left out" for name in missing]
+        return jobs
+
+
+def _listed(scenes: Path) -> list[str]:
+    try:
+        return [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
+    except OSError as error:
+        raise BadInput(f"{scenes} cannot be read: {error.strerror}") from None
+
+
+def _prediction_path(runs: Path, name: str) -> Path | None:
+    return next((path for path in (runs / name, runs / f"{name}.txt") if path.exists()), None)
+
+
 def evaluate(
     run: Path | None = None,
     /,
@@ -30,9 +73,7 @@ def evaluate(
     names: Literal["auto", "run", "text"] = "auto",
     labels: Literal["instance", "class"] = "instance",
     scene: str | None = None,
-    scenes: Path | None = None,
-    runs: Path | None = None,
-    strict: Flag = False,
+    scene_list: SceneListOptions = SceneListOptions(),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
@@ -56,12 +97,6 @@ def evaluate(
         Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance.
     scene:
         Which scene, where a folder holds several.
-    scenes:
-        A text file with one scene a line, for many scenes at once: runs are in --runs, truths in --truth.
-    runs:
-        The folder that holds a run folder (or submission) for each scene.
-    strict:
-        A missing scene is an error instead of a note.
     out:
         The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
@@ -74,18 +109,18 @@ def evaluate(
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
-    jobs = _jobs(run, truth, scenes, runs, strict, notes)
+    jobs = scene_list.jobs(run, truth, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
-    notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
-    print_notes(notes)
-    _deliver(result, run if run is not None and is_run(run) else None, out, json)
+    _deliver(result, notes, run if run is not None and is_run(run) else None, out, json)
     return 0
 
 
-def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: bool) -> None:
-    """Write metrics and plots into the run folder, if there is one, and print the metrics."""
+def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: Path | None, json: bool) -> None:
+    """Print notes, write metrics and plots into the run folder, if there is one, and print the metrics."""
     from app.evaluation.report import report
 
+    print_notes(notes)
+    print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
     content = result.as_json()
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
@@ -96,32 +131,6 @@ def _deliver(result: Evaluation, run: Path | None, pictures: Path | None, json: 
         print(dumps(content))
     else:
         report(result, result_console(), pictures)
-
-
-def _jobs(
-    run: Path | None, truth: Path, scenes: Path | None, runs: Path | None, strict: bool, notes: list[str]
-) -> list[tuple[str, Path, Path]]:
-    """What to evaluate, (name, prediction, folder with the truth)."""
-    if scenes is None:
-        if run is None:
-            raise BadInput("give a run to evaluate, or --scenes LIST with --runs DIR")
-        return [(run.absolute().name, run, truth)]
-    if run is not None or runs is None:
-        raise BadInput("--scenes LIST needs --runs DIR and no single run")
-    try:
-        listed = [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
-    except OSError as error:
-        raise BadInput(f"{scenes} cannot be read: {error.strerror}") from None
-    jobs = [(name, path, truth / name) for name in listed if (path := _prediction_path(runs, name)) is not None]
-    missing = [name for name in listed if _prediction_path(runs, name) is None]
-    if missing and (strict or not jobs):
-        raise BadInput(f"{runs} has no run of {', '.join(missing[:5])} ({len(missing)} of {len(listed)} missing)")
-    notes += [f"{name} is missing in {runs}: left out" for name in missing]
-    return jobs
-
-
-def _prediction_path(runs: Path, name: str) -> Path | None:
-    return next((path for path in (runs / name, runs / f"{name}.txt") if path.exists()), None)
 
 
 def _draw(result: Evaluation, folder: Path) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.console.streams import progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, RecordingOptions
+
+if TYPE_CHECKING:
+    from app.frames.selection import Selection
 
 FORMAT = 1
 MAX_NAMED = 5
@@ -54,20 +57,28 @@ def convert(
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED
     selection.finish()
-    skipped_frames = [{"frame": selection.indices[index], "reason": reason} for index, reason in skipped]
-    result = {
-        "format": FORMAT,
-        "recording": selection.name,
-        "out": str(out),
-        "layout": layout,
-        "frames": len(selection),
-    }
-    result |= {"written": len(selection) - len(skipped), "skipped": skipped_frames, "truth": truth is not None}
+    result = _summary(selection, out, layout, skipped, truth is not None)
     if json:
         print(dumps(result))
     else:
         _report(result)
     return 0
+
+
+def _summary(
+    selection: Selection, out: Path, layout: str, skipped: list[tuple[int, str]], has_truth: bool
+) -> dict[str, Any]:
+    """The line of `razer convert --json` (format 1)."""
+    return {
+        "format": FORMAT,
+        "recording": selection.name,
+        "out": str(out),
+        "layout": layout,
+        "frames": len(selection),
+        "written": len(selection) - len(skipped),
+        "skipped": [{"frame": selection.indices[index], "reason": reason} for index, reason in skipped],
+        "truth": has_truth,
+    }
 
 
 def _report(result: dict[str, Any]) -> None:

@@ -95,14 +95,9 @@ def synth(
     """
     # Late, since these bring Open3D along.
     from app.frames.selection import Selection
-    from data_tools.writers.table import WRITERS, write_recording
+    from data_tools.writers.table import write_recording
 
-    if layout not in WRITERS:
-        raise BadInput(f"unknown layout '{layout}': choose one of {', '.join(WRITERS)}")
-    if not SPACING_M[0] <= spacing <= SPACING_M[1]:
-        raise BadInput(f"--spacing {spacing:g}: give {SPACING_M[0]:g} to {SPACING_M[1]:g} metres")
-    if out.exists():
-        raise BadInput(f"{out} exists: give a new folder, or remove it first")
+    _check_arguments(out, layout, spacing)
     sequence, console = options.sequence(), progress_console()
     selection = Selection.of(sequence, 1, None, console)
     try:
@@ -119,6 +114,17 @@ def synth(
     result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
     _report(result, json)
     return 0
+
+
+def _check_arguments(out: Path, layout: str, spacing: float) -> None:
+    from data_tools.writers.table import WRITERS
+
+    if layout not in WRITERS:
+        raise BadInput(f"unknown layout '{layout}': choose one of {', '.join(WRITERS)}")
+    if not SPACING_M[0] <= spacing <= SPACING_M[1]:
+        raise BadInput(f"--spacing {spacing:g}: give {SPACING_M[0]:g} to {SPACING_M[1]:g} metres")
+    if out.exists():
+        raise BadInput(f"{out} exists: give a new folder, or remove it first")
 
 
 def _report(result: dict[str, Any], json: bool) -> None:
