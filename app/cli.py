@@ -1,4 +1,4 @@
-"""The command line. Verbs are imported when they are used, so that `razer --help` is instant."""
+"""The command line; verbs are imported when they are used, so that `razer --help` is instant."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib import metadata
 
 from cyclopts import App, CycloptsError
+
+from razer.errors import BadInput
 
 BAD_INPUT = 2
 
@@ -18,35 +20,35 @@ app = App(
 )
 VERBS = {
     "Map": {
-        "map.run:run": "Map a posed RGB-D recording.",
-        "map.track:track": "Estimate the camera's path, without a map.",
+        "map.run:run": "Map an RGB-D recording, with given or estimated poses.",
+        "map.track:track": "Estimate the camera trajectory by RGB-D SLAM, without a map.",
         "map.demo:demo": "Map a small synthetic room, no data needed.",
     },
     "Ask": {
-        "ask.query:query": "Find instances of a map by words or by a picture.",
-        "ask.label:label": "Give the instances of a map classes of a vocabulary.",
+        "ask.query:query": "Find instances of a map by text or by image.",
+        "ask.label:label": "Classify the instances of a map by a vocabulary.",
     },
     "Look": {
-        "look.view:view": "Open the timeline of a run in Rerun.",
-        "look.inspect:inspect": "Say what a recording is and what looks wrong.",
+        "look.view:view": "Open the timeline of a run in the Rerun viewer.",
+        "look.inspect:inspect": "Check a recording and name what looks wrong.",
         "look.config:config": "Print every setting with its value, range and meaning.",
     },
     "Measure": {
-        "measure.eval:evaluate": "Measure a map against the truth.",
+        "measure.eval:evaluate": "Evaluate a map against the ground truth.",
         "measure.compare:compare": "Compare two runs over one recording.",
-        "measure.reproduce:reproduce": "Map and evaluate a table of the paper.",
+        "measure.reproduce:reproduce": "Reproduce one of the paper's tables.",
         "measure.ablate:ablate": "Measure what each part of the method contributes.",
         "measure.bench:bench": "Measure time per stage and memory, beside plain TSDF fusion.",
     },
     "Prepare": {
-        "prepare.convert:convert": "Write a recording anew, in our own or another layout.",
-        "prepare.synth:synth": "Write a recording of a simulated place with its truth.",
+        "prepare.convert:convert": "Convert a recording to our own or another layout.",
+        "prepare.synth:synth": "Render a synthetic recording with its ground truth.",
     },
 }
 MODEL_VERBS = {
-    "list_models": ("list", "Show the models that can be fetched by name."),
-    "info": ("info", "Show a model's source, licence, files, and whether it is here."),
-    "pull": ("pull", "Fetch a model, or go on where a download broke off."),
+    "list_models": ("list", "Show the models that can be downloaded by name."),
+    "info": ("info", "Show a model's source, licence, files, and whether it is in the cache."),
+    "pull": ("pull", "Download a model, or resume a broken download."),
 }
 
 
@@ -55,7 +57,7 @@ def _add_verbs(app: App) -> None:
         for target, about in verbs.items():
             name = target.partition(":")[0].rpartition(".")[2]
             app.command(f"app.commands.{target}", name=name, help=about, group=group)
-    models = App(name="models", help="List and fetch 2D models.", help_format="plaintext", group="Prepare")
+    models = App(name="models", help="List and download 2D models.", help_format="plaintext", group="Prepare")
     for function, (name, about) in MODEL_VERBS.items():
         models.command(f"app.commands.prepare.models:{function}", name=name, help=about)
     app.command(models)
@@ -70,11 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         code = app(arguments, exit_on_error=False, result_action="return_value")
     except CycloptsError:
         sys.exit(BAD_INPUT)
-    except ValueError as error:
-        from razer.errors import BadInput  # late: it brings numpy along
-
-        if not isinstance(error, BadInput):
-            raise
+    except BadInput as error:
         print(f"razer: {error}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code)

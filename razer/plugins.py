@@ -112,7 +112,7 @@ class PluginSettings(Settings):
         """Which outside code may be loaded."""
         return self._trust
 
-    def trusting(self, trust: Trust) -> Self:
+    def with_trust(self, trust: Trust) -> Self:
         """The same settings with more trust."""
         copy = self.model_copy()
         copy._trust = trust

@@ -148,6 +148,13 @@ def test_no_import_cycles():
         pytest.fail(f"import cycle: {' -> '.join(error.args[1])}")
 
 
+def test_verbs_import_no_verbs():
+    for path in FILES:
+        if relative(path).startswith("app/commands/"):
+            verbs = {module for module in imports_of(path) if module.startswith("app.commands")}
+            assert not verbs, f"{relative(path)} imports {verbs}"
+
+
 def test_method_has_no_clock_and_does_not_print():
     for path in FILES:
         if path.relative_to(ROOT).parts[0] in ("razer", "slam"):

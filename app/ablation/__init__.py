@@ -1,1 +1,1 @@
-"""What each part of the method contributes: mappers and queries with one thing changed."""
+"""Ablation studies: mappers and queries with one part changed."""

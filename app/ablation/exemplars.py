@@ -1,4 +1,4 @@
-"""A table of names with the vectors of their texts and of pictures of them, both of one embedder."""
+"""Exemplars: names with the embeddings of their texts and of pictures of them, both of one embedder."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from razer.arrays import Float32Array, IndexArray
+from razer.arrays import Float32Array, FloatArray, IndexArray
 from razer.errors import BadInput
 
 
@@ -37,11 +36,11 @@ class Exemplars:
         """Rows of `n` names, and of `n` others that share no synonym with any of them."""
         order = rng.permutation(len(self.names))
         present = order[:n]
-        taken = frozenset().union(*(self.synonyms[row] for row in present))
-        absent = [row for row in order[n:] if not self.synonyms[row] & taken][:n]
+        used_synonyms = frozenset().union(*(self.synonyms[row] for row in present))
+        absent = [row for row in order[n:] if not self.synonyms[row] & used_synonyms][:n]
         return present, np.array(absent, np.intp)
 
 
-def _unit(vectors: NDArray) -> Float32Array:
-    wide = vectors.astype(np.float32)
-    return wide / np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-9)
+def _unit(vectors: FloatArray) -> Float32Array:
+    single = vectors.astype(np.float32)
+    return single / np.maximum(np.linalg.norm(single, axis=1, keepdims=True), 1e-9)

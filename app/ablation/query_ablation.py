@@ -1,4 +1,4 @@
-"""The bank beside a running mean and beside vectors without noise, in retrieval by text."""
+"""Ablation of the embedding bank in retrieval by text: beside a running mean and beside vectors without noise."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from app.ablation.query_protocol import (
     QueryScore,
     banks_of,
     clean_banks,
-    observed,
+    noisy_observations,
     presence_at,
     presence_curve,
     query_score,
 )
 from razer.config import BankSettings
 
-# Of how many of an object's observations another one is the object.
-SHARES = {"own": 0.0, "with neighbour": 1 / 3}
+# Share of an object's observations that are of another object.
+NEIGHBOUR_SHARES = {"own": 0.0, "with neighbour": 1 / 3}
 BANKS = {"bank": BankSettings(), "mean": BankSettings(hypotheses=1)}
 RECALLS = (0.6, 0.7, 0.8, 0.9)
 MEANS = {"top1": "name top-1", "top5": "top-5", "text_top1": "text top-1"}
@@ -34,15 +34,15 @@ def measure_queries(exemplars: Exemplars, draws: int) -> dict[str, list[QuerySco
         rng = np.random.default_rng(draw)
         present, absent = exemplars.present_and_absent(Protocol.n_objects, rng)
         banks = {"without noise": clean_banks(exemplars, present)}
-        for kind, share in SHARES.items():
-            observations = observed(exemplars, present, rng, Protocol(of_neighbour=share))
+        for kind, share in NEIGHBOUR_SHARES.items():
+            observations = noisy_observations(exemplars, present, rng, Protocol(neighbour_share=share))
             banks |= {f"{name}, {kind}": banks_of(observations, settings) for name, settings in BANKS.items()}
         for name, bank in banks.items():
             result.setdefault(name, []).append(query_score(exemplars, bank, present, absent))
     return result
 
 
-def figures(scores: list[QueryScore]) -> dict[str, Any]:
+def mean_scores(scores: list[QueryScore]) -> dict[str, Any]:
     """Means over draws, precision and recall of the answer "present", and precision at some recalls."""
     curve, (precision, recall) = presence_curve(scores), presence_at(scores)
     means = {part: float(np.mean([getattr(s, part) for s in scores])) for part in MEANS}

@@ -1,4 +1,4 @@
-"""How well instances are found by text: objects of a table, each observed many times with noise, asked for by name.
+"""Protocol of the retrieval ablation: objects observed many times with noise, then queried by name.
 
 Of each draw 60 names are in the map and 60 others are not. An object is observed 20 times as the vector of its
 picture, blurred to a cosine of 0.7; a share of the observations may be of another object, as where masks spill over.
@@ -29,7 +29,7 @@ class Protocol:
     n_objects: int = 60
     n_observations: int = 20
     cosine: float = 0.7
-    of_neighbour: float = 0.0
+    neighbour_share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -44,16 +44,28 @@ class QueryScore:
     present: BoolArray
 
 
-def observed(exemplars: Exemplars, rows: IndexArray, rng: np.random.Generator, protocol: Protocol) -> Float32Array:
-    """Observations (n objects, n observations, D) of unit length."""
+def noisy_observations(
+    exemplars: Exemplars, rows: IndexArray, rng: np.random.Generator, protocol: Protocol
+) -> Float32Array:
+    """Noisy embeddings of objects.
+
+    Args:
+        exemplars: names with their vectors.
+        rows: (n,) the rows of `exemplars` that are in the map.
+        rng: the source of noise.
+        protocol: number of observations, their noise and how many are of a neighbour.
+
+    Returns:
+        (n objects, n observations, D) of unit length.
+    """
     n, count = len(rows), protocol.n_observations
     neighbour = rows[(np.arange(n) + rng.integers(1, n, n)) % n]
-    strange = rng.permuted(np.tile(np.arange(count) < round(count * protocol.of_neighbour), (n, 1)), axis=1)
-    true = exemplars.image[np.where(strange, neighbour[:, None], rows[:, None])]
-    aside = rng.standard_normal(true.shape).astype(np.float32)
-    aside -= (aside * true).sum(axis=2, keepdims=True) * true
-    aside /= np.linalg.norm(aside, axis=2, keepdims=True)
-    return protocol.cosine * true + np.float32(np.sqrt(1 - protocol.cosine**2)) * aside
+    is_neighbour = rng.permuted(np.tile(np.arange(count) < round(count * protocol.neighbour_share), (n, 1)), axis=1)
+    source_vectors = exemplars.image[np.where(is_neighbour, neighbour[:, None], rows[:, None])]
+    orthogonal = rng.standard_normal(source_vectors.shape).astype(np.float32)
+    orthogonal -= (orthogonal * source_vectors).sum(axis=2, keepdims=True) * source_vectors
+    orthogonal /= np.linalg.norm(orthogonal, axis=2, keepdims=True)
+    return protocol.cosine * source_vectors + np.float32(np.sqrt(1 - protocol.cosine**2)) * orthogonal
 
 
 def banks_of(observations: Float32Array, settings: BankSettings) -> Banks:
@@ -73,17 +85,24 @@ def clean_banks(exemplars: Exemplars, rows: IndexArray) -> Banks:
 
 
 def query_score(exemplars: Exemplars, banks: Banks, present: IndexArray, absent: IndexArray) -> QueryScore:
-    """Ask for every name of the table, by the product's own ranking."""
+    """Query every name of the table, by the program's own ranking.
+
+    Args:
+        exemplars: names with their vectors.
+        banks: embeddings and weights of each object.
+        present: (n,) rows of the names that are in the map, in the order of the objects.
+        absent: (n,) rows of names that are not.
+    """
     ranking = TextRanking(EmbeddingTable.of(banks), NegativePrompts(exemplars.names, exemplars.text))
     evidence, objects = ranking.log_ratios(exemplars.text), np.arange(len(present))
-    better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
-    asked = np.concatenate([present, absent])
+    n_better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
+    queries = np.concatenate([present, absent])
     return QueryScore(
-        top1=float((better < 1).mean()),
-        top5=float((better < 5).mean()),
+        top1=float((n_better < 1).mean()),
+        top5=float((n_better < 5).mean()),
         text_top1=float((evidence[:, present].argmax(axis=0) == objects).mean()),
-        best=ranking.scores(exemplars.text[asked]).max(axis=0),
-        present=np.arange(len(asked)) < len(present),
+        best=ranking.scores(exemplars.text[queries]).max(axis=0),
+        present=np.arange(len(queries)) < len(present),
     )
 
 
@@ -96,6 +115,6 @@ def presence_curve(scores: list[QueryScore]) -> Curve:
 def presence_at(scores: list[QueryScore], threshold: float = PRESENT) -> tuple[float, float]:
     """Precision and recall of the answer "present" for best scores of at least `threshold`."""
     best, present = (np.concatenate([getattr(s, part) for s in scores]) for part in ("best", "present"))
-    said = best >= threshold
-    right = float((said & present).sum())
-    return right / max(said.sum(), 1), right / present.sum()
+    is_predicted = best >= threshold
+    n_correct = float((is_predicted & present).sum())
+    return n_correct / max(is_predicted.sum(), 1), n_correct / present.sum()

@@ -17,7 +17,7 @@ from app.benchmark.yardstick import fuse_plainly
 from app.console.streams import progress_console
 from app.frames.open_recording import open_recording
 from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
-from app.profiling.recorder import summary
+from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
@@ -44,7 +44,7 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     n_blocks = mapper.voxels.n_blocks
     del mapper
     console.print("yardstick: plain fusion of the same frames")
-    plain = summary(fuse_plainly(posed_frames(sequence, config), config.voxels, n_blocks))
+    plain = summarize(fuse_plainly(posed_frames(sequence, config), config.voxels, n_blocks))
     return {
         "name": sequence.name,
         **with_shares(timings),

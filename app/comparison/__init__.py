@@ -1,1 +1,1 @@
-"""Two runs over one recording, beside each other and beside the truth."""
+"""Comparison of two runs over one recording, with each other and with the ground truth."""

@@ -1,4 +1,4 @@
-"""The instances of two maps in one frame, side by side."""
+"""Instance matching between two maps in one frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from razer.panoptic_map import PanopticMap
 
 @dataclass(frozen=True)
 class MatchedInstance:
-    """One thing in both maps, and the overlap of its surface."""
+    """An instance of A and the one of B it is matched to; iou: of their surfaces."""
 
     a: MapObject
     b: MapObject
@@ -54,7 +54,7 @@ class MatchedInstance:
 
 @dataclass(frozen=True)
 class Matching:
-    """What both maps have, what A alone has (missed) and what B alone has (extra)."""
+    """Instances in both maps, in A alone (missed) and in B alone (extra)."""
 
     matched: tuple[MatchedInstance, ...]
     missed: tuple[MapObject, ...]
@@ -64,8 +64,8 @@ class Matching:
         """A list of each kind."""
         return {
             "matched": [match.as_json() for match in self.matched],
-            "missed": [_alone(found) for found in self.missed],
-            "extra": [_alone(found) for found in self.extra],
+            "missed": [_object_json(instance) for instance in self.missed],
+            "extra": [_object_json(instance) for instance in self.extra],
         }
 
 
@@ -75,19 +75,19 @@ def match_instances(a: PanopticMap, b: PanopticMap) -> Matching:
     pairs = pair_instances(a.mesh.vertices, a.mesh.instances, b.mesh.vertices, b.mesh.instances)
     return Matching(
         tuple(MatchedInstance(of_a[pair.a], of_b[pair.b], pair.iou) for pair in pairs),
-        _without(of_a.values(), {pair.a for pair in pairs}),
-        _without(of_b.values(), {pair.b for pair in pairs}),
+        _unmatched(of_a.values(), {pair.a for pair in pairs}),
+        _unmatched(of_b.values(), {pair.b for pair in pairs}),
     )
 
 
-def _without(objects: Iterable[MapObject], ids: set[int]) -> tuple[MapObject, ...]:
+def _unmatched(objects: Iterable[MapObject], ids: set[int]) -> tuple[MapObject, ...]:
     return tuple(o for o in objects if o.id not in ids)
 
 
-def _alone(found: MapObject) -> dict[str, Any]:
+def _object_json(instance: MapObject) -> dict[str, Any]:
     return {
-        "id": found.id,
-        "class": found.class_name,
-        "center_m": found.box.center.tolist(),
-        "extent_m": found.box.extent.tolist(),
+        "id": instance.id,
+        "class": instance.class_name,
+        "center_m": instance.box.center.tolist(),
+        "extent_m": instance.box.extent.tolist(),
     }

@@ -1,4 +1,4 @@
-"""A place as seen from straight above."""
+"""Orthographic top view of a map."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NEARLY_UPRIGHT = np.cos(np.radians(20))  # an axis within this of upwards is ta
 
 @dataclass(frozen=True)
 class TopView:
-    """Directions right and away (3,) on the floor, and what their axes are called."""
+    """Orthographic projection onto the floor: unit vectors right and away (3,), and labels of their axes."""
 
     right: Float64Array
     away: Float64Array
@@ -34,6 +34,6 @@ class TopView:
             first, second = second, first
         return cls(np.eye(3)[first], np.eye(3)[second], (f"{_AXES[first]}, m", f"{_AXES[second]}, m"))
 
-    def flat(self, points: FloatArray) -> Float64Array:
-        """Points (..., 3) in the view, (..., 2) metres."""
+    def project(self, points: FloatArray) -> Float64Array:
+        """Points (..., 3) projected into the view: (..., 2), metres."""
         return np.stack([points @ self.right, points @ self.away], axis=-1)

@@ -1,4 +1,4 @@
-"""Live progress on standard error: frames a second, instances, memory."""
+"""Progress on standard error: a live bar, or lines where there is no terminal."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ T = TypeVar("T")
 TENTHS = 10
 
 
-def watch(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:
-    """Pass `items` on while showing how far it is, with the text of `status` beside it.
+def show_progress(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:
+    """Pass `items` on while showing how many are done: a live bar on a terminal, else a line each tenth of the way.
 
-    A terminal gets a live bar; anything else gets one line each tenth of the way.
+    Args:
+        items: what is worked through; an item is done when the next one is asked for.
+        total: how many there will be, more or less.
+        status: returns the text that is shown beside.
+        console: where it is shown.
     """
     return _bar(items, total, status, console) if console.is_terminal else _lines(items, total, status, console)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rich.console import Console
 
 
@@ -13,3 +15,9 @@ def result_console() -> Console:
 def progress_console() -> Console:
     """Where progress and warnings go."""
     return Console(stderr=True, markup=False, highlight=False)
+
+
+def print_notes(notes: Iterable[str]) -> None:
+    """What one should know of a result, on standard error."""
+    for note in notes:
+        progress_console().print(f"note: {note}", soft_wrap=True)

@@ -1,1 +1,1 @@
-"""Maps and other systems' predictions beside the truth."""
+"""Evaluation of maps and of other systems' predictions against the ground truth."""

@@ -1,4 +1,4 @@
-"""One run, or another system's prediction, beside the truth."""
+"""Evaluation of runs, or of other systems' predictions, against the ground truth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.evaluation.prediction import Meaning, Naming, read_prediction
+from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
 from app.run_folder.timed_poses import timed_poses
 from data_tools import open_sequence
 from data_tools.recordings.image_files import ImageFiles
@@ -30,12 +30,24 @@ def evaluate_jobs(
     *,
     naming: Naming = "auto",
     scene: str | None = None,
-    labels: Meaning = "instance",
+    labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
     notes: list[str],
 ) -> Evaluation:
-    """Evaluate (name, prediction, folder with the truth) one after the other; what readers had to say is added to
-    notes. Raises BadInput naming the prediction that does not fit its truth."""
+    """Evaluate scenes one after the other.
+
+    Args:
+        jobs: (name, prediction, folder with the truth) of each scene.
+        preset: the rules.
+        naming: where a run's instances get their classes, as in `read_prediction`.
+        scene: which scene, where a folder holds several.
+        labels: what numbers below 1000 in a file of vertex labels are.
+        trust: which outside code may be loaded for a run's embedder.
+        notes: what the readers of the truth remark is added to it.
+
+    Raises:
+        BadInput: naming the prediction that does not fit its truth.
+    """
     current = ""
 
     def pairs() -> Iterator[Pair]:
@@ -66,12 +78,12 @@ def evaluate_jobs(
 
 def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundTruth:
     """The truth in a folder, in the classes of a preset; raises BadInput."""
-    asked = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
-    return open_truth(folder, vocabulary=asked, scene=scene)
+    vocabulary = None if preset.vocabulary == FROM_TRUTH else preset.vocabulary
+    return open_truth(folder, vocabulary=vocabulary, scene=scene)
 
 
 def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> TruthScene:
-    """A ground truth as the evaluator takes it; surfaces that no frame saw do not count."""
+    """A ground truth as the evaluator takes it; surface outside the view of all frames does not count."""
     return TruthScene(
         truth.vertices,
         truth.instances,
@@ -84,7 +96,7 @@ def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> Tru
 
 
 def true_poses(folder: Path) -> TimedPoses | None:
-    """The poses of the recording that a truth belongs to: in the folder or, of a folder `truth`, around it."""
+    """The poses of the recording that a truth belongs to: in the folder, or in the one around a folder `truth`."""
     for place in (folder, folder.absolute().parent) if folder.absolute().name == "truth" else (folder,):
         if (place / "trajectory.txt").is_file():
             return timed_poses(place / "trajectory.txt")
@@ -99,11 +111,11 @@ def true_poses(folder: Path) -> TimedPoses | None:
 
 def _poses_of(sequence: RecordedSequence) -> TimedPoses | None:
     assert sequence.pose_of is not None
-    found = {}
+    pose_of_stamp = {}
     for index in range(len(sequence)):
         try:
-            found[sequence.images.stamp(index)] = sequence.pose_of(index)[0]
+            pose_of_stamp[sequence.images.stamp(index)] = sequence.pose_of(index)[0]
         except UnusableFrame:
             continue
-    stamps = sorted(found)
-    return TimedPoses(np.array(stamps), np.stack([found[s] for s in stamps]), len(sequence)) if stamps else None
+    stamps = sorted(pose_of_stamp)
+    return TimedPoses(np.array(stamps), np.stack([pose_of_stamp[s] for s in stamps]), len(sequence)) if stamps else None

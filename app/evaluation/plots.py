@@ -1,4 +1,4 @@
-"""Pictures of an evaluation; with those of a comparison the only importer of matplotlib."""
+"""Plots of an evaluation; with those of a comparison the only importer of matplotlib."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from razer.metrics.protocol.evaluation import Evaluation
 
-_MOST_CURVES = 12
+_MAX_CURVES = 12
 _MERGED = "any"
 
 
@@ -22,8 +22,8 @@ def confusion_matrix(result: Evaluation) -> bytes | None:
         return None
     counts = np.array(result.confusion["counts"], float)
     names = [name or "none" for name in result.confusion["names"]]
-    used = (counts.sum(axis=0) + counts.sum(axis=1)) > 0
-    counts, names = counts[np.ix_(used, used)], [name for name, keep in zip(names, used, strict=True) if keep]
+    occurs = (counts.sum(axis=0) + counts.sum(axis=1)) > 0
+    counts, names = counts[np.ix_(occurs, occurs)], [name for name, keep in zip(names, occurs, strict=True) if keep]
     if not names:
         return None
     side = 3 + 0.22 * len(names)
@@ -46,7 +46,7 @@ def precision_recall(result: Evaluation) -> bytes | None:
     ranked = sorted(curves, key=lambda name: (name != _MERGED, -len(curves[name].recall), name))
     figure = Figure(figsize=(7.5, 5), layout="constrained")
     axes = figure.add_subplot()
-    for name in ranked[:_MOST_CURVES]:
+    for name in ranked[:_MAX_CURVES]:
         style: dict[str, Any] = {"color": "black", "linewidth": 2.5} if name == _MERGED else {"linewidth": 1}
         label = "all merged" if name == _MERGED else name
         axes.plot(curves[name].recall, curves[name].precision, marker=".", label=label, **style)

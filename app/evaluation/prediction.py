@@ -1,4 +1,4 @@
-"""What a run found, or another system's files, as the evaluator takes it."""
+"""Predictions for evaluation: a run folder, or another system's files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from app.run_folder import run_folder as names
 from app.run_folder.timed_poses import timed_poses
-from app.settings.config_file import read_config
+from app.settings.config_file import read_run_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.arrays import FloatArray
@@ -24,7 +24,7 @@ from razer.storage.map_folder import is_map_folder
 from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]
-Meaning = Literal["instance", "class"]
+LabelMeaning = Literal["instance", "class"]
 
 
 def read_prediction(
@@ -35,20 +35,31 @@ def read_prediction(
     naming: Naming = "auto",
     template: str = "{}",
     scene: str | None = None,
-    labels: Meaning = "instance",
+    labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
 ) -> PredictedScene:
     """The prediction in a run folder, a submission to the ScanNet benchmark, or a file of vertex labels.
 
-    class_names are the truth's, by number: the classes that instances are told apart by, and what a file's class
-    numbers mean where they are not ScanNet200's; n_vertices: of the truth. labels: what a file's numbers below 1000
-    are. Raises BadInput."""
+    Args:
+        path: the folder or file.
+        class_names: the truth's class names by number: the candidates when instances are classified by text, and what
+            a file's class numbers mean where they are not ScanNet200's.
+        n_vertices: number of vertices of the truth.
+        naming: where a run's instances get their classes: from the run, by text, or by text if the run has none.
+        template: text prompt with {} for the class name.
+        scene: which scene, where a folder holds several.
+        labels: what numbers below 1000 in a file of vertex labels are.
+        trust: which outside code may be loaded for the run's embedder.
+
+    Raises:
+        BadInput: naming what is missing, unknown or does not fit the truth.
+    """
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_map_folder(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
-    if found := find_submission(path, scene):
-        return _of_submission(found, class_names, n_vertices)
+    if submission := find_submission(path, scene):
+        return _of_submission(submission, class_names, n_vertices)
     if path.is_file() and path.suffix in SUFFIXES:
         return _of_labels(path, class_names, labels)
     raise BadInput(
@@ -78,14 +89,14 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
 
 def _estimated_poses(config: Path) -> bool:
     """Whether a run estimated its poses, and so lies in a frame of its own."""
-    return config.exists() and read_config(config, (), {}).input.poses == "slam"
+    return config.exists() and read_run_config(config).input.poses == "slam"
 
 
 def _by_text(
     folder: Path, table: EmbeddingTable, class_names: Sequence[str], template: str, trust: Trust
 ) -> dict[int, str] | None:
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
-    config = read_config(folder / names.CONFIG, (), {}, trust=trust)
+    config = read_run_config(folder / names.CONFIG, trust=trust)
     embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     if not isinstance(embedder, TextSide):
         return None
@@ -106,14 +117,16 @@ def _trajectory(path: Path) -> TimedPoses | None:
 
 
 def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:
-    found = read_submission(path)
-    if found.masks and found.n_vertices != n_vertices:
-        raise BadInput(f"the masks of {path} have {found.n_vertices} lines, but the truth has {n_vertices} vertices")
-    named = {i: name for i, label in found.labels.items() if (name := _name_of(label, class_names))}
-    return PredictedScene(masks=found.masks, scores=found.scores, class_names=named)
+    submission = read_submission(path)
+    if submission.masks and submission.n_vertices != n_vertices:
+        raise BadInput(
+            f"the masks of {path} have {submission.n_vertices} lines, but the truth has {n_vertices} vertices"
+        )
+    named = {i: name for i, label in submission.labels.items() if (name := _name_of(label, class_names))}
+    return PredictedScene(masks=submission.masks, scores=submission.scores, class_names=named)
 
 
-def _of_labels(path: Path, class_names: Mapping[int, str], meaning: Meaning) -> PredictedScene:
+def _of_labels(path: Path, class_names: Mapping[int, str], meaning: LabelMeaning) -> PredictedScene:
     labels = read_vertex_labels(path)
     if labels.classes is None and meaning == "class":
         numbers = np.unique(labels.instances).tolist()

@@ -1,4 +1,4 @@
-"""Tables of an evaluation for people."""
+"""Evaluation report: tables of rules, metrics, classes and the worst misses."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from rich.table import Table
 
 from razer.metrics.protocol.evaluation import Evaluation
 
-_CLASSES = 30
-_WORST = 8
+_MAX_CLASSES = 30
+_MAX_WORST = 8
 # Part of an evaluation -> its numbers and what a table calls them.
 SUMMARY = {
     "class_agnostic": {"ap": "AP", "ap50": "AP50", "ap25": "AP25"},
@@ -39,7 +39,7 @@ SUMMARY = {
 
 
 def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
-    """Print the rules, the numbers, the classes and what went worst."""
+    """Print the rules, the metrics, the classes and the true instances matched worst."""
     _print_rules(result, console)
     table = Table(title=f"{len(result.scenes)} scene(s)", title_justify="left")
     table.add_column("number")
@@ -48,9 +48,9 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
         numbers: Mapping[str, Any] | None = getattr(result, part)
         for key, label in labels.items():
             if numbers is not None and key in numbers:
-                table.add_row(label, text_of(numbers[key]))
+                table.add_row(label, format_number(numbers[key]))
     for split, numbers in ((result.class_aware or {}).get("splits") or {}).items():
-        table.add_row(f"AP {split}", text_of(numbers["ap"] if isinstance(numbers, Mapping) else numbers))
+        table.add_row(f"AP {split}", format_number(numbers["ap"] if isinstance(numbers, Mapping) else numbers))
     for row in (result.retrieval or {}).items():
         _add_flat(table, "retrieval", row)
     console.print(table)
@@ -69,10 +69,12 @@ def _print_rules(result: Evaluation, console: Console) -> None:
     changed = "; ".join(f"{name} {value}" for name, value in rules.items()) or "all rules as by default"
     console.print(f"preset {result.preset.name}: {result.preset.source}", soft_wrap=True)
     console.print(f"  {changed}", soft_wrap=True, highlight=False)
-    fixed = result.preset
+    preset = result.preset
+    thresholds = f"AP at IoU {preset.thresholds[0]:.2f} to {preset.thresholds[-1]:.2f}"
+    instances = f"score '{preset.score}', instances within {preset.instance_max_m} m"
     console.print(
-        f"  AP at IoU {fixed.thresholds[0]:.2f} to {fixed.thresholds[-1]:.2f}, least {fixed.min_region} vertices, "
-        f"score '{fixed.score}', instances within {fixed.instance_max_m} m, classes of {fixed.semantic_k} neighbour(s)",
+        f"  {thresholds}, at least {preset.min_region} vertices, {instances}, "
+        f"classes of {preset.semantic_k} neighbour(s)",
         soft_wrap=True,
     )
 
@@ -85,7 +87,7 @@ def _add_flat(table: Table, name: str, row: tuple[str, Any]) -> None:
         for inner in value.items():
             _add_flat(table, f"{name} {key.replace('_', ' ')}", inner)
     elif isinstance(value, int | float):
-        table.add_row(f"{name} {key.replace('_', ' ')}", text_of(value))
+        table.add_row(f"{name} {key.replace('_', ' ')}", format_number(value))
 
 
 def _print_ids(result: Evaluation, console: Console) -> None:
@@ -103,27 +105,29 @@ def _print_classes(result: Evaluation, console: Console) -> None:
     table.add_column("class")
     for key in ("AP", "AP50", "AP25"):
         table.add_column(key, justify="right")
-    for name, numbers in list(per_class.items())[:_CLASSES]:
+    for name, numbers in list(per_class.items())[:_MAX_CLASSES]:
         values = numbers if isinstance(numbers, Mapping) else vars(numbers)
-        table.add_row(name, *(text_of(values[key]) for key in ("ap", "ap50", "ap25")))
+        table.add_row(name, *(format_number(values[key]) for key in ("ap", "ap50", "ap25")))
     console.print(table)
-    if len(per_class) > _CLASSES:
-        console.print(f"and {len(per_class) - _CLASSES} more: --json has them all")
+    if len(per_class) > _MAX_CLASSES:
+        console.print(f"and {len(per_class) - _MAX_CLASSES} more: --json has them all")
 
 
 def _print_worst(result: Evaluation, console: Console) -> None:
     if not result.worst:
         return
-    table = Table(title="found worst", title_justify="left")
+    table = Table(title="matched worst", title_justify="left")
     for name in ("scene", "true id", "class", "vertices", "nearest prediction", "its class", "IoU"):
         table.add_column(name)
-    for one in result.worst[:_WORST]:
-        partner = "-" if one.predicted is None else str(one.predicted)
-        classes = (one.truth_class or "-", one.predicted_class or "-")
-        table.add_row(one.scene, str(one.truth), classes[0], str(one.vertices), partner, classes[1], f"{one.iou:.2f}")
+    for miss in result.worst[:_MAX_WORST]:
+        partner = "-" if miss.predicted is None else str(miss.predicted)
+        classes = (miss.truth_class or "-", miss.predicted_class or "-")
+        table.add_row(
+            miss.scene, str(miss.truth), classes[0], str(miss.vertices), partner, classes[1], f"{miss.iou:.2f}"
+        )
     console.print(table)
 
 
-def text_of(value: Any) -> str:
+def format_number(value: Any) -> str:
     """A number in four digits, "-" for none."""
     return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"

@@ -1,1 +1,1 @@
-"""The way of a frame to the map: opened, located and perceived in processes ahead of it, and accounted for."""
+"""Frames on their way to the map: opened, located and perceived in processes ahead of it, and accounted for."""

@@ -1,4 +1,4 @@
-"""What became of the frames of a run: used, skipped with a reason, or lost."""
+"""Frame accounting of a run: which were used, skipped with a reason, or lost."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 
-from razer.arrays import Float64Array
+from razer.arrays import Pose
 from razer.errors import BadInput
 from razer.frame import Frame
 from slam.report import GraphReport
@@ -31,7 +31,7 @@ class FrameAccounting:
     planned: int
     max_bad: float
     stamps: list[float] = field(default_factory=list)
-    poses: list[Float64Array] = field(default_factory=list)
+    poses: list[Pose] = field(default_factory=list)
     indices: list[int] = field(default_factory=list)
     skipped: list[SkippedFrame] = field(default_factory=list)
     lost: set[int] = field(default_factory=set)
@@ -46,33 +46,33 @@ class FrameAccounting:
 
     @property
     def frames(self) -> int:
-        """How many frames were looked at."""
+        """How many frames came."""
         return self.used + len(self.lost) + len(self.skipped)
 
     def use(self, frame: Frame) -> None:
         """Count a posed frame that went into the map, be it later than its neighbours."""
         self.lost.discard(frame.index)
-        place = bisect(self.indices, frame.index)
-        if place and frame.stamp <= self.stamps[place - 1]:
+        position = bisect(self.indices, frame.index)
+        if position and frame.stamp <= self.stamps[position - 1]:
             self.notes["its stamp is not later than that of the frame used before it"] += 1
-        self.stamps.insert(place, frame.stamp)
-        self.poses.insert(place, frame.pose)
-        self.indices.insert(place, frame.index)
+        self.stamps.insert(position, frame.stamp)
+        self.poses.insert(position, frame.pose)
+        self.indices.insert(position, frame.index)
         self.notes.update(frame.notes)
 
-    def lost_runs(self) -> list[tuple[int, int]]:
+    def lost_intervals(self) -> list[tuple[int, int]]:
         """First and last of each run of lost frames with none used between."""
         runs = [list(run) for _, run in groupby(sorted(self.lost), key=lambda index: bisect(self.indices, index))]
         return [(run[0], run[-1]) for run in runs]
 
-    def move(self, corrections: Mapping[int, Float64Array | None]) -> None:
-        """Take in new poses of frames, by frame index; those whose pose is None are lost after all."""
+    def correct(self, corrections: Mapping[int, Pose | None]) -> None:
+        """Replace poses by corrected ones, by frame index; frames whose pose is None are lost after all."""
         self.lost.update(index for index, pose in corrections.items() if pose is None)
-        moved = [corrections.get(index, pose) for index, pose in zip(self.indices, self.poses, strict=True)]
-        known = [place for place, pose in enumerate(moved) if pose is not None]
-        self.indices = [self.indices[place] for place in known]
-        self.stamps = [self.stamps[place] for place in known]
-        self.poses = [pose for pose in moved if pose is not None]
+        corrected = [corrections.get(index, pose) for index, pose in zip(self.indices, self.poses, strict=True)]
+        still_posed = [row for row, pose in enumerate(corrected) if pose is not None]
+        self.indices = [self.indices[row] for row in still_posed]
+        self.stamps = [self.stamps[row] for row in still_posed]
+        self.poses = [pose for pose in corrected if pose is not None]
 
     def skip(self, index: int, reason: str) -> None:
         """Count an unusable frame; raises BadInput once more than max_bad of all frames are."""

@@ -1,34 +1,117 @@
-"""One frame on its way to the map: read, located and perceived, each in a process of its own."""
+"""Messages between the processes of a run: frames on their way from the recording to the map, one type for each state.
+
+The locator answers each request with a `LocatedPacket` or `NothingRecovered`, the perceiver turns that into a
+`FramePacket`, and the main loop matches on it. All of them travel by pickle.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
+from enum import Enum, auto
 
+from razer.arrays import Pose
 from razer.detection.perception import Observation
 from razer.frame import Frame
-from slam.poses import Pose
-from slam.report import PoseReport
-
-END = -1  # the index that comes after all frames
-LATE = -2  # and the one that asks, after that, for a frame whose pose became known too late
-NOTHING_LEFT = -3  # the index of the answer when there is none
+from slam.report import GraphReport, PoseReport
 
 
-@dataclass(slots=True)
-class FramePacket:
-    """What is known of one index: the posed frame until it is perceived, then what was seen, or why nothing was;
-    corrections are new poses of frames before it, by frame index, None where one is not known after all; given, the
-    pose that the frame itself came with; late, whether the frame was lost when its turn came; report, what the pose
-    estimation did, if there is one; stage_ms holds milliseconds per stage."""
+class AfterLastFrame(Enum):
+    """What the locator is asked for once it was asked for every frame: to finish the poses, then, as often as there is
+    one, for a frame whose pose became known only after its turn."""
 
-    index: int
-    frame: Frame | None = None
-    seen: Observation | None = None
-    lost: bool = False
-    late: bool = False
-    reason: str = ""
+    FINISH_POSES = auto()
+    NEXT_RECOVERED = auto()
+
+
+Request = int | AfterLastFrame  # the index of a frame, or what comes after the last one
+
+
+@dataclass(frozen=True, slots=True)
+class PoseUpdate:
+    """What the source of poses said with a frame: `corrections`, new world_from_camera (4, 4) of frames before it, by
+    frame index, None where one is not known after all; `given`, the pose that the frame itself came with; `report`,
+    what the estimation did, None where poses are given."""
+
     corrections: Mapping[int, Pose | None] = field(default_factory=dict)
     given: Pose | None = None
     report: PoseReport | None = None
-    stage_ms: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def graph(self) -> GraphReport | None:
+        """The pose graph, if it was optimised with this frame."""
+        return None if self.report is None else self.report.graph
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A posed frame, not yet perceived; `is_late` if it was lost in its turn. `stage_ms`: milliseconds by stage."""
+
+    frame: Frame
+    _: KW_ONLY
+    pose_update: PoseUpdate = field(default_factory=PoseUpdate)
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+    is_late: bool = False
+
+    @property
+    def index(self) -> int:
+        """The index of the frame."""
+        return self.frame.index
+
+
+@dataclass(frozen=True, slots=True)
+class Perceived:
+    """What a posed frame shows, ready to be mapped; the rest as in `Located`."""
+
+    observation: Observation
+    _: KW_ONLY
+    pose_update: PoseUpdate = field(default_factory=PoseUpdate)
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+    is_late: bool = False
+
+    @property
+    def index(self) -> int:
+        """The index of the frame."""
+        return self.observation.frame.index
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """A frame whose camera could not be located in its turn; it may come late."""
+
+    index: int
+    _: KW_ONLY
+    pose_update: PoseUpdate = field(default_factory=PoseUpdate)
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def reason(self) -> str:
+        """Why it is not mapped, in one plain line."""
+        return "lost: the camera could not be located"
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """A frame that cannot be mapped, and why in one plain line."""
+
+    index: int
+    reason: str
+    _: KW_ONLY
+    pose_update: PoseUpdate = field(default_factory=PoseUpdate)
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class PosesFinal:
+    """The answer to FINISH_POSES: the last corrections, and the finished pose graph."""
+
+    pose_update: PoseUpdate
+
+
+@dataclass(frozen=True, slots=True)
+class NothingRecovered:
+    """The answer to NEXT_RECOVERED when no frame is left that came to be known late."""
+
+
+LocatedPacket = Located | Lost | Unusable | PosesFinal
+FramePacket = Perceived | Lost | Unusable | PosesFinal

@@ -1,4 +1,4 @@
-"""First process of a run: frames are read and located."""
+"""Pose lookup or estimation, the first process of a run: frames are read and located."""
 
 from __future__ import annotations
 
@@ -6,12 +6,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from app.frames.frame_packet import END, LATE, NOTHING_LEFT, FramePacket
-from app.profiling.recorder import timed
+from app.frames.frame_packet import (
+    AfterLastFrame,
+    Located,
+    LocatedPacket,
+    Lost,
+    NothingRecovered,
+    PosesFinal,
+    PoseUpdate,
+    Request,
+    Unusable,
+)
+from app.profiling.stage_timer import time_stages
 from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Pose
 from razer.errors import UnusableFrame
 from razer.stages import stage
-from slam.poses import Pose, Poses
+from slam.poses import Poses
 
 
 @dataclass
@@ -22,55 +33,51 @@ class Locator:
     sequence: RgbdSequence
     make_poses: Callable[[], Poses]
     _lost: set[int] = field(default_factory=set)
-    _late: dict[int, Pose] = field(default_factory=dict)
+    _recovered: dict[int, Pose] = field(default_factory=dict)
 
     @cached_property
     def poses(self) -> Poses:
         """The source of poses."""
         return self.make_poses()
 
-    def __call__(self, index: int) -> FramePacket:
-        """The posed frame of an index, or the reason why there is none. At END the poses are finished, and their last
-        corrections told; at each LATE after that comes one of the frames that were lost in their turn and are known by
-        now."""
-        if index == LATE:
-            return self._found_late()
-        look = FramePacket(index)
-        if index == END:
-            self.poses.finish()
-            self._take_corrections(look)
-            return look
-        with timed(look.stage_ms):
+    def __call__(self, request: Request) -> LocatedPacket | NothingRecovered:
+        """The posed frame of an index, or why there is none; after the last frame, what is asked for then."""
+        match request:
+            case AfterLastFrame.FINISH_POSES:
+                self.poses.finish()
+                return PosesFinal(self._pose_update())
+            case AfterLastFrame.NEXT_RECOVERED:
+                return self._next_recovered()
+            case int(index):
+                return self._locate(index)
+
+    def _locate(self, index: int) -> LocatedPacket:
+        pose_update = PoseUpdate()
+        with time_stages() as stage_ms:
             try:
-                self._fill(look)
+                with stage("decode"):
+                    frame = self.sequence[index]
+                with stage("pose"):
+                    pose = self.poses.locate(frame)
+                    pose_update = self._pose_update(frame.world_from_camera)
+                if pose is not None:
+                    return Located(frame.at(pose), pose_update=pose_update, stage_ms=stage_ms)
             except UnusableFrame as error:
-                look.reason = str(error)
-        return look
+                return Unusable(index, str(error), pose_update=pose_update, stage_ms=stage_ms)
+        self._lost.add(index)
+        return Lost(index, pose_update=pose_update, stage_ms=stage_ms)
 
-    def _fill(self, look: FramePacket) -> None:
-        with stage("decode"):
-            frame = self.sequence[look.index]
-        with stage("pose"):
-            pose = self.poses.locate(frame)
-            self._take_corrections(look)
-        look.given = frame.world_from_camera
-        if pose is None:
-            self._lost.add(look.index)
-            look.lost, look.reason = True, "lost: the camera could not be located"
-        else:
-            look.frame = frame.at(pose)
-
-    def _take_corrections(self, look: FramePacket) -> None:
-        look.corrections, look.report = self.poses.corrections(), self.poses.report()
-        for index, pose in look.corrections.items():
+    def _pose_update(self, given: Pose | None = None) -> PoseUpdate:
+        corrections = self.poses.corrections()
+        for index, pose in corrections.items():
             if index in self._lost and pose is not None:
-                self._late[index] = pose
+                self._recovered[index] = pose
+        return PoseUpdate(corrections, given, self.poses.report())
 
-    def _found_late(self) -> FramePacket:
-        if not self._late:
-            return FramePacket(NOTHING_LEFT)
-        index = min(self._late)
-        look = FramePacket(index, late=True)
-        with timed(look.stage_ms), stage("decode"):
-            look.frame = self.sequence[index].at(self._late.pop(index))
-        return look
+    def _next_recovered(self) -> Located | NothingRecovered:
+        if not self._recovered:
+            return NothingRecovered()
+        index = min(self._recovered)
+        with time_stages() as stage_ms, stage("decode"):
+            frame = self.sequence[index].at(self._recovered.pop(index))
+        return Located(frame, stage_ms=stage_ms, is_late=True)

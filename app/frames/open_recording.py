@@ -1,4 +1,4 @@
-"""Opens the recording a run is about, and says loudly what looks wrong with it."""
+"""Opening of a recording, with warnings where its poses or its depth scale look wrong."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
         sample = sample.reposed(poses.convention)
     scale = check_depth_scale(sequence, sample)
     if scale.verdict != "ok":
-        problem = f"the depth scale of {scale.declared:g} units per metre looks wrong: {scale.reason}"
-        _warn(f"{problem}; {scale.advice}", console)
+        finding = f"the depth scale of {scale.declared:g} units per metre looks wrong: {scale.reason}"
+        _warn(f"{finding}; {scale.advice}", console)
     return sequence
 
 
@@ -42,5 +42,5 @@ def open_unchecked(folder: Path, settings: InputSettings) -> RgbdSequence:
     )
 
 
-def _warn(what: str, console: Console) -> None:
-    console.print(f"WARNING: {what}", style="bold red", soft_wrap=True)
+def _warn(problem: str, console: Console) -> None:
+    console.print(f"WARNING: {problem}", style="bold red", soft_wrap=True)

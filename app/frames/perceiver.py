@@ -1,27 +1,29 @@
-"""Second process of a run: what located frames show."""
+"""Segmentation, embedding and lifting, the second process of a run: what located frames show."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from app.frames.frame_packet import FramePacket
-from app.profiling.recorder import timed
+from app.frames.frame_packet import FramePacket, Located, LocatedPacket, Perceived, Unusable
+from app.profiling.stage_timer import time_stages
 from razer.detection.perception import Perception
 from razer.errors import UnusableFrame
 
 
 @dataclass(frozen=True)
 class Perceiver:
-    """Perceives located frames, which are not handed on."""
+    """Perceives located frames and hands on everything else as it is."""
 
     perception: Perception
 
-    def __call__(self, look: FramePacket) -> FramePacket:
-        """The look with what its frame shows, or the reason why that cannot be used; one without a frame as it is."""
-        if look.frame is None:
-            return look
-        with timed(look.stage_ms):
+    def __call__(self, packet: LocatedPacket) -> FramePacket:
+        """What a located frame shows, or the reason why that cannot be used."""
+        if not isinstance(packet, Located):
+            return packet
+        update = packet.pose_update
+        with time_stages(packet.stage_ms) as stage_ms:
             try:
-                return replace(look, frame=None, seen=self.perception.observe(look.frame))
+                observation = self.perception.observe(packet.frame)
             except UnusableFrame as error:
-                return replace(look, frame=None, reason=str(error))
+                return Unusable(packet.index, str(error), pose_update=update, stage_ms=stage_ms)
+        return Perceived(observation, pose_update=update, stage_ms=stage_ms, is_late=packet.is_late)

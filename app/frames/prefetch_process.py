@@ -1,4 +1,4 @@
-"""Work done ahead, in order, in a process of its own.
+"""Prefetching in a process of its own, in order.
 
 A thread would not do: perceiving a frame is many small array operations that hold the interpreter's lock, and two
 threads take turns at it (on two cores a kitchen ran at 6 frames a second with a thread, at 8 with a process).

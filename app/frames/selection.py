@@ -1,4 +1,4 @@
-"""A part of a recording, whose reading is shown as it goes."""
+"""Every n-th frame of a recording, with progress shown as they are read."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rich.console import Console
 
-from app.console.progress import watch
+from app.console.progress import show_progress
 from data_tools.recordings.sequence import FrameIteration, RgbdSequence
 from razer.frame import Frame, Intrinsics
 
@@ -22,9 +22,16 @@ class Selection(FrameIteration):
 
     @classmethod
     def of(cls, sequence: RgbdSequence, stride: int, max_frames: int | None, console: Console) -> Selection:
-        """Every stride-th frame, at most max_frames of them, with progress on `console`."""
+        """Every stride-th frame of a recording.
+
+        Args:
+            sequence: the recording.
+            stride: every how many frames one is selected.
+            max_frames: how many at most; None = all.
+            console: where progress is shown.
+        """
         indices = range(0, len(sequence), stride)[:max_frames]
-        return cls(sequence, indices, watch(indices, len(indices), lambda: "written", console))
+        return cls(sequence, indices, show_progress(indices, len(indices), lambda: "written", console))
 
     @property
     def name(self) -> str:

@@ -1,10 +1,16 @@
-"""Ctrl-C as a wish to finish early, not as an accident."""
+"""Graceful interruption: the first Ctrl-C asks for an early, complete end."""
 
 from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Iterable, Iterator
 from types import FrameType, TracebackType
+from typing import TypeVar
+
+T = TypeVar("T")
+
+INTERRUPTED = 130  # the exit code of a verb that Ctrl-C ended, as shells have it: 128 + SIGINT
 
 
 class StopRequest:
@@ -17,7 +23,7 @@ class StopRequest:
 
     def __enter__(self) -> StopRequest:
         if self._handles:
-            self._previous = signal.signal(signal.SIGINT, self._note)
+            self._previous = signal.signal(signal.SIGINT, self._on_interrupt)
         return self
 
     def __exit__(
@@ -26,6 +32,14 @@ class StopRequest:
         if self._handles:
             signal.signal(signal.SIGINT, self._previous)
 
-    def _note(self, signum: int, frame: FrameType | None) -> None:
+    def _on_interrupt(self, signum: int, frame: FrameType | None) -> None:
         self.requested = True
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def until_interrupted(items: Iterable[T], stop: StopRequest) -> Iterator[T]:
+    """The items that come before a stop is requested."""
+    for item in items:
+        if stop.requested:
+            return
+        yield item

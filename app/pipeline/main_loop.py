@@ -5,50 +5,71 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from app.frames.frame_accounting import FrameAccounting
-from app.frames.frame_packet import END, NOTHING_LEFT, FramePacket
+from app.frames.frame_packet import FramePacket, Lost, Perceived, PosesFinal, Unusable
 from app.profiling.recorder import Recorder
-from app.timeline.no_timeline import NoTimeline
+from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
 from razer.mapper import Mapper
 from razer.stages import stage
 
 
 def map_frames(
-    looks: Iterable[FramePacket],
+    packets: Iterable[FramePacket],
     mapper: Mapper,
-    timeline: Timeline | NoTimeline,
+    timeline: Timeline | NullTimeline,
     recorder: Recorder,
-    outcome: FrameAccounting,
+    accounting: FrameAccounting,
 ) -> None:
-    """Fuse what was seen of each frame; unusable and lost ones are counted in `outcome` and shown. A frame that was
-    lost in its turn is fused when it comes late.
+    """Map every usable frame, and let map and account follow corrected poses.
 
-    Raises BadInput when `outcome` has had enough of unusable frames.
+    Args:
+        packets: the frames in order, then PosesFinal, then those that were lost in their turn and are known by now.
+        mapper: the method.
+        timeline: where it is shown.
+        recorder: measures what each frame takes.
+        accounting: counts what became of each frame.
+
+    Raises:
+        BadInput: when `accounting` has had enough of unusable frames.
     """
-    for look in looks:
-        if look.corrections:
-            mapper.move(look.corrections)
-            outcome.move(look.corrections)
-        if look.index == END:
-            timeline.track(look)
-            outcome.graph = None if look.report is None else look.report.graph
-            continue
-        if look.index == NOTHING_LEFT:
-            return
-        with recorder.frame(look.stage_ms):
-            if not look.late:  # the timeline has passed it
-                with stage("log"):
-                    timeline.track(look)
-            if look.seen is not None:
-                step = mapper.fuse(look.seen)
-                outcome.use(look.seen.frame)
-                if look.late:
-                    continue
-                with stage("log"):
-                    timeline.show(look.seen.frame, step, mapper, look.stage_ms)
-                continue
-            timeline.skipped(look.index, look.reason)
-            if look.lost:
-                outcome.lost.add(look.index)
-            else:
-                outcome.skip(look.index, look.reason)
+    for packet in packets:
+        if corrections := packet.pose_update.corrections:
+            mapper.move(corrections)
+            accounting.correct(corrections)
+        match packet:
+            case Perceived(observation, is_late=False):
+                with recorder.frame(packet.stage_ms) as stage_ms:
+                    _show_tracking(packet, timeline)
+                    step = mapper.fuse(observation)
+                    accounting.use(observation.frame)
+                    with stage("log"):
+                        timeline.show(observation.frame, step, mapper, stage_ms)
+            case Perceived(observation):  # the timeline has passed it
+                with recorder.frame(packet.stage_ms):
+                    mapper.fuse(observation)
+                    accounting.use(observation.frame)
+            case Lost(index):
+                with recorder.frame(packet.stage_ms):
+                    _show_tracking(packet, timeline)
+                    timeline.skipped(index, packet.reason)
+                    accounting.lost.add(index)
+            case Unusable(index, reason):
+                with recorder.frame(packet.stage_ms):
+                    _show_tracking(packet, timeline)
+                    timeline.skipped(index, reason)
+                    accounting.skip(index, reason)
+            case PosesFinal(update):
+                timeline.finish_tracking(update.report, update.corrections)
+                accounting.graph = update.graph
+
+
+def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:
+    update = packet.pose_update
+    with stage("log"):
+        timeline.track(
+            packet.index,
+            update.report,
+            corrections=update.corrections,
+            given=update.given,
+            pose_ms=packet.stage_ms.get("pose", 0.0),
+        )

@@ -1,12 +1,11 @@
-"""One run from an open sequence to a finished run folder."""
+"""The mapping pipeline: one run from an open sequence to a finished run folder."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +13,18 @@ import open3d as o3d
 import torch
 from rich.console import Console
 
-from app.console.progress import watch
+from app.console.progress import show_progress
 from app.frames.frame_accounting import FrameAccounting
-from app.frames.frame_packet import END, LATE, FramePacket
-from app.frames.locator import Locator
-from app.frames.perceiver import Perceiver
+from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import prefetch
-from app.pipeline.interrupt import StopRequest
+from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_run, save_timings
 from app.settings.run_config import InputSettings, RunConfig
-from app.timeline.no_timeline import NoTimeline
+from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
@@ -39,64 +36,82 @@ from slam.system import SlamSystem
 
 
 @dataclass(frozen=True)
-class Finished:
+class RunResult:
     """What a run made: the account of its frames, the map, and the contents of timings.json."""
 
-    outcome: FrameAccounting
+    accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
 
 
-def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> Finished:
-    """Map `sequence` and leave everything in `folder`, or nothing at all if it fails.
+def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
+    """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
-    Raises BadInput for input or settings that cannot be used; a Ctrl-C keeps what was mapped until then.
+    Args:
+        sequence: the recording.
+        config: the settings.
+        folder: where the run goes.
+        console: where progress is shown.
+
+    Raises:
+        BadInput: for input or settings that cannot be used.
     """
-    config = settled(config, sequence)
+    config = resolve_poses(config, sequence)
     mapper = make_mapper(config)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
-            outcome, recorder = map_sequence(sequence, config, mapper, timeline, console)
-            if not outcome.used:
+            accounting, recorder = map_sequence(sequence, config, mapper, timeline, console)
+            if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             panoptic = mapper.snapshot()
             timeline.finish(mapper, panoptic)
-        save_run(folder, config, sequence.name, mapper, panoptic, outcome)
+        save_run(folder, config, sequence.name, mapper, panoptic, accounting)
         timings = recorder.timings()
         if mapper.reintegrator is not None:
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
-    return Finished(outcome, panoptic, timings)
+    return RunResult(accounting, panoptic, timings)
 
 
 def map_sequence(
-    sequence: RgbdSequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NoTimeline, console: Console
+    sequence: RgbdSequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NullTimeline, console: Console
 ) -> tuple[FrameAccounting, Recorder]:
-    """Run the main loop with progress shown; a Ctrl-C ends it early, and `outcome.interrupted` says so."""
+    """Run the main loop with progress shown; a Ctrl-C ends it early, and `interrupted` of the account says so.
+
+    Args:
+        sequence: the recording.
+        config: the settings, with the choice of poses made.
+        mapper: the method, which takes in the frames and is finished then.
+        timeline: where it is shown.
+        console: where progress is shown.
+
+    Raises:
+        BadInput: where too many frames cannot be used, or none was located.
+    """
     indices = selected_frames(len(sequence), config.input)
-    outcome = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
+    accounting = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
     recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
 
     def status() -> str:
         confirmed = sum(track.confirmed for track in mapper.tracks)
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
-    locating = prefetch(Locator(sequence, poses_of(config)), chain(indices, [END], repeat(LATE)), ahead=4)
-    with StopRequest() as stop, closing(locating), closing(prefetch(Perceiver(mapper.perception), locating)) as looks:
-        looks_shown = watch(until_stopped(looks, stop), len(indices), status, console)
-        map_frames(looks_shown, mapper, timeline, recorder, outcome)
-        outcome.interrupted = stop.requested
-    outcome.require_used()
+    stream = packet_stream(sequence, indices, poses_of(config), mapper.perception)
+    with StopRequest() as stop, stream as packets:
+        shown = show_progress(until_interrupted(packets, stop), len(indices), status, console)
+        map_frames(shown, mapper, timeline, recorder, accounting)
+        accounting.interrupted = stop.requested
+    accounting.require_used()
     _catch_up(mapper, recorder, console)
     mapper.finish()
-    return outcome, recorder
+    return accounting, recorder
 
 
 def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
-    """Let the map follow the last corrections."""
+    """Reintegrate all kept frames at their final poses."""
     for number, _ in enumerate(recorder.afterwards(mapper.catch_up(prefetch))):
         if number == 0:
             console.print("mapping the kept frames once more at their final poses")
@@ -117,17 +132,9 @@ def selected_frames(n_frames: int, settings: InputSettings) -> range:
     return chosen if settings.max_frames is None else chosen[: settings.max_frames]
 
 
-def until_stopped(looks: Iterable[FramePacket], stop: StopRequest) -> Iterator[FramePacket]:
-    """What was seen until a stop is requested."""
-    for look in looks:
-        if stop.requested:
-            return
-        yield look
-
-
-def settled(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
-    """The settings with the choice of poses made, and what follows from it: a map follows estimated poses. Raises
-    BadInput where poses are asked for that the sequence does not have."""
+def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
+    """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses are
+    estimated. Raises BadInput where poses are asked for that the sequence does not have."""
     choice = config.input.poses
     if choice == "auto":
         choice = "given" if sequence.has_poses else "slam"
@@ -142,7 +149,7 @@ def settled(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
 
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:
-    """What makes the source of poses, by the settled settings."""
+    """What makes the source of poses, by settings with the choice of poses made."""
     return partial(SlamSystem, config.slam) if config.input.poses == "slam" else GivenPoses
 
 
@@ -162,8 +169,8 @@ def _device(choice: str) -> str:
     return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
 
 
-def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NoTimeline:
+def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NullTimeline:
     """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
     if not config.run.timeline:
-        return NoTimeline()
+        return NullTimeline()
     return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)

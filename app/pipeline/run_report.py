@@ -1,4 +1,4 @@
-"""What a run says at its end: a table for people, one line of JSON for programs."""
+"""Report of a finished run: tables for people, one line of JSON for programs."""
 
 from __future__ import annotations
 
@@ -12,38 +12,45 @@ from rich.table import Table
 
 from app.console.streams import result_console
 from app.frames.frame_accounting import FrameAccounting
-from app.pipeline.run_pipeline import Finished
+from app.pipeline.run_pipeline import RunResult
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
 
-_ROWS = 20
-_REASONS = 3
+_MAX_ROWS = 20
+_MAX_REASONS = 3
 
 
-def report(finished: Finished, folder: Path, *, as_json: bool) -> None:
-    """Print what a run found and where it lies: tables, or one line of JSON (format 1)."""
-    outcome, panoptic, timings = finished.outcome, finished.panoptic, finished.timings
+def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
+    """Print what a run mapped and where it lies: tables, or one line of JSON (format 1)."""
+    accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
-        print(dumps(run_json(folder, outcome, len(panoptic.objects), timings)))
+        print(dumps(run_json(folder, accounting, len(panoptic.objects), timings)))
         return
     console = result_console()
     print_instances(panoptic, console)
     print_timings(timings, console)
-    print_frames(outcome, console)
+    print_frames(accounting, console)
     console.print(f"outputs: {folder}", soft_wrap=True)
 
 
-def run_json(folder: Path, outcome: FrameAccounting, instances: int, timings: dict[str, Any]) -> dict[str, Any]:
-    """The last line of `razer run --json` (format 1): counts, skipped frames with reasons, timings."""
+def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timings: dict[str, Any]) -> dict[str, Any]:
+    """The last line of `razer run --json` (format 1).
+
+    Args:
+        folder: the run folder.
+        accounting: what became of the frames.
+        n_instances: how many instances the map has.
+        timings: the contents of timings.json.
+    """
     return {
         "format": 1,
         "run": str(folder),
-        "frames": outcome.frames,
-        "used": outcome.used,
-        "skipped": [{"frame": skipped.frame, "reason": skipped.reason} for skipped in outcome.skipped],
-        "lost": len(outcome.lost),
-        "lost_intervals": [list(run) for run in outcome.lost_runs()],
-        "instances": instances,
+        "frames": accounting.frames,
+        "used": accounting.used,
+        "skipped": [{"frame": skipped.frame, "reason": skipped.reason} for skipped in accounting.skipped],
+        "lost": len(accounting.lost),
+        "lost_intervals": [list(interval) for interval in accounting.lost_intervals()],
+        "instances": n_instances,
         "timings": timings,
     }
 
@@ -56,11 +63,11 @@ def print_instances(panoptic: PanopticMap, console: Console) -> None:
     table.add_column("class")
     for name in ("size, m", "centre, m", "seen in", "score"):
         table.add_column(name, justify="right")
-    for item in largest[:_ROWS]:
+    for item in largest[:_MAX_ROWS]:
         table.add_row(*_row(item))
     console.print(table)
-    if len(largest) > _ROWS:
-        console.print(f"and {len(largest) - _ROWS} smaller ones")
+    if len(largest) > _MAX_ROWS:
+        console.print(f"and {len(largest) - _MAX_ROWS} smaller ones")
 
 
 def _row(item: MapObject) -> tuple[str, ...]:
@@ -69,36 +76,36 @@ def _row(item: MapObject) -> tuple[str, ...]:
     return str(item.id), item.class_name or "-", size, centre, str(item.observations), f"{item.score:.2f}"
 
 
-def print_frames(outcome: FrameAccounting, console: Console) -> None:
+def print_frames(accounting: FrameAccounting, console: Console) -> None:
     """How many frames were used, and why the others were not; repairs by the reader are counted."""
-    lost = f", {len(outcome.lost)} lost" if outcome.lost else ""
-    skipped = f", {len(outcome.skipped)} skipped" if outcome.skipped else ""
-    console.print(f"{outcome.used} of {outcome.frames} frames used{lost}{skipped}")
-    _print_lost(outcome, console)
-    for entry in outcome.skipped[:_REASONS]:
+    lost = f", {len(accounting.lost)} lost" if accounting.lost else ""
+    skipped = f", {len(accounting.skipped)} skipped" if accounting.skipped else ""
+    console.print(f"{accounting.used} of {accounting.frames} frames used{lost}{skipped}")
+    _print_lost(accounting, console)
+    for entry in accounting.skipped[:_MAX_REASONS]:
         console.print(f"  frame {entry.frame}: {entry.reason}", soft_wrap=True)
-    if len(outcome.skipped) > _REASONS:
-        console.print(f"  and {len(outcome.skipped) - _REASONS} more")
-    _print_notes(outcome.notes, console)
+    if len(accounting.skipped) > _MAX_REASONS:
+        console.print(f"  and {len(accounting.skipped) - _MAX_REASONS} more")
+    _print_notes(accounting.notes, console)
 
 
-def _print_lost(outcome: FrameAccounting, console: Console) -> None:
-    runs = outcome.lost_runs()
-    for first, last in runs[:_REASONS]:
+def _print_lost(accounting: FrameAccounting, console: Console) -> None:
+    intervals = accounting.lost_intervals()
+    for first, last in intervals[:_MAX_REASONS]:
         frames = f"frame {first}" if first == last else f"frames {first} to {last}"
         console.print(f"  {frames}: the camera could not be located", soft_wrap=True)
-    if len(runs) > _REASONS:
-        console.print(f"  and {len(runs) - _REASONS} more times")
-    if outcome.graph is not None and outcome.graph.n_unanchored:
+    if len(intervals) > _MAX_REASONS:
+        console.print(f"  and {len(intervals) - _MAX_REASONS} more times")
+    if accounting.graph is not None and accounting.graph.n_unanchored:
         console.print(
-            "  some of them were located among themselves, but no view ties them to the map: "
+            "  some of them were located among themselves, but no view connects them with the map: "
             "let the camera see the way between both places",
             soft_wrap=True,
         )
 
 
 def _print_notes(notes: Counter[str], console: Console) -> None:
-    for note, count in notes.most_common(_REASONS):
+    for note, count in notes.most_common(_MAX_REASONS):
         console.print(f"  {count} times: {note}", soft_wrap=True)
 
 
@@ -121,7 +128,7 @@ def print_timings(timings: dict[str, Any], console: Console) -> None:
     console.print(stage_table(timings["stages"]))
     if "rebuilding" in timings:
         console.print(
-            "the map followed the poses in {rebuilds} rebuilds: {share:.1%} of the run, longest pause "
+            "the map was rebuilt {rebuilds} times at corrected poses: {share:.1%} of the run, longest pause "
             "{longest_pause_s:.2f} s, {kb_per_stored_frame:.0f} KB for each of {stored_frames} stored frames".format(
                 **timings["rebuilding"]
             )

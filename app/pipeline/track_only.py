@@ -1,4 +1,4 @@
-"""The camera's path through a recording, and what finding it cost."""
+"""Camera tracking without mapping: the trajectory of a recording, its errors, and what it cost."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app.console.progress import watch
+from app.console.progress import show_progress
 from app.pipeline.interrupt import StopRequest
 from app.pipeline.run_pipeline import selected_frames
 from app.settings.run_config import RunConfig
@@ -28,7 +28,7 @@ from slam.system import SlamSystem
 @dataclass
 class TrackedPath:
     """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
-    stamps of all frames looked at; lost, the indices of those not located; ms for each frame."""
+    stamps of all frames that came; lost, the indices of those not located; ms for each frame."""
 
     stamps: dict[int, float] = field(default_factory=dict)
     live: dict[int, Pose] = field(default_factory=dict)
@@ -57,9 +57,9 @@ class TrackedPath:
     def lost_intervals(self) -> list[list[int]]:
         """First and last index of each run of frames that were not located when they came."""
         frames = list(self.stamps)
-        place = {index: n for n, index in enumerate(frames)}
-        runs = groupby(enumerate(self.lost), key=lambda item: place[item[1]] - item[0])
-        return [[run[0][1], run[-1][1]] for _, group in runs if (run := list(group))]
+        row = {index: n for n, index in enumerate(frames)}
+        intervals = groupby(enumerate(self.lost), key=lambda item: row[item[1]] - item[0])
+        return [[interval[0][1], interval[-1][1]] for _, group in intervals if (interval := list(group))]
 
     def _errors(self) -> dict[str, float | None]:
         numbers = None
@@ -67,15 +67,15 @@ class TrackedPath:
             numbers = trajectory_metrics(self._timed(self.given), self._timed(self.final))
         if numbers is None:
             return {"ate_rmse_m": None, "rpe_trans_m": None, "rpe_rot_deg": None}
-        step = numbers.per_frame
-        values = {"ate_rmse_m": numbers.ate_rmse_m, "rpe_trans_m": step.translation_m, "rpe_rot_deg": step.rotation_deg}
+        rpe = numbers.per_frame
+        values = {"ate_rmse_m": numbers.ate_rmse_m, "rpe_trans_m": rpe.translation_m, "rpe_rot_deg": rpe.rotation_deg}
         return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
     def _timed(self, poses: Mapping[int, Pose]) -> TimedPoses:
         stamps: Float64Array = np.array([self.stamps[index] for index in poses])
         order = np.argsort(stamps, kind="stable")
-        keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0])]
-        return TimedPoses(stamps[keep], np.stack(list(poses.values()))[keep], len(self.stamps))
+        rows = order[np.concatenate([[True], np.diff(stamps[order]) > 0])]
+        return TimedPoses(stamps[rows], np.stack(list(poses.values()))[rows], len(self.stamps))
 
 
 def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) -> TrackedPath:
@@ -83,7 +83,7 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
     path, slam = TrackedPath(), SlamSystem(config.slam)
     indices = selected_frames(len(sequence), config.input)
     with StopRequest() as stop:
-        for index in watch(indices, len(indices), lambda: f"{len(path.lost)} lost", console):
+        for index in show_progress(indices, len(indices), lambda: f"{len(path.lost)} lost", console):
             if stop.requested:
                 path.interrupted = True
                 break
@@ -103,9 +103,9 @@ def _locate(frame: Frame, slam: SlamSystem, path: TrackedPath) -> None:
     path.stamps[frame.index] = frame.stamp
     if frame.world_from_camera is not None:
         path.given[frame.index] = frame.world_from_camera
-    start = perf_counter()
+    start_s = perf_counter()
     pose = slam.locate(frame)
-    path.ms.append(1e3 * (perf_counter() - start))
+    path.ms.append(1e3 * (perf_counter() - start_s))
     if pose is None:
         path.lost.append(frame.index)
     else:

@@ -1,1 +1,1 @@
-"""Asking a finished run."""
+"""Open-vocabulary queries and classification of a finished run."""

@@ -1,4 +1,4 @@
-"""What a query found, for programs and for people."""
+"""Answer of a query as JSON and as a table."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from typing import Any
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.query.view_crops import BestFrames
+from app.query.view_crops import ViewCrops
 from razer.map_object import Answer, Hit
 from razer.storage.instances_json import box_entry
 
 
-def answer_json(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:
-    """The JSON of an answer: query, found, threshold and hits, which is empty where nothing was found."""
-    hits = [_told(hit, frames) for hit in answer.hits]
+def answer_json(query: str, answer: Answer, crops: ViewCrops | None) -> dict[str, Any]:
+    """The JSON of an answer: query, found, threshold and hits, which are empty if no instance matches."""
+    hits = [_hit_json(hit, crops) for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}
 
 
-def _told(hit: Hit, frames: BestFrames | None) -> dict[str, Any]:
+def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
     """One hit: centre and extent in metres, rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
         **box_entry(hit.object.box),
-        "best_frames": frames.of(hit.object) if frames else [],
+        "best_frames": crops.of(hit.object) if crops else [],
     }
 
 
 def print_answer(result: dict[str, Any]) -> None:
-    """A table of the hits, or that there are none."""
+    """Print a table of the hits, or that there are none."""
     console = result_console()
     if not result["found"]:
         console.print(f"not in this map: {result['query']}", soft_wrap=True)

@@ -1,4 +1,4 @@
-"""A run whose instances have classes: its files and what is said of it."""
+"""Classified run: its files, its JSON and its table."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ PANOPTIC_VERTEX = np.dtype([*VERTEX.descr, ("class", "<i4")])
 class LabelledRun:
     """The classes of a run's instances, and the things and stuff they make up."""
 
-    asked: QueryableMap
+    queryable: QueryableMap
     vocabulary: str
     labels: list[Label]
     segments: list[Segment]
 
     @classmethod
-    def of(cls, asked: QueryableMap, vocabulary: str, labels: list[Label]) -> LabelledRun:
-        """Merge stuff."""
-        return cls(asked, vocabulary, labels, segments(labels))
+    def of(cls, queryable: QueryableMap, vocabulary: str, labels: list[Label]) -> LabelledRun:
+        """From one label for each instance; stuff of one class is merged into one segment."""
+        return cls(queryable, vocabulary, labels, segments(labels))
 
     def write(self) -> None:
-        """Make the files anew; they take their places once all are complete, instances.json as the last."""
-        folder, mesh = self.asked.folder, self._mesh()
-        graph = scene_graph(self.asked.panoptic, self.segments, self.asked.up)
+        """Write all files anew; they take their places once all are complete, instances.json as the last."""
+        folder, mesh = self.queryable.folder, self._mesh()
+        graph = scene_graph(self.queryable.panoptic, self.segments, self.queryable.up)
         classes = {s.id: s.category.name for s in self.segments}
         table = {"format": FORMAT, "vocabulary": self.vocabulary, "segments": self._table(mesh)}
         instances = self._instances()
@@ -52,21 +52,21 @@ class LabelledRun:
                 folder / names.PANOPTIC: lambda path: _write_json(path, table),
                 folder / names.SCENE_GRAPH: lambda path: _write_json(path, graph),
                 folder / names.PANOPTIC_PLY: lambda path: self._write_panoptic_ply(path, mesh),
-                folder / names.MESH_GLB: lambda path: write_glb(path, mesh, self.asked.up, instance_names(classes)),
+                folder / names.MESH_GLB: lambda path: write_glb(path, mesh, self.queryable.up, instance_names(classes)),
                 folder / names.INSTANCES: lambda path: _write_json(path, instances),
             }
         )
 
-    def told(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """The JSON of `razer label`."""
         instances = [
             {
-                "id": found.id,
-                "class": found.category.name,
-                "score": round(found.score, 4),
-                "runner_up": found.runner_up.name if found.runner_up else None,
+                "id": label.id,
+                "class": label.category.name,
+                "score": round(label.score, 4),
+                "runner_up": label.runner_up.name if label.runner_up else None,
             }
-            for found in self.labels
+            for label in self.labels
         ]
         stuff = [
             {"id": s.id, "class": s.category.name, "instances": list(s.instances)}
@@ -76,22 +76,22 @@ class LabelledRun:
         return {"vocabulary": self.vocabulary, "instances": instances, "stuff": stuff}
 
     def report(self) -> None:
-        """How many of each class there are, and where the files lie."""
+        """Print the number of instances of each class, and where the files lie."""
         table = Table()
         table.add_column("class")
         table.add_column("instances", justify="right")
         table.add_column("ids")
-        counts = Counter(found.category.name for found in self.labels)
+        counts = Counter(label.category.name for label in self.labels)
         for name, count in counts.most_common():
-            ids = ", ".join(str(found.id) for found in self.labels if found.category.name == name)
+            ids = ", ".join(str(label.id) for label in self.labels if label.category.name == name)
             table.add_row(name, str(count), ids)
         console = result_console()
         console.print(table)
-        console.print(f"outputs: {self.asked.folder}", soft_wrap=True)
+        console.print(f"outputs: {self.queryable.folder}", soft_wrap=True)
 
     def _mesh(self) -> LabelledMesh:
         """The mesh whose instances are segments."""
-        mesh = self.asked.panoptic.mesh
+        mesh = self.queryable.panoptic.mesh
         return LabelledMesh(mesh.vertices, mesh.colors, segment_ids(mesh, self.segments)[0], mesh.triangles)
 
     def _table(self, mesh: LabelledMesh) -> list[dict[str, Any]]:
@@ -110,15 +110,15 @@ class LabelledRun:
         ]
 
     def _write_panoptic_ply(self, path: Path, mesh: LabelledMesh) -> None:
-        categories = segment_ids(self.asked.panoptic.mesh, self.segments)[1]
+        categories = segment_ids(self.queryable.panoptic.mesh, self.segments)[1]
         shown = LabelledMesh(mesh.vertices, instance_colors(categories), mesh.instances, mesh.triangles)
         vertices = vertex_rows(shown, PANOPTIC_VERTEX)
         vertices["instance"], vertices["class"] = mesh.instances, categories
         write_ply(path, vertices, mesh.triangles)
 
     def _instances(self) -> dict[str, Any]:
-        content: dict[str, Any] = loads((self.asked.folder / names.INSTANCES).read_text(encoding="utf-8"))
-        given = {found.id: found.category.name for found in self.labels}
+        content: dict[str, Any] = loads((self.queryable.folder / names.INSTANCES).read_text(encoding="utf-8"))
+        given = {label.id: label.category.name for label in self.labels}
         for entry in content["instances"]:
             entry["class"] = given.get(entry["id"])
         return content

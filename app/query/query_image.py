@@ -1,4 +1,4 @@
-"""A picture that is asked for, whole or a box of it."""
+"""Query by image: the embedding of a picture, or of a box of it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,18 @@ from razer.errors import BadInput
 from razer.models import Embedder, ImageSide
 
 
-def embed_picture(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
-    """The vector (D,) of what a picture shows, or a box 'x,y,width,height' of it, in pixels. Raises BadInput."""
+def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
+    """The vector (D,) of what a picture shows.
+
+    Args:
+        embedder: the embedder of the map.
+        name: what messages call it.
+        path: an image file.
+        box: 'x,y,width,height' in pixels of the part to embed; None: the whole picture.
+
+    Raises:
+        BadInput: if the embedder embeds no images, the file is no image, or the box lies outside it.
+    """
     if not isinstance(embedder, ImageSide):
         raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")
     rgb = _read(path)

@@ -1,13 +1,13 @@
-"""A finished run and the embedder by which it can be asked."""
+"""Map of a finished run with the embedder that queries it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from app.query.contrast_cache import contrast_of
+from app.query.negative_prompt_cache import negative_prompts_of
 from app.run_folder import run_folder as names
-from app.settings.config_file import read_config
+from app.settings.config_file import read_run_config
 from app.settings.run_config import RunConfig
 from razer.arrays import Float64Array
 from razer.models import Embedder, make_embedder
@@ -19,7 +19,7 @@ from razer.saved_map import load_map
 
 @dataclass(frozen=True)
 class QueryableMap:
-    """The map of a run in `folder`, with the words of its embedder; up (3,), its upward direction."""
+    """The map of a run in `folder`, with the text encoder of its embedder; up (3,): its upward direction."""
 
     folder: Path
     config: RunConfig
@@ -31,13 +31,24 @@ class QueryableMap:
 def open_queryable_map(
     folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool, trust: Trust = NO_TRUST
 ) -> QueryableMap:
-    """Read a run; its own embedder unless another one is named. Raises BadInput."""
+    """Open a map and make the embedder that queries it.
+
+    Args:
+        folder: the folder of a finished run, or of a saved map.
+        embedder: a name or module:Class; None: the one that the map was made with.
+        assignments: texts section.key=value that change the map's settings, such as options of the embedder.
+        by_text: whether queries are texts; the embedder then has to have a text encoder.
+        trust: which outside code may be loaded besides what the command line names.
+
+    Raises:
+        BadInput: naming the file that is missing or damaged, or the embedder that cannot be used.
+    """
     panoptic = load_map(folder)
-    noted = folder / names.CONFIG
+    config_file = path if (path := folder / names.CONFIG).is_file() else None
     # Another embedder does not take the options of the run's own.
-    anew = ("embedder.options={}",) if embedder else ()
+    no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
-    config = read_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
-    made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    words = TextQueryEncoder(made, contrast_of(TextQueryEncoder(made), config.embedder)) if by_text else None
-    return QueryableMap(folder, config, made, replace(panoptic, words=words), panoptic.up_or_z)
+    config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
+    model = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+    words = TextQueryEncoder(model, negative_prompts_of(TextQueryEncoder(model), config.embedder)) if by_text else None
+    return QueryableMap(folder, config, model, replace(panoptic, words=words), panoptic.up_or_z)

@@ -1,8 +1,7 @@
-"""The frames that show an instance best, cut out of the recording where it is still there."""
+"""Crops of the best views of an instance, cut out of the recording where it is still there."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,24 +16,30 @@ from razer.arrays import Uint8Array
 from razer.detection.best_views import BestView
 from razer.errors import BadInput, UnusableFrame
 from razer.map_object import MapObject
+from razer.storage.atomic_files import replace_file
 
 CROPS = "crops"
-_MARGIN = 0.15  # of the box on each side: a thing is recognised by what is round it
+_MARGIN = 0.15  # of the box on each side: context helps to recognise an object
 
 
-class BestFrames:
-    """Crops of a run's recording in its folder; notes, what is missing and why."""
+class ViewCrops:
+    """Crops of a run's recording, kept in the run folder; `notes`: which are missing and why."""
 
     def __init__(self, run: Path, settings: InputSettings) -> None:
         self.notes: list[str] = []
         self._folder = run / CROPS
         self._sequence = self._open(settings)
 
-    def of(self, item: MapObject) -> list[dict[str, Any]]:
+    def of(self, instance: MapObject) -> list[dict[str, Any]]:
         """frame, stamp (seconds), box [x, y, width, height] and crop, the path of a picture or None, the best first."""
         return [
-            {"frame": view.frame, "stamp": view.stamp, "box": list(view.region.box), "crop": self._crop(item.id, view)}
-            for view in item.views
+            {
+                "frame": view.frame,
+                "stamp": view.stamp,
+                "box": list(view.region.box),
+                "crop": self._crop(instance.id, view),
+            }
+            for view in instance.views
         ]
 
     def _open(self, settings: InputSettings) -> RgbdSequence | None:
@@ -48,8 +53,8 @@ class BestFrames:
             self.notes.append(f"no crops: {error}")
             return None
 
-    def _crop(self, instance: int, view: BestView) -> str | None:
-        path = self._folder / f"{instance:04d}-{view.frame:06d}.jpg"
+    def _crop(self, instance_id: int, view: BestView) -> str | None:
+        path = self._folder / f"{instance_id:04d}-{view.frame:06d}.jpg"
         if path.is_file():
             return str(path)
         if self._sequence is None:
@@ -57,16 +62,15 @@ class BestFrames:
         try:
             frame = self._sequence[view.frame]
             self._folder.mkdir(exist_ok=True)
-            part = path.with_name(f".part-{path.name}")
-            cv2.imwrite(str(part), cv2.cvtColor(cut_out(frame.rgb, view), cv2.COLOR_RGB2BGR))
-            os.replace(part, path)
+            crop = cv2.cvtColor(crop_view(frame.rgb, view), cv2.COLOR_RGB2BGR)
+            replace_file(path, lambda part: cv2.imwrite(str(part), crop))
         except (UnusableFrame, IndexError, OSError, cv2.error) as error:
             self.notes.append(f"no crop of frame {view.frame}: {error}")
             return None
         return str(path)
 
 
-def cut_out(rgb: Uint8Array, view: BestView) -> Uint8Array:
+def crop_view(rgb: Uint8Array, view: BestView) -> Uint8Array:
     """The part (h, w, 3) of an image that a view's box covers, with a margin."""
     (left, right), (top, bottom) = _ranges(view, rgb.shape)
     return np.ascontiguousarray(rgb[top:bottom, left:right])

@@ -1,1 +1,1 @@
-"""The paper's tables, mapped and evaluated anew."""
+"""Reproduction of the paper's tables."""

@@ -25,6 +25,7 @@ TIMELINE = "timeline.rrd"
 PANOPTIC_PLY = "panoptic.ply"
 PANOPTIC = "panoptic.json"
 SCENE_GRAPH = "scene_graph.json"
+METRICS = "metrics.json"
 
 
 class RunFolder:

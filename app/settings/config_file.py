@@ -1,4 +1,4 @@
-"""Where settings come from: defaults, then a TOML file, then --set, then the options of a verb."""
+"""Layered settings: defaults, then a TOML file, then --set, then the options of a verb; later ones win."""
 
 from __future__ import annotations
 
@@ -6,30 +6,17 @@ import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
 
+from app.settings.assignments import parse_value, split_assignment
+from app.settings.renamed_settings import RENAMED, with_new_names
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 from razer.plugins import NO_TRUST, Trust
 from razer.storage.settings_list import list_settings
-
-# What settings were called before, so that a message can name the new one and older run folders can be read.
-RENAMED = {
-    "follow.enabled": "reintegration.enabled",
-    "follow.every": "reintegration.frames_per_keyframe",
-    "follow.draft": "reintegration.keyframe_stride",
-    "follow.live_replays": "reintegration.replays_per_frame",
-    "follow.pace": "reintegration.max_replays_per_frame",
-    "follow.live_shift_voxels": "reintegration.min_shift_voxels",
-    "follow.final_shift_voxels": "reintegration.min_final_shift_voxels",
-    "follow.fuse_shared_votes": "reintegration.fuse_shared_votes",
-    "follow.memory_mb": "reintegration.memory_mb",
-    "maintenance.every": "maintenance.interval_frames",
-    "association.association": "association.geometry_distance",
-    "lifting.see_through_gap_m": "lifting.background_gap_m",
-}
 
 
 def read_config(
@@ -38,23 +25,48 @@ def read_config(
     """The settings of a run.
 
     Args:
-        file: a TOML file; its plug-ins are data's choice.
+        file: a TOML file that the user names; its plug-ins are data's choice.
         assignments: texts section.key=value, from the command line.
         flags: dotted names with values, None = not given, from the command line.
         trust: which outside code may be loaded besides what the command line names.
 
     Raises:
-        BadInput: naming the setting and the nearest valid one, if any is wrong.
+        BadInput: naming the setting and the nearest valid one, if any is wrong; a former name with today's.
     """
-    tree = _read_toml(file) if file else {}
-    named = []
+    return _validated(_read_toml(file) if file else {}, file, assignments, flags, trust)
+
+
+def read_run_config(
+    file: Path | None,
+    assignments: Iterable[str] = (),
+    flags: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    trust: Trust = NO_TRUST,
+) -> RunConfig:
+    """The settings that a run folder keeps; an older run's may bear former names, which are translated.
+
+    Args:
+        file: the config.toml of a run; its plug-ins are data's choice.
+        assignments: texts section.key=value, from the command line.
+        flags: dotted names with values, None = not given, from the command line.
+        trust: which outside code may be loaded besides what the command line names.
+
+    Raises:
+        BadInput: naming the setting, if any is wrong.
+    """
+    return _validated(with_new_names(_read_toml(file)) if file else {}, file, assignments, flags, trust)
+
+
+def _validated(
+    tree: dict[str, Any], file: Path | None, assignments: Iterable[str], flags: Mapping[str, Any], trust: Trust
+) -> RunConfig:
+    """The settings of a file's content (changed in place), those of the command line over them."""
+    named: list[str] = []  # on the command line, which may name plug-ins
     for assignment in assignments:
-        name, separator, text = assignment.partition("=")
-        if not separator or not name.strip():
-            raise BadInput(f"--set {assignment}: write it as section.key=value")
-        value = _parse(text.strip())
+        name, text = split_assignment(assignment, "it as section.key=value")
+        value = parse_value(text)
         named += _texts(value)
-        _assign(tree, name.strip(), value)
+        _assign(tree, name, value)
     for name, value in flags.items():
         if value is not None:
             named += _texts(value)
@@ -64,7 +76,7 @@ def read_config(
     except ValidationError as error:
         raise BadInput(_plain_line(error, file)) from None
     trusted = trust.also(named)
-    sections = {name: getattr(config, name).trusting(trusted) for name in ("input", "segmenter", "embedder")}
+    sections = {name: getattr(config, name).with_trust(trusted) for name in ("input", "segmenter", "embedder")}
     return config.model_copy(update=sections)
 
 
@@ -75,14 +87,6 @@ def _read_toml(file: Path) -> dict[str, Any]:
         raise BadInput(f"{file}: cannot be read ({error.strerror}); give an existing TOML file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise BadInput(f"{file}: not TOML: {error}") from error
-
-
-def _parse(text: str) -> Any:
-    """A value as TOML reads it; what is no TOML value is a string, so that quotes are optional."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 def _texts(value: Any) -> list[str]:

@@ -31,7 +31,7 @@ class TrustOptions:
 
     @property
     def trust(self) -> Trust:
-        """What these options say."""
+        """The trust that these options grant."""
         return FULL_TRUST if self.trust_plugins else NO_TRUST
 
 
@@ -49,16 +49,16 @@ class SettingOptions(TrustOptions):
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SourceOptions:
-    """What a recording does not say itself."""
+    """Reader and camera parameters, where the recording does not state them."""
 
     reader: str | None = None
-    """Layout of the folder; recognised if not given."""
+    """Layout of the recording: a reader's name or module:function; detected if not given."""
     intrinsics: str | None = None
     """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
     depth_scale: float | None = None
-    """Units of the depth images in a metre: 1000 for millimetres."""
+    """Depth image units per metre: 1000 for millimetres."""
     depth_to_color: str | None = None
-    """File with the 4x4 transform from the depth to the colour camera."""
+    """File with the 4x4 extrinsic transform from the depth to the colour camera."""
 
     def input_settings(self) -> InputSettings:
         """The settings these options lead to; raises BadInput."""
@@ -72,7 +72,7 @@ class SourceOptions:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class RecordingOptions(SourceOptions):
-    """What is read from a recording, and what it does not say itself."""
+    """Which frames of a recording are read, and how."""
 
     stride: int | None = None
     """Use every n-th frame."""
@@ -96,15 +96,15 @@ class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
     poses: PosesName | None = None
-    """Where poses come from: with the recording, from its images, or whichever there is; both: two runs, compared."""
+    """given with the recording, estimated by slam, or auto: given if there are any; both: two runs, compared."""
     max_bad: float | None = None
-    """Give up when more than this share of the frames is unusable."""
+    """Largest share of unusable frames before the run is given up."""
     segmenter: str | None = None
-    """What finds masks: a name or module:Class."""
+    """2D segmenter: a name or module:Class."""
     embedder: str | None = None
-    """What describes masks by vectors: a name or module:Class."""
+    """Embedder of masks: a name or module:Class."""
     device: Literal["auto", "cpu", "cuda"] | None = None
-    """Where the voxels live."""
+    """Device of the voxel map."""
     timeline: bool | None = None
     """Write the timeline (the default) or not."""
 
@@ -113,7 +113,7 @@ class RunOptions(RecordingOptions, SettingOptions):
         return read_config(self.config, self.set, self.flags(), trust=self.trust)
 
     def flags(self) -> dict[str, Any]:
-        """Dotted names of settings with what these options say, None = nothing; raises BadInput."""
+        """Dotted names of settings with the values of these options, None = not given; raises BadInput."""
         if self.poses == "both":
             raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
         flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}

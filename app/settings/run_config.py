@@ -1,4 +1,4 @@
-"""Every setting of a run: the method's own sections, what to read, which models, pose estimation, what to show."""
+"""Configuration of a run: the method's own sections, input, models, pose estimation, timeline."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from slam.config import SlamConfig
 
 
 class InputSettings(PluginSettings):
-    """What is read from the folder, and what the folder itself does not say."""
+    """Input: the recording's layout, frames and poses, and the camera parameters that it does not state itself."""
 
     reader: str | None = Field(
         None,
         description="Layout of the folder: a reader's name, or module:function. Not set: recognised.",
     )
-    folder: str | None = Field(None, description="The recording, as a run notes it. Has no effect on a new run.")
+    folder: str | None = Field(None, description="The recording, as a run records it. Has no effect on a new run.")
     stride: int = Field(
-        1, ge=1, description="Every how many frames one is used. Larger: faster, with gaps on fast moves."
+        1,
+        ge=1,
+        description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion.",
     )
     max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
     poses: Literal["given", "slam", "auto"] = Field(

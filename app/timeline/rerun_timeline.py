@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from app.frames.frame_packet import END, FramePacket
 from app.profiling.memory import rss_mb
 from app.render.mesh_decimation import limited
 from app.render.palette import instance_colors, tinted
@@ -29,17 +28,18 @@ from app.timeline.entities import (
     STAGES,
     WORLD,
 )
-from app.timeline.frame_story import decision_table, events
+from app.timeline.event_log import decision_table, step_events
 from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
 from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
-from app.timeline.pose_story import PoseStory
+from app.timeline.pose_estimation_log import PoseEstimationLog
 from app.timeline.rerun_log import RerunLog, run_layout
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, Pose
 from razer.frame import Frame, Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_points
+from slam.report import PoseReport
 
 PATH_COLOR = (255, 160, 0)
 MAX_IDS = 2**16  # what an id image can hold
@@ -52,7 +52,7 @@ class Timeline:
     def __init__(self, path: Path, intrinsics: Intrinsics, config: TimelineConfig) -> None:
         self._config = config
         self._log = RerunLog(path)
-        self._story: PoseStory | None = None
+        self._pose_log: PoseEstimationLog | None = None
         self._shown = 0
         self._last_index = 0
         self._named_ids = 0
@@ -74,7 +74,7 @@ class Timeline:
             self._lay_out(behind(frame.pose))
         self._log_images(frame, step)
         self._log_boxes(mapper)
-        self._log_story(step)
+        self._log_events(step)
         self._log_scalars(mapper, stage_ms)
         self._schedule.observe(step.changed_blocks)
         if step.rebuilt:
@@ -85,18 +85,38 @@ class Timeline:
         self._poses.append(frame.pose)
         self._shown += 1
 
-    def track(self, look: FramePacket) -> None:
-        """Log what the estimation of poses did at an index, before anything else of that frame; nothing where poses
-        are given."""
-        if look.report is None:
+    def track(
+        self,
+        frame_index: int,
+        report: PoseReport | None,
+        *,
+        corrections: Mapping[int, Pose | None],
+        given: Pose | None = None,
+        pose_ms: float = 0.0,
+    ) -> None:
+        """Log how a frame was located, before anything else of that frame.
+
+        Args:
+            frame_index: of the frame.
+            report: what the estimation did; None where poses are given: nothing is logged.
+            corrections: new world_from_camera (4, 4) of frames before it, by frame index, None = not known after all.
+            given: the pose (4, 4) that the frame itself came with.
+            pose_ms: milliseconds that the estimation took.
+        """
+        if report is None:
             return
-        if look.index == END:
-            self._log.start_frame(self._last_index + 1)
-        else:
-            self._start_frame(look.index)
-        if self._story is None:
-            self._story = PoseStory(self._log, self._config)
-        self._story.tell(look, look.report)
+        self._start_frame(frame_index)
+        if self._pose_log is None:
+            self._pose_log = PoseEstimationLog(self._log, self._config)
+        self._pose_log.add_frame(frame_index, report, given, pose_ms)
+        self._pose_log.correct(report, corrections)
+
+    def finish_tracking(self, report: PoseReport | None, corrections: Mapping[int, Pose | None]) -> None:
+        """Log the last corrections, after the last frame; nothing where poses are given."""
+        if report is None or self._pose_log is None:
+            return
+        self._log.start_frame(self._last_index + 1)
+        self._pose_log.correct(report, corrections)
 
     def skipped(self, frame_index: int, reason: str) -> None:
         """Log that a frame was not used, and why."""
@@ -113,7 +133,7 @@ class Timeline:
         self._log.clear(POINTS, recursive=True)
         self._log.mesh(MESH, mesh, tinted(mesh.colors, mesh.instances))
         poses = np.array(self._poses)
-        if self._story is None:  # which shows estimated ones as they were corrected
+        if self._pose_log is None:  # which shows estimated ones as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [poses[:, :3, 3]])
         view = overview(
@@ -126,7 +146,7 @@ class Timeline:
         self._log.close(self._config.close_timeout_s)
 
     def _lay_out(self, view: Viewpoint) -> None:
-        self._log.show(run_layout(view, poses_estimated=self._story is not None))
+        self._log.show(run_layout(view, poses_estimated=self._pose_log is not None))
 
     def _due(self, every: int) -> bool:
         return self._shown % every == 0
@@ -164,8 +184,8 @@ class Timeline:
         labels = [f"#{track.id} {track.class_name or ''}".rstrip() for track in tracks]
         self._log.boxes(BOXES, [track.box for track in tracks], colors, labels)
 
-    def _log_story(self, step: StepResult) -> None:
-        for event in events(step):
+    def _log_events(self, step: StepResult) -> None:
+        for event in step_events(step):
             self._log.event(EVENTS, event.text, event.level)
         if self._config.decisions:
             self._log.document(DECISIONS, decision_table(step))

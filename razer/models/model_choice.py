@@ -30,13 +30,13 @@ def choose_models(
 def _segmenter_settings(settings: SegmenterSettings, chosen: Segmenter | str | None) -> SegmenterSettings:
     if chosen is None:
         return settings
-    return SegmenterSettings(name=_name_of(chosen, SEGMENTERS)).trusting(settings.trust)
+    return SegmenterSettings(name=_name_of(chosen, SEGMENTERS)).with_trust(settings.trust)
 
 
 def _embedder_settings(settings: EmbedderSettings, chosen: Embedder | str | None) -> EmbedderSettings:
     if chosen is None:
         return settings
-    return EmbedderSettings(name=_name_of(chosen, EMBEDDERS)).trusting(settings.trust)
+    return EmbedderSettings(name=_name_of(chosen, EMBEDDERS)).with_trust(settings.trust)
 
 
 def _name_of(chosen: object, table: Mapping[str, str]) -> str:

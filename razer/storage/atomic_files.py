@@ -1,4 +1,4 @@
-"""Crash-safe writing: a file takes its place when it is complete."""
+"""Atomic replacement of files: written beside their place and renamed, so that nobody ever reads half a file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ def replace_file(path: Path, writer: Callable[[Path], object]) -> None:
 
 def replace_files(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     """The same for several files, none of which takes its place before all are written; in their order."""
-    parts = {path: path.with_name(f".part-{path.name}") for path in writers}
+    # Processes that write the same file at the same time, such as two queries of one run, have parts of their own.
+    parts = {path: path.with_name(f".part-{os.getpid()}-{path.name}") for path in writers}
     try:
         for path, writer in writers.items():
             writer(parts[path])
@@ -23,3 +24,9 @@ def replace_files(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+def replace_content(path: Path, content: str | bytes) -> None:
+    """The same with the content of the file: its bytes, or text to be written as UTF-8."""
+    data = content.encode() if isinstance(content, str) else content
+    replace_file(path, lambda part: part.write_bytes(data))

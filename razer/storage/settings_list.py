@@ -1,4 +1,4 @@
-"""Every setting as one flat list: name, value, allowed range, meaning."""
+"""Flat list of all settings: name, value, allowed range, meaning."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def list_settings(config: BaseModel) -> list[Setting]:
 
 
 def _walk(config: BaseModel, defaults: BaseModel, section: str) -> list[Setting]:
-    found: list[Setting] = []
+    settings: list[Setting] = []
     for key, field in type(config).model_fields.items():
         value, default = getattr(config, key), getattr(defaults, key)
         if isinstance(value, BaseModel):
-            found += _walk(value, default, f"{section}.{key}" if section else key)
+            settings += _walk(value, default, f"{section}.{key}" if section else key)
         else:
-            found.append(Setting(section, key, value, default, allowed(field), field.description or ""))
-    return found
+            settings.append(Setting(section, key, value, default, allowed(field), field.description or ""))
+    return settings
 
 
 def allowed(field: FieldInfo) -> str:

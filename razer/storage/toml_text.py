@@ -1,4 +1,4 @@
-"""Settings as TOML text; the standard library reads TOML but does not write it."""
+"""TOML writer for settings: the standard library reads TOML but does not write it."""
 
 from __future__ import annotations
 

@@ -8,16 +8,13 @@ import sys
 
 import pytest
 
-from app.cli import main
 from app.settings.config_file import read_config
 from data_tools import open_sequence
-from data_tools.synthetic.synthetic_room import SyntheticRoom
-from data_tools.writers.table import write_recording
 from razer.errors import BadInput
 from razer.models import make_embedder, make_segmenter
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust, load
+from tests.support.cli import QUICK, contents, map_oracle_room, razer
 
-QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu", "--no-timeline")
 SIZE = (160, 120)
 EMBEDDERS = {  # each of them leaves its mark if it is ever imported or made
     "function": 'name = "os:system"\n[embedder.options]\ncommand = "touch {mark}"',
@@ -65,26 +62,10 @@ def read(folder, declared, use_poses):
 """
 
 
-def razer(capsys, *arguments):
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return stopped.value.code or 0, out, err
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """(run, recording) of a small room with perfect masks."""
-    place = tmp_path_factory.mktemp("room")
-    room = SyntheticRoom(0, 8, *SIZE)
-    write_recording(room, place / "recording", truth=room.truth(0.05), lossless=True)
-    out = place / "run"
-    models = ("--segmenter", "oracle", "--embedder", "oracle")
-    with pytest.raises(SystemExit) as stopped:
-        main(["run", str(place / "recording"), "-o", str(out), *models, *QUICK])
-    assert not stopped.value.code
-    return out, place / "recording"
+    return map_oracle_room(tmp_path_factory.mktemp("room"), 8, SIZE)
 
 
 @pytest.fixture
@@ -117,19 +98,15 @@ def plant(run, section, text, mark):
     (run / "instances.json").write_text(json.dumps(listed))
 
 
-def contents(folder):
-    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
 def assert_refused(code, out, err, mark):
     assert code == 2, err
     assert not mark.exists()
     assert "planted" not in sys.modules
     assert out == ""
     assert "Traceback" not in err
-    said = [line for line in err.splitlines() if line.startswith("razer:")]
-    assert len(said) == 1
-    assert "--trust-plugins" in said[0]
+    messages = [line for line in err.splitlines() if line.startswith("razer:")]
+    assert len(messages) == 1
+    assert "--trust-plugins" in messages[0]
 
 
 @pytest.mark.parametrize("plant_of", EMBEDDERS)
@@ -162,7 +139,7 @@ def test_a_plug_in_that_a_settings_file_names_is_refused(capsys, made, mark, tmp
     data = tmp_path / "data"
     shutil.copytree(made[1], data / "room0")
     commands = {
-        "run": ("run", made[1], "-o", out, "--config", file, *QUICK),
+        "run": ("run", made[1], "-o", out, "--config", file, *QUICK, "--no-timeline"),
         "bench": ("bench", made[1], "--config", file, "--max-frames", 2, "--device", "cpu"),
         "reproduce": ("reproduce", "replica", data, "--scenes", "room0", "--out", out, "--config", file),
     }

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from data_tools.open_sequence import open_sequence
+from data_tools import open_sequence
 from slam.config import ColorSettings, DepthSettings, FeatureSettings, KeyframeSettings, SlamConfig
 from slam.frontend.color_calibration import NOMINAL, READOUT, ColorCalibration
 from slam.frontend.depth_noise import DepthNoise

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.cli import main
-from app.frames.frame_packet import END, LATE, NOTHING_LEFT
+from app.frames.frame_packet import AfterLastFrame, Located, Lost, NothingRecovered, PosesFinal
 from app.frames.locator import Locator
 from data_tools import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
@@ -222,20 +222,20 @@ class TwoSubmaps:
 
 def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(room):
     locator = Locator(TwoSubmaps(room), SlamSystem)
-    looks = [locator(index) for index in range(len(locator.sequence.shots))]
-    lost = [look.index for look in looks if look.lost]
+    packets = [locator(index) for index in range(len(locator.sequence.shots))]
+    lost = [packet.index for packet in packets if isinstance(packet, Lost)]
     assert set(range(20, 28)) < set(lost)
-    locator(END)
+    assert isinstance(locator(AfterLastFrame.FINISH_POSES), PosesFinal)
     late = []
-    while (look := locator(LATE)).index != NOTHING_LEFT:
-        late.append(look)
-    assert all(look.late and not look.lost for look in late)
-    late_indices = [look.index for look in late]
+    while not isinstance(packet := locator(AfterLastFrame.NEXT_RECOVERED), NothingRecovered):
+        late.append(packet)
+    assert all(isinstance(packet, Located) and packet.is_late for packet in late)
+    found = [packet.index for packet in late]
     # All but the blank ones, and the few before the camera gave up looking for where it had been.
-    assert late_indices == [index for index in lost if index >= 18]
-    for look in late:
-        np.testing.assert_allclose(look.frame.pose, locator.poses.trajectory()[look.index], atol=0.0025)
-    assert locator(LATE).index == NOTHING_LEFT
+    assert found == [index for index in lost if index >= 18]
+    for packet in late:
+        np.testing.assert_allclose(packet.frame.pose, locator.poses.trajectory()[packet.index], atol=0.0025)
+    assert isinstance(locator(AfterLastFrame.NEXT_RECOVERED), NothingRecovered)
 
 
 def frame_of(index, rgb, depth):

@@ -1,1 +1,1 @@
-"""Verbs that ask a finished map: query, label."""
+"""Verbs that query a finished map: query, label."""

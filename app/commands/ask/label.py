@@ -1,11 +1,11 @@
-"""`razer label`: classes of a vocabulary for the instances of a map, panoptic mesh and scene graph."""
+"""`razer label`: zero-shot classification of a map's instances, panoptic mesh and scene graph."""
 
 from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
 
-from app.console.streams import progress_console
+from app.console.streams import print_notes
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 
@@ -20,7 +20,7 @@ def label(
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Give each instance the class of a vocabulary that suits it best; stuff of one class becomes one.
+    """Give each instance the class of a vocabulary that fits it best; stuff of one class is merged into one segment.
 
     Fills the class in instances.json, and writes panoptic.ply, panoptic.json, scene_graph.json and mesh.glb.
 
@@ -32,7 +32,7 @@ def label(
         scannet200, scannet20, nyu40, replica, coco, lvis, or a file: a .csv with columns id, name and optionally stuff,
         or a text with a name on each line.
     embedder:
-        A name or module:Class, if not the embedder that the run was made with.
+        Embedder, a name or module:Class; the one that the run was made with if not given.
     set:
         One setting as section.key=value, such as an option of the embedder; may be repeated.
     json:
@@ -46,20 +46,17 @@ def label(
     from razer.vocabulary import vocabulary as read_vocabulary
 
     classes = read_vocabulary(vocabulary)
-    asked = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
-    known = known_categories(asked.panoptic, classes)
-    if left_out := len(classes.categories) - len(known):
-        progress_console().print(
-            f"note: the embedder does not know {left_out} of the {len(classes.categories)} names: left out",
-            soft_wrap=True,
-        )
-    labelled = LabelledRun.of(asked, classes.name, label_map(asked.panoptic, known))
+    queryable = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
+    known = known_categories(queryable.panoptic, classes)
+    if n_unknown := len(classes.categories) - len(known):
+        print_notes([f"the embedder does not know {n_unknown} of the {len(classes.categories)} names: left out"])
+    labelled = LabelledRun.of(queryable, classes.name, label_map(queryable.panoptic, known))
     try:
         labelled.write()
     except OSError as error:
         raise BadInput(f"{run} cannot be written to ({error.strerror}): its older files are as they were") from error
     if json:
-        print(dumps(labelled.told()))
+        print(dumps(labelled.as_json()))
     else:
         labelled.report()
     return 0

@@ -1,4 +1,4 @@
-"""`razer query`: which instances of a map a text or a picture means, and whether any does."""
+"""`razer query`: open-vocabulary retrieval of instances by text or image, and whether any matches."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from app.console.streams import progress_console
+from app.console.streams import print_notes
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 
@@ -32,7 +32,7 @@ def query(
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Find instances by words or by a picture; what is not in the map is said to be not there.
+    """Find instances by text or by image; what is not in the map is reported as not found.
 
     Parameters
     ----------
@@ -41,15 +41,15 @@ def query(
     text:
         What to look for, such as "a red chair".
     k:
-        Most hits to tell.
+        Maximum number of hits.
     image:
-        A picture of what to look for, instead of a text.
+        An image of what to look for, instead of a text.
     box:
-        The part of the picture that shows it, as x,y,width,height in pixels.
+        The part of the image that shows it, as x,y,width,height in pixels.
     min_score:
-        What an instance has to score to count; from 0 to 1. Lower: less is missed, more is wrong.
+        Minimum score of a hit, from 0 to 1. Lower: higher recall, lower precision.
     embedder:
-        A name or module:Class, if not the embedder that the run was made with.
+        Embedder, a name or module:Class; the one that the run was made with if not given.
     set:
         One setting as section.key=value, such as an option of the embedder; may be repeated.
     render:
@@ -57,29 +57,18 @@ def query(
     json:
         One line of JSON.
     """
-    _refuse_nonsense(text, k, image, box, min_score, render)
+    _check_arguments(text, k, image, box, min_score, render)
+    from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
 
-    # Late, since these bring Open3D and torch along.
-    from app.query.answer import answer_json, print_answer
-    from app.query.queryable_map import open_queryable_map
-    from app.query.view_crops import BestFrames
-
-    asked = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
-    answer = _answer(asked, text, image, box, min_score).best(k)
+    queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
+    answer = _answer(queryable, text, image, box, min_score).best(k)
     if render is not None:
-        _draw(asked, answer, render)
-    frames = BestFrames(run, asked.config.input) if answer.found else None
-    result = answer_json(text if text is not None else str(image), answer, frames)
-    for note in frames.notes if frames else ():
-        progress_console().print(f"note: {note}", soft_wrap=True)
-    if json:
-        print(dumps(result))
-    else:
-        print_answer(result)
+        _draw(queryable, answer, render)
+    _report(queryable, text if text is not None else str(image), answer, json)
     return 0
 
 
-def _refuse_nonsense(
+def _check_arguments(
     text: str | None, k: int, image: Path | None, box: str | None, min_score: float | None, render: Path | None
 ) -> None:
     if (text is None) == (image is None):
@@ -93,28 +82,41 @@ def _refuse_nonsense(
 
 
 def _answer(
-    asked: QueryableMap, text: str | None, image: Path | None, box: str | None, min_score: float | None
+    queryable: QueryableMap, text: str | None, image: Path | None, box: str | None, min_score: float | None
 ) -> Answer:
-    from app.query.query_image import embed_picture
+    from app.query.query_image import embed_query_image
     from razer.query.ranking import PRESENT
 
     threshold = PRESENT if min_score is None else min_score
     if text is not None:
-        return asked.panoptic.query(text, threshold)
+        return queryable.panoptic.query(text, threshold)
     assert image is not None
-    vector = embed_picture(asked.embedder, asked.config.embedder.name, image, box)
-    return asked.panoptic.query_image(vector, threshold)
+    vector = embed_query_image(queryable.embedder, queryable.config.embedder.name, image, box)
+    return queryable.panoptic.query_image(vector, threshold)
 
 
-def _draw(asked: QueryableMap, answer: Answer, target: Path) -> None:
+def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:
     import cv2
 
     from app.render.highlight import highlighted
 
-    picture = highlighted(asked.panoptic.mesh, asked.up, answer.hits)
+    picture = highlighted(queryable.panoptic.mesh, queryable.up, answer.hits)
     try:
         written = cv2.imwrite(str(target), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
     except cv2.error:
         written = False
     if not written:
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
+
+
+def _report(queryable: QueryableMap, query: str, answer: Answer, json: bool) -> None:
+    from app.query.answer import answer_json, print_answer
+    from app.query.view_crops import ViewCrops
+
+    crops = ViewCrops(queryable.folder, queryable.config.input) if answer.found else None
+    result = answer_json(query, answer, crops)
+    print_notes(crops.notes if crops else ())
+    if json:
+        print(dumps(result))
+    else:
+        print_answer(result)

@@ -1,1 +1,1 @@
-"""Verbs that show something as it is: view, inspect, config."""
+"""Verbs that show runs, recordings and settings: view, inspect, config."""

@@ -38,9 +38,9 @@ def _print_settings(settings: list[Setting], console: Console) -> None:
     for setting in settings:
         changed = " (changed)" if setting.value != setting.default else ""
         bounds = f"   [{setting.allowed}]" if setting.allowed else ""
-        console.print(f"{setting.name} = {_shown(setting)}{bounds}{changed}", soft_wrap=True)
+        console.print(f"{setting.name} = {_value_text(setting)}{bounds}{changed}", soft_wrap=True)
         console.print(Padding(setting.meaning, (0, 0, 0, 4)))
 
 
-def _shown(setting: Setting) -> str:
+def _value_text(setting: Setting) -> str:
     return "not set" if setting.value is None else toml_value(setting.value)

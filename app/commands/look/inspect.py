@@ -1,4 +1,4 @@
-"""`razer inspect`: what a recording is, and what is likely wrong with it, before an hour is spent on mapping it."""
+"""`razer inspect`: sanity checks of a recording, before an hour is spent on mapping it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 NOTHING_USABLE = 2
-MOST_NAMED = 3
+MAX_NAMED = 3
 
 
 def inspect(
@@ -25,14 +25,14 @@ def inspect(
     options: SourceOptions = SourceOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Say what a recording is: layout, frames, rate, poses, depth; and try whether poses, depth and colour fit.
+    """Check a recording: layout, frames, rate, poses, depth, and whether poses, depth and colour are consistent.
 
-    Each likely mistake is named with its fix. The exit code is 2 only if no frame can be used.
+    Each likely fault is named with its fix. The exit code is 2 only if no frame can be used.
 
     Parameters
     ----------
     folder:
-        The recording; its layout is recognised.
+        The recording; its layout is detected.
     json:
         One line of JSON.
     """
@@ -42,82 +42,82 @@ def inspect(
     from data_tools.registry import recognise
 
     settings = options.input_settings()
-    found = inspect_sequence(open_unchecked(folder, settings))
+    inspection = inspect_sequence(open_unchecked(folder, settings))
     layout = settings.reader or recognise(folder)
     if json:
-        print(dumps(inspect_json(folder, layout, found)))
+        print(dumps(inspect_json(folder, layout, inspection)))
     else:
-        _report(layout, found)
-    return NOTHING_USABLE if len(found.bad) == found.inspected else 0
+        _report(layout, inspection)
+    return NOTHING_USABLE if len(inspection.bad) == inspection.inspected else 0
 
 
-def inspect_json(folder: Path, layout: str, found: Inspection) -> dict[str, Any]:
+def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str, Any]:
     """The line of `razer inspect --json` (format 1); what is not known is null."""
-    poses, alignment = found.poses, found.rgbd_alignment
+    poses, registration = inspection.poses, inspection.rgbd_alignment
     return {
         "format": FORMAT,
         "folder": str(folder),
         "layout": layout,
-        "frames": found.n_frames,
-        "intrinsics": asdict(found.intrinsics),
-        "rate_hz": found.rate_hz,
-        "duration_s": found.duration_s,
-        "looked": found.inspected,
-        "bad": [{"frame": index, "reason": reason} for index, reason in found.bad],
+        "frames": inspection.n_frames,
+        "intrinsics": asdict(inspection.intrinsics),
+        "rate_hz": inspection.rate_hz,
+        "duration_s": inspection.duration_s,
+        "looked": inspection.inspected,
+        "bad": [{"frame": index, "reason": reason} for index, reason in inspection.bad],
         "poses": {
-            "share": found.posed / max(found.inspected, 1),
-            "path_m": found.path_m,
+            "share": inspection.posed / max(inspection.inspected, 1),
+            "path_m": inspection.path_m,
             "pairs": poses.n_pairs,
             "agreement": poses.agreement[0] if poses.n_pairs else None,
         },
-        "depth": None if found.depth is None else asdict(found.depth),
-        "depth_scale": asdict(found.depth_scale),
-        "registration": asdict(alignment) | {"text": str(alignment)},
-        "findings": [asdict(issue) for issue in found.issues],
+        "depth": None if inspection.depth is None else asdict(inspection.depth),
+        "depth_scale": asdict(inspection.depth_scale),
+        "registration": asdict(registration) | {"text": str(registration)},
+        "findings": [asdict(finding) for finding in inspection.issues],
     }
 
 
-def _report(layout: str, found: Inspection) -> None:
+def _report(layout: str, inspection: Inspection) -> None:
     console = result_console()
-    for name, value in _lines(layout, found):
+    for name, value in _lines(layout, inspection):
         console.print(f"{name + ':':14}{value}", soft_wrap=True)
-    for index, reason in found.bad[:MOST_NAMED]:
+    for index, reason in inspection.bad[:MAX_NAMED]:
         console.print(f"  frame {index}: {reason}", soft_wrap=True)
-    for issue in found.issues:
-        console.print(f"LIKELY WRONG, {issue.about}: {issue.problem}", style="bold red", soft_wrap=True)
-        console.print(f"  fix: {issue.fix}", style="bold", soft_wrap=True)
-    if not found.issues:
+    for finding in inspection.issues:
+        console.print(f"LIKELY WRONG, {finding.about}: {finding.problem}", style="bold red", soft_wrap=True)
+        console.print(f"  fix: {finding.fix}", style="bold", soft_wrap=True)
+    if not inspection.issues:
         console.print("nothing looks wrong")
 
 
-def _lines(layout: str, found: Inspection) -> list[tuple[str, str]]:
+def _lines(layout: str, inspection: Inspection) -> list[tuple[str, str]]:
     """The facts, name and text."""
-    camera, depth, poses = found.intrinsics, found.depth, found.poses
-    rate = f", {found.rate_hz:.1f} a second" if found.rate_hz else ""
-    lasting = f", {found.duration_s:.1f} s" if found.duration_s else ""
+    camera, depth, poses = inspection.intrinsics, inspection.depth, inspection.poses
+    rate = f", {inspection.rate_hz:.1f} a second" if inspection.rate_hz else ""
+    lasting = f", {inspection.duration_s:.1f} s" if inspection.duration_s else ""
     lines = [
         ("layout", layout),
-        ("frames", f"{found.n_frames}{rate}{lasting}"),
+        ("frames", f"{inspection.n_frames}{rate}{lasting}"),
         ("camera", f"{camera.width}x{camera.height}, focal lengths {camera.fx:.1f} {camera.fy:.1f}, "
                    f"centre {camera.cx:.1f} {camera.cy:.1f}"),
-        ("looked at", f"{found.inspected} frames, {len(found.bad)} cannot be used"),
-        ("poses", _poses_text(found)),
+        ("looked at", f"{inspection.inspected} frames, {len(inspection.bad)} cannot be used"),
+        ("poses", _poses_text(inspection)),
     ]  # fmt: skip
     if depth is not None:
         text = (
             f"{depth.low_m:.2f} to {depth.high_m:.2f} m, median {depth.median_m:.2f} m, {depth.valid:.0%} of the image"
         )
         lines.append(("depth", text))
-    scale = found.depth_scale
+    scale = inspection.depth_scale
     lines.append(("depth scale", f"{scale.declared:g} units per metre: {scale.reason}"))
     if poses.n_pairs:
         text = f"{poses.agreement[0]:.0%} of the depth agrees over {poses.n_pairs} pairs of frames"
         lines.append(("reprojection", text))
-    lines.append(("registration", str(found.rgbd_alignment)))
+    lines.append(("registration", str(inspection.rgbd_alignment)))
     return lines
 
 
-def _poses_text(found: Inspection) -> str:
-    if not found.posed:
+def _poses_text(inspection: Inspection) -> str:
+    if not inspection.posed:
         return "none"
-    return f"{found.posed} of {found.inspected} frames, {found.path_m or 0:.1f} m along them"
+    return f"{inspection.posed} of {inspection.inspected} frames, {inspection.path_m or 0:.1f} m along them"

@@ -1,4 +1,4 @@
-"""`razer view`: a finished run in the Rerun viewer, or as a picture."""
+"""`razer view`: a finished run in the Rerun viewer, or as an image."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from razer.errors import BadInput
 
 
 def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> None:
-    """Open the timeline of a run in Rerun, or draw its map.
+    """Open the timeline of a run in the Rerun viewer, or render its map to an image.
 
     Parameters
     ----------
     run:
-        The folder of a run, or a recording of Rerun's, such as the compare.rrd of `razer compare`.
+        The folder of a run, or a Rerun recording (.rrd), such as the compare.rrd of `razer compare`.
     web:
         In the browser instead of the native viewer.
     picture:
-        Write a PNG of the map, as coloured and by instance, instead of opening anything.
+        Write a PNG of the map, in its colours and by instance, instead of opening the viewer.
     """
     if picture is not None:
         return _draw(run, picture)

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.map.run import INTERRUPTED
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.config_file import read_config
@@ -48,11 +48,11 @@ def demo(
     # Late, as in `razer run`.
     leave_cores_to_helpers()
     from app.pipeline.run_pipeline import run_to_folder
-    from app.pipeline.run_report import report
+    from app.pipeline.run_report import print_run
     from data_tools.synthetic.synthetic_room import SyntheticRoom
 
-    finished = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
+    result = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
     if not json:
         result_console().print(_ABOUT)
-    report(finished, target.final, as_json=json)
-    return INTERRUPTED if finished.outcome.interrupted else 0
+    print_run(result, target.final, as_json=json)
+    return INTERRUPTED if result.accounting.interrupted else 0

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from app.console.streams import progress_console
+from app.console.streams import print_notes, progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.options import BOTH, Flag, RunOptions
 
 if TYPE_CHECKING:
-    from app.pipeline.run_pipeline import Finished
-
-INTERRUPTED = 130
+    from app.pipeline.run_pipeline import RunResult
+    from app.settings.run_config import RunConfig
+    from razer.plugins import Trust
 
 
 def run(
@@ -45,18 +47,16 @@ def run(
     """
     if options.poses == "both":
         return _run_both(folder, out, options, overwrite, json)
-    finished, target = _run(folder, out, options, overwrite)
-
-    from app.pipeline.run_report import report
-
-    report(finished, target, as_json=json)
-    return INTERRUPTED if finished.outcome.interrupted else 0
-
-
-def _run(folder: Path, out: Path, options: RunOptions, overwrite: bool) -> tuple[Finished, Path]:
     target = RunFolder(out, overwrite=overwrite)
-    config = options.read()
+    result = _run(folder, options.read(), target)
 
+    from app.pipeline.run_report import print_run
+
+    print_run(result, target.final, as_json=json)
+    return INTERRUPTED if result.accounting.interrupted else 0
+
+
+def _run(folder: Path, config: RunConfig, target: RunFolder) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
@@ -65,7 +65,7 @@ def _run(folder: Path, out: Path, options: RunOptions, overwrite: bool) -> tuple
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
-    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console), target.final
+    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console)
 
 
 def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, json: bool) -> int:
@@ -74,12 +74,26 @@ def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, jso
         RunFolder(out / name, overwrite=overwrite)  # before hours are spent on the first
     for name in BOTH:
         progress_console().print(f"mapping under poses: {name}")
-        finished, _ = _run(folder, out / name, replace(options, poses=name), overwrite)
-        if finished.outcome.interrupted:
+        config = replace(options, poses=name).read()
+        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite))
+        if result.accounting.interrupted:
             return INTERRUPTED
+    # What was trusted to make the runs is trusted to compare them.
+    _compare_both(folder, out, config.embedder.trust, json)
+    return 0
 
-    from app.commands.measure.compare import compare
+
+def _compare_both(folder: Path, out: Path, trust: Trust, json: bool) -> None:
+    from app.comparison.compare_to_folder import compare_to_folder
+    from app.comparison.report import report
     from data_tools.truth.open_truth import has_truth
+    from razer.metrics.presets import PRESETS
 
     truth = folder if has_truth(folder) else None
-    return compare(out / "given", out / "slam", truth=truth, out=out / "compare", json=json)
+    given, slam = (out / name for name in BOTH)
+    comparison = compare_to_folder(given, slam, out / "compare", truth=truth, rules=PRESETS["default"], trust=trust)
+    print_notes(comparison.notes)
+    if json:
+        print(dumps(comparison.as_json()))
+    else:
+        report(comparison, result_console(), out / "compare")

@@ -8,11 +8,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.measure.eval import write_atomically
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, TrackOptions
-
-INTERRUPTED = 130
+from razer.storage.atomic_files import replace_content
 
 
 def track(
@@ -48,15 +47,16 @@ def track(
     from app.pipeline.track_only import tracked_path
     from app.run_folder.save_run import tum_text
 
-    found = tracked_path(open_unchecked(folder, config.input), config, progress_console())
-    for path, poses in ((out, found.final), (live_poses, found.live)):
+    tracked = tracked_path(open_unchecked(folder, config.input), config, progress_console())
+    for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, tum_text([found.stamps[i] for i in poses], list(poses.values())))
-    content = found.as_json()
+            text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
+            replace_content(path, text)
+    content = tracked.as_json()
     if json:
         print(dumps(content))
     else:
         for name, value in content.items():
             result_console().print(f"{name}: {value}", highlight=False, soft_wrap=True)
-    return INTERRUPTED if found.interrupted else 0
+    return INTERRUPTED if tracked.interrupted else 0

@@ -1,4 +1,4 @@
-"""`razer ablate`: what each part of the method contributes, measured on synthetic scenes."""
+"""`razer ablate`: ablation study on synthetic scenes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def ablate(
     draws: int = 50,
     json: Flag = False,
 ) -> int:
-    """Map synthetic scenes with parts of the method changed, and compare what comes out.
+    """Map synthetic scenes with parts of the method changed, and compare the metrics.
 
     Masks and embeddings come from the simulator with its full noise: masks dropped, split, merged and frayed,
-    embeddings of cosine 0.7 with a tenth of another class; depth and colour have a Kinect's errors, poses are given.
+    embeddings of cosine 0.7, a tenth of another class; depth and colour have a Kinect's errors, poses are given.
     All variants see the very same frames.
 
     Parameters
@@ -36,46 +36,49 @@ def ablate(
     seeds:
         Seeds of scene and noise, with commas between; the table shows means.
     frames:
-        Frames of the walk through the scene; 0 = as many as a hand-held camera needs.
+        Frames along the camera path; 0 = as many as a hand-held camera needs.
     variants:
-        Only these lines of the table.
+        Only these variants.
     queries:
-        Measure queries by text instead, on this table: an npz with names, synonyms, text and image vectors. Of each
-        draw 60 names are in the map and 60 are not.
+        Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings. Of each draw 60
+        names are in the map and 60 are not.
     draws:
-        How often names are drawn for --queries.
+        Number of random draws of names for --queries.
     json:
         One line of JSON.
     """
     if queries is not None:
         return _ablate_queries(queries, draws, json)
-    try:
-        numbers = [int(seed) for seed in seeds.split(",")]
-    except ValueError:
-        raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
-
+    seed_numbers = _seed_numbers(seeds)
     # Late, as in `razer run`.
-    from app.ablation.ablation import VARIANTS, measure, table
+    from app.ablation.mapper_variants import VARIANTS, measure_variants, variants_table
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
-    chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
-    rows = [measure(scene, seed, frames or None, chosen, progress_console()) for seed in numbers]
+    chosen_variants = {name: VARIANTS[name] for name in variants or VARIANTS}
+    rows = [measure_variants(scene, seed, frames or None, chosen_variants, progress_console()) for seed in seed_numbers]
     if json:
-        print(dumps({"scene": scene, "seeds": numbers, "frames": frames, "variants": rows}))
+        print(dumps({"scene": scene, "seeds": seed_numbers, "frames": frames, "variants": rows}))
     else:
-        result_console().print(table(rows, f"{scene}, mean of {len(numbers)} seeds"))
+        result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
     return 0
+
+
+def _seed_numbers(seeds: str) -> list[int]:
+    try:
+        return [int(seed) for seed in seeds.split(",")]
+    except ValueError:
+        raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:
     from app.ablation.exemplars import Exemplars
-    from app.ablation.query_ablation import figures, measure_queries, presence_table, retrieval_table
+    from app.ablation.query_ablation import mean_scores, measure_queries, presence_table, retrieval_table
 
     if draws < 1:
         raise BadInput(f"--draws {draws}: give at least 1")
-    rows = {name: figures(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
+    rows = {name: mean_scores(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
     if json:
         print(dumps({"queries": str(path), "draws": draws, "banks": rows}))
         return 0

@@ -1,4 +1,4 @@
-"""`razer bench`: what each stage of a run costs, beside the yardstick of plain TSDF fusion."""
+"""`razer bench`: time of each stage and memory of a run, beside plain TSDF fusion as the baseline."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def bench(
     repeat: int = 1,
     json: Flag = False,
 ) -> None:
-    """Measure time per stage and memory of a run that keeps nothing, beside plain TSDF fusion.
+    """Measure time per stage and memory of a run that writes nothing, beside plain TSDF fusion.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""`razer compare`: two runs over one recording, most often with given and with estimated poses."""
+"""`razer compare`: comparison of two runs over one recording, most often with given and with estimated poses."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.commands.measure.eval import chosen_rules, say
-from app.console.streams import result_console
+from app.console.streams import print_notes, result_console
 from app.settings.options import Assignments, Flag, TrustOptions
 
 FOLDER = "compare"
@@ -27,37 +26,34 @@ def compare(
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
-    """Compare two runs over one recording: trajectories, surfaces and instances, B brought into A's frame.
+    """Compare two runs over one recording: trajectories, surfaces and instances, B aligned to A.
 
     Parameters
     ----------
     run_a:
-        The run folder to compare with, such as that under given poses.
+        The run folder to compare with, such as the one with given poses.
     run_b:
-        The other one, such as that under estimated poses.
+        The other run folder, such as the one with estimated poses.
     truth:
-        The folder with the truth and its camera poses; each run is then measured against it too.
+        The folder with the ground truth and its camera poses; each run is then evaluated against it too.
     preset:
-        Whose rules the truth is compared by, as in `razer eval`.
+        Evaluation protocol, as in `razer eval`.
     set:
-        One rule as name=value; may be repeated.
+        One rule of the protocol as name=value; may be repeated.
     out:
-        The folder for compare.json, pictures and compare.rrd; compare in RUN_B if not given.
+        The folder for compare.json, plots and compare.rrd; compare in RUN_B if not given.
     json:
         One line of JSON.
     """
-    rules = chosen_rules(preset, set)
-
     # Late, since these bring Open3D and torch along.
-    from app.comparison.comparison import compare_runs
-    from app.comparison.comparison_folder import check_folder, write_comparison
-    from app.comparison.comparison_report import report
+    from app.comparison.compare_to_folder import compare_to_folder
+    from app.comparison.report import report
+    from app.evaluation.rules import choose_rules
 
+    rules = choose_rules(preset, set)
     folder = out or run_b / FOLDER
-    check_folder(folder)
-    result = compare_runs(run_a, run_b, truth, rules, options.trust)
-    say(result.notes)
-    write_comparison(result, folder)
+    result = compare_to_folder(run_a, run_b, folder, truth=truth, rules=rules, trust=options.trust)
+    print_notes(result.notes)
     if json:
         print(dumps(result.as_json()))
     else:

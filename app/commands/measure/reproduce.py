@@ -1,4 +1,4 @@
-"""`razer reproduce`: a table of the paper, mapped and evaluated anew."""
+"""`razer reproduce`: reproduction of one of the paper's tables."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def reproduce(
 ) -> int:
     """Map and evaluate every scene of one of the paper's tables, and print our row beside the others.
 
-    Takes up where it was stopped: scenes mapped with the same settings are not mapped again.
+    Resumes where it was stopped: scenes mapped with the same settings are not mapped again.
 
     Parameters
     ----------
@@ -44,16 +44,16 @@ def reproduce(
     # Late, as in `razer run`.
     leave_cores_to_helpers()
     from app.reproduction.published_tables import TABLES
-    from app.reproduction.reproduction import Reproduction
-    from app.reproduction.reproduction_report import report
+    from app.reproduction.report import report
+    from app.reproduction.reproduce_table import Reproduction
 
-    wanted = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
+    scene_names = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
     both = options.poses == "both"
-    places = {name: out / name for name in BOTH} if both else {options.poses: out}
-    results = {
-        name: Reproduction(TABLES[table], data, place, replace(options, poses=name), wanted).run(progress_console())
-        for name, place in places.items()
-    }
+    folders = {name: out / name for name in BOTH} if both else {options.poses: out}
+    results = {}
+    for name, folder in folders.items():
+        reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
+        results[name] = reproduction.run(progress_console())
     if json:
         rows = {name: result.as_json(table) for name, result in results.items()}
         print(dumps(rows if both else rows[options.poses]))

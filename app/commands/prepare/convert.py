@@ -1,17 +1,20 @@
-"""`razer convert`: any recording that can be read becomes a folder in the project's own or another layout."""
+"""`razer convert`: conversion of a recording to the project's own or another dataset's layout."""
 
 from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, RecordingOptions
 
-INTERRUPTED = 130
+if TYPE_CHECKING:
+    from app.frames.selection import Selection
+
 FORMAT = 1
-MOST_NAMED = 5
+MAX_NAMED = 5
 
 
 def convert(
@@ -24,12 +27,12 @@ def convert(
     lossless: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Write a recording anew, with its ground truth where it has one; frames that cannot be used are left out.
+    """Convert a recording to another layout, with its ground truth if it has one; unusable frames are left out.
 
     Parameters
     ----------
     folder:
-        The recording: a folder, a .bag, a .r3d or a .sens; its layout is recognised.
+        The recording: a folder, a .bag, a .r3d or a .sens; its layout is detected.
     out:
         The folder to write; it appears when it is complete.
     layout:
@@ -46,17 +49,15 @@ def convert(
     from data_tools.writers.table import write_recording
 
     settings, console = options.input_settings(), progress_console()
-    part = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
+    selection = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
     truth = open_truth(folder) if has_truth(folder) else None
     try:
-        skipped = write_recording(part, out, layout, truth=truth, lossless=lossless)
+        skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED
-    part.finish()
-    named = [{"frame": part.indices[index], "reason": reason} for index, reason in skipped]
-    result = {"format": FORMAT, "recording": part.name, "out": str(out), "layout": layout, "frames": len(part)}
-    result |= {"written": len(part) - len(skipped), "skipped": named, "truth": truth is not None}
+    selection.finish()
+    result = _summary(selection, out, layout, skipped, truth is not None)
     if json:
         print(dumps(result))
     else:
@@ -64,12 +65,28 @@ def convert(
     return 0
 
 
+def _summary(
+    selection: Selection, out: Path, layout: str, skipped: list[tuple[int, str]], has_truth: bool
+) -> dict[str, Any]:
+    """The line of `razer convert --json` (format 1)."""
+    return {
+        "format": FORMAT,
+        "recording": selection.name,
+        "out": str(out),
+        "layout": layout,
+        "frames": len(selection),
+        "written": len(selection) - len(skipped),
+        "skipped": [{"frame": selection.indices[index], "reason": reason} for index, reason in skipped],
+        "truth": has_truth,
+    }
+
+
 def _report(result: dict[str, Any]) -> None:
     console = result_console()
     truth = " with their ground truth" if result["truth"] else ""
-    for each in result["skipped"][:MOST_NAMED]:
+    for each in result["skipped"][:MAX_NAMED]:
         console.print(f"skipped frame {each['frame']}: {each['reason']}", soft_wrap=True)
-    if (more := len(result["skipped"]) - MOST_NAMED) > 0:
+    if (more := len(result["skipped"]) - MAX_NAMED) > 0:
         console.print(f"skipped {more} more; --json names them all")
     count = f"{result['written']} of {result['frames']} frames{truth}, layout {result['layout']}"
     console.print(f"{result['out']}: {count}", soft_wrap=True)

@@ -1,4 +1,4 @@
-"""`razer models`: the catalogue of 2D models, and fetching them."""
+"""`razer models`: catalogue and download of 2D models."""
 
 from __future__ import annotations
 
@@ -9,38 +9,37 @@ from typing import Any
 from rich.padding import Padding
 
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag
 from razer.errors import BadInput
 from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
 
-INTERRUPTED = 130
-
 
 def list_models(*, json: Flag = False) -> None:
-    """Show the models that can be fetched by name.
+    """Show the models that can be downloaded by name.
 
     Parameters
     ----------
     json:
         One line of JSON.
     """
-    rows = [_described(each) for each in catalogue().values()]
+    rows = [_entry_json(model) for model in catalogue().values()]
     if json:
         print(dumps(rows))
         return
     console = result_console()
     for row in rows:
-        here = ", here" if row["path"] else ""
+        is_cached = ", here" if row["path"] else ""
         star = " *" if row["accept"] else ""
         console.print(
-            f"{row['name']}: {row['use']}, {row['megabytes']} MB, {row['licence']}{star}{here}", soft_wrap=True
+            f"{row['name']}: {row['use']}, {row['megabytes']} MB, {row['licence']}{star}{is_cached}", soft_wrap=True
         )
         console.print(Padding(row["about"], (0, 0, 0, 4)))
     console.print("* has terms to accept: razer models pull NAME --accept-license", soft_wrap=True)
 
 
 def info(name: str, /, *, json: Flag = False) -> None:
-    """Show where a model comes from, its licence and files, and whether it is here.
+    """Show where a model comes from, its licence and files, and whether it is in the cache.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def info(name: str, /, *, json: Flag = False) -> None:
     json:
         One line of JSON.
     """
-    described = _described(entry(name))
+    described = _entry_json(entry(name))
     if json:
         print(dumps(described))
         return
@@ -65,7 +64,7 @@ def info(name: str, /, *, json: Flag = False) -> None:
 
 
 def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> int:
-    """Fetch a model from the Hugging Face Hub into its cache; goes on where a download broke off.
+    """Download a model from the Hugging Face Hub into its cache; resumes a broken download.
 
     HF_HOME says where the cache is, HF_ENDPOINT names a mirror, HF_HUB_OFFLINE=1 forbids the network.
 
@@ -78,33 +77,33 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
-    wanted, console = entry(name), progress_console()
-    terms = f": {wanted.accept}" if wanted.accept else ""
-    console.print(f"{name}: licence {wanted.licence}{terms}", soft_wrap=True)
-    if wanted.accept and not accept_license:
-        raise BadInput(f"{name} is under {wanted.licence}{terms}; add --accept-license if you accept that")
+    model, console = entry(name), progress_console()
+    terms = f": {model.accept}" if model.accept else ""
+    console.print(f"{name}: licence {model.licence}{terms}", soft_wrap=True)
+    if model.accept and not accept_license:
+        raise BadInput(f"{name} is under {model.licence}{terms}; add --accept-license if you accept that")
 
     # Late: the hub's library takes a moment to load.
     from razer.models.hub.download import fetch
 
     try:
-        path = fetch(wanted, lambda line: console.print(line, soft_wrap=True))
+        path = fetch(model, lambda line: console.print(line, soft_wrap=True))
     except KeyboardInterrupt:
         console.print(f"interrupted: run 'razer models pull {name}' again to go on")
         return INTERRUPTED
     if json:
-        print(dumps(_described(wanted)))
+        print(dumps(_entry_json(model)))
     else:
-        settings = [f"weights={name}", *wanted.also]
-        more = " ".join(f"--set {wanted.task}.options.{setting}" for setting in settings)
-        console.print(f"use it with --{wanted.use} {more}", soft_wrap=True)
+        settings = [f"weights={name}", *model.also]
+        more = " ".join(f"--set {model.task}.options.{setting}" for setting in settings)
+        console.print(f"use it with --{model.use} {more}", soft_wrap=True)
         result_console().print(str(path), soft_wrap=True)
     return 0
 
 
-def _described(each: CatalogueEntry) -> dict[str, Any]:
+def _entry_json(model: CatalogueEntry) -> dict[str, Any]:
     """An entry as JSON has it, with `path` where it is in the cache."""
     from razer.models.hub.cache import cached_model  # late, as in `pull`
 
-    path = cached_model(each)
-    return {**asdict(each), "path": None if path is None else str(path)}
+    path = cached_model(model)
+    return {**asdict(model), "path": None if path is None else str(path)}

@@ -1,4 +1,4 @@
-"""`razer synth`: a recording of a simulated place, of which everything is known."""
+"""`razer synth`: a rendered synthetic recording with complete ground truth."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
+from app.pipeline.interrupt import INTERRUPTED
+from app.settings.assignments import split_assignment
 from app.settings.options import Assignments, Flag
 from razer.errors import BadInput
 
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from data_tools.synthetic.camera.sensor_model import SensorModel
     from data_tools.synthetic.synthetic_scene import SyntheticScene
 
-INTERRUPTED = 130
 FORMAT = 1
 SPACING_M = (0.002, 0.1)
 
@@ -26,22 +27,22 @@ SPACING_M = (0.002, 0.1)
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SceneOptions:
-    """What is filmed, and with what."""
+    """Synthetic scene, camera path and sensor model."""
 
     scene: str = "room"
     """room, apartment, corridor-loop, tabletop or warehouse."""
     seed: int = 0
-    """What stands where, in which colours, and the hand that holds the camera."""
+    """Seed of layout, colours and camera shake."""
     frames: int = 0
-    """Frames of the walk, spread evenly over it; 0 = as many as make 15 a second."""
+    """Frames, spread evenly over the camera path; 0 = 15 a second."""
     size: str = "640x480"
     """Width x height of the images, pixels."""
     sensor: Literal["kinect", "plain", "none"] = "kinect"
-    """kinect: every error of such a camera; plain: noise and lost edges; none: an ideal camera."""
+    """kinect: every error of such a camera; plain: depth noise and missing edges; none: an ideal camera."""
     set: Assignments = ()
-    """One error of the sensor as name=strength; may be repeated. 0 switches it off."""
+    """One error of the sensor model as name=strength; may be repeated. 0 switches it off."""
 
-    def film(self) -> SyntheticScene:
+    def sequence(self) -> SyntheticScene:
         """The recording; raises BadInput."""
         match = re.fullmatch(r"(\d+)x(\d+)", self.size)
         if not match or not all(8 <= int(n) <= 8192 for n in match.groups()):
@@ -58,9 +59,7 @@ class SceneOptions:
         changes: dict[str, Any] = {}
         known = [field.name for field in fields(SensorModel) if field.name != "range_m"]
         for assignment in self.set:
-            name, separator, text = (part.strip() for part in assignment.partition("="))
-            if not separator or name not in known:
-                raise BadInput(f"--set {assignment}: write error=strength, with one of {', '.join(known)}")
+            name, text = split_assignment(assignment, f"error=strength, with one of {', '.join(known)}", known)
             try:
                 changes[name] = float(text)
             except ValueError:
@@ -79,7 +78,7 @@ def synth(
     lossless: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Write a recording of a simulated place with poses, instance ids and ground truth.
+    """Render a recording of a synthetic scene with poses, instance ids and ground truth.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def synth(
     layout:
         own, scannet, sens, replica, tum, scenenn or 7scenes.
     spacing:
-        Distance of the vertices of the true surface, metres.
+        Vertex spacing of the ground-truth surface, metres.
     lossless:
         Write colour as PNG where the layout would have JPEG.
     json:
@@ -96,7 +95,29 @@ def synth(
     """
     # Late, since these bring Open3D along.
     from app.frames.selection import Selection
-    from data_tools.writers.table import WRITERS, write_recording
+    from data_tools.writers.table import write_recording
+
+    _check_arguments(out, layout, spacing)
+    sequence, console = options.sequence(), progress_console()
+    selection = Selection.of(sequence, 1, None, console)
+    try:
+        console.print("computing which surfaces are visible")
+        truth = sequence.truth(spacing)
+        skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
+    except KeyboardInterrupt:
+        console.print(f"interrupted: {out} is not written")
+        return INTERRUPTED
+    selection.finish()
+    names = truth.instance_classes
+    result = {"format": FORMAT, "out": str(out), "scene": options.scene, "seed": options.seed, "layout": layout}
+    result |= {"sensor": options.sensor, "frames": len(sequence), "written": len(sequence) - len(skipped)}
+    result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
+    _report(result, json)
+    return 0
+
+
+def _check_arguments(out: Path, layout: str, spacing: float) -> None:
+    from data_tools.writers.table import WRITERS
 
     if layout not in WRITERS:
         raise BadInput(f"unknown layout '{layout}': choose one of {', '.join(WRITERS)}")
@@ -104,27 +125,11 @@ def synth(
         raise BadInput(f"--spacing {spacing:g}: give {SPACING_M[0]:g} to {SPACING_M[1]:g} metres")
     if out.exists():
         raise BadInput(f"{out} exists: give a new folder, or remove it first")
-    film, console = options.film(), progress_console()
-    part = Selection.of(film, 1, None, console)
-    try:
-        console.print("finding out what can be seen of the scene")
-        truth = film.truth(spacing)
-        skipped = write_recording(part, out, layout, truth=truth, lossless=lossless)
-    except KeyboardInterrupt:
-        console.print(f"interrupted: {out} is not written")
-        return INTERRUPTED
-    part.finish()
-    names = truth.instance_classes
-    result = {"format": FORMAT, "out": str(out), "scene": options.scene, "seed": options.seed, "layout": layout}
-    result |= {"sensor": options.sensor, "frames": len(film), "written": len(film) - len(skipped)}
-    result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
-    _report(result, json)
-    return 0
 
 
 def _report(result: dict[str, Any], json: bool) -> None:
     if json:
         print(dumps(result))
         return
-    made = "{out}: {written} frames, {instances} instances of {classes} classes".format(**result)
-    result_console().print(made, soft_wrap=True)
+    summary = "{out}: {written} frames, {instances} instances of {classes} classes".format(**result)
+    result_console().print(summary, soft_wrap=True)

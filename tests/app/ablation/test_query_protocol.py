@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.ablation.exemplars import Exemplars
-from app.ablation.query_ablation import figures, measure_queries
-from app.ablation.query_protocol import Protocol, observed
+from app.ablation.query_ablation import mean_scores, measure_queries
+from app.ablation.query_protocol import Protocol, noisy_observations
 from razer.errors import BadInput
 
 DRAWS = 6
@@ -20,17 +20,17 @@ def lvis(real_data):
 
 @pytest.fixture(scope="module")
 def measured(lvis):
-    return {name: figures(scores) for name, scores in measure_queries(lvis, DRAWS).items()}
+    return {name: mean_scores(scores) for name, scores in measure_queries(lvis, DRAWS).items()}
 
 
 def test_observations_are_of_their_object_at_the_cosine_asked_for(lvis):
     rows = np.arange(30)
-    seen = observed(lvis, rows, np.random.default_rng(0), Protocol(of_neighbour=1 / 3))
-    assert seen.shape == (30, 20, 512)
-    np.testing.assert_allclose(np.linalg.norm(seen, axis=2), 1, atol=1e-5)
-    own = np.isclose((seen * lvis.image[rows][:, None]).sum(axis=2), 0.7, atol=1e-4)
+    observations = noisy_observations(lvis, rows, np.random.default_rng(0), Protocol(neighbour_share=1 / 3))
+    assert observations.shape == (30, 20, 512)
+    np.testing.assert_allclose(np.linalg.norm(observations, axis=2), 1, atol=1e-5)
+    own = np.isclose((observations * lvis.image[rows][:, None]).sum(axis=2), 0.7, atol=1e-4)
     assert (own.sum(axis=1) == 13).all()
-    nearest = (seen @ lvis.image.T).max(axis=2)
+    nearest = (observations @ lvis.image.T).max(axis=2)
     assert nearest.min() > 0.69
 
 

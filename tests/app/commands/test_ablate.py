@@ -6,15 +6,9 @@ import json
 
 import pytest
 
-from app.ablation.ablation import COLUMNS, VARIANTS
-from app.cli import main
+from app.ablation.mapper_variants import COLUMNS, VARIANTS
 from app.settings.config_file import read_config
-
-
-def call(*arguments):
-    with pytest.raises(SystemExit) as stopped:
-        main(list(arguments))
-    return stopped.value.code or 0
+from tests.support.cli import call
 
 
 def test_a_line_of_numbers_for_each_variant_and_seed(capsys):

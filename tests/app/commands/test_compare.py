@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from itertools import permutations
 
 import cv2
 import numpy as np
@@ -12,16 +11,13 @@ import pytest
 import rerun as rr
 from scipy.spatial.transform import Rotation
 
-from app.cli import main
-from app.comparison.against_truth import differences
-from app.comparison.comparison import compare_runs
-from app.comparison.top_view import TopView
+from app.comparison.compare_runs import compare_runs
 from app.timeline import viewer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
-from razer.metrics.instances.instance_pairs import pair_instances
 from razer.metrics.presets import PRESETS
 from razer.storage.ply import read_mesh_ply, write_mesh_ply
+from tests.support.cli import call
 
 N_FRAMES = 24
 RULES = PRESETS["default"]
@@ -44,12 +40,6 @@ def motion():
 
 
 MOTION = motion()  # moved from own
-
-
-def call(*arguments):
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    return stopped.value.code or 0
 
 
 @pytest.fixture(scope="module")
@@ -298,74 +288,3 @@ def test_what_cannot_be_compared_is_one_plain_line(room, run, tmp_path, capsys, 
     assert message in error
     assert error.count("\n") == 1
     assert not (run / "compare").exists()
-
-
-# The metric, against a slow reference
-
-
-def slow_pairs(vertices_a, ids_a, vertices_b, ids_b, min_iou):
-    """By the definition: labels carried one vertex at a time, every assignment tried."""
-
-    def carried(vertices, others, ids):
-        result = []
-        for vertex in vertices:
-            distances = [np.linalg.norm(vertex - other) for other in others]
-            nearest = int(np.argmin(distances))
-            result.append(ids[nearest] if distances[nearest] <= 0.05 else 0)
-        return result
-
-    bearing = list(zip(ids_a, carried(vertices_a, vertices_b, ids_b), strict=True))
-    bearing += list(zip(carried(vertices_b, vertices_a, ids_a), ids_b, strict=True))
-
-    def iou(a, b):
-        both = sum(x == a and y == b for x, y in bearing)
-        return both / sum(x == a or y == b for x, y in bearing)
-
-    known_a, known_b = sorted(set(ids_a) - {0}), sorted(set(ids_b) - {0})
-    padded = known_b + [0] * len(known_a)
-    best, pairs = -1.0, []
-    for chosen in permutations(padded, len(known_a)):
-        found = [(a, b, iou(a, b)) for a, b in zip(known_a, chosen, strict=True) if b and iou(a, b) >= min_iou]
-        if sum(one[2] for one in found) > best + 1e-12:
-            best, pairs = sum(one[2] for one in found), found
-    return pairs
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_pairs_are_those_of_the_definition(seed):
-    rng = np.random.default_rng(seed)
-    vertices_a = rng.uniform(0, 0.3, (40, 3))
-    ids_a = (vertices_a[:, 0] // 0.1).astype(np.int64)
-    vertices_b = np.concatenate([vertices_a[:30] + rng.normal(scale=0.02, size=(30, 3)), rng.uniform(0, 0.3, (9, 3))])
-    ids_b = 5 + (vertices_b[:, 0] // 0.08).astype(np.int64).clip(0, 2)
-    found = pair_instances(vertices_a, ids_a, vertices_b, ids_b, min_iou=0.1)
-    expected = slow_pairs(vertices_a, ids_a.tolist(), vertices_b, ids_b.tolist(), 0.1)
-    assert found
-    assert [(pair.a, pair.b, pytest.approx(pair.iou)) for pair in found] == expected
-    # Neither map is the measure of the other.
-    back = pair_instances(vertices_b, ids_b, vertices_a, ids_a, min_iou=0.1)
-    assert sorted((pair.b, pair.a, pair.iou) for pair in back) == sorted(found)
-
-
-def test_of_rivals_the_pairs_that_overlap_most_together_win():
-    # 1 overlaps both 5 and 6, 2 only 5: leaving 5 to 2 gives two pairs.
-    points = np.arange(40)[:, None] * np.ones(3)
-    ids_a = np.repeat([1, 2], [24, 16])
-    ids_b = np.repeat([6, 5], [10, 30])
-    pairs = pair_instances(points, ids_a, points, ids_b)
-    assert [(pair.a, pair.b) for pair in pairs] == [(1, 6), (2, 5)]
-    nobody = np.zeros(40, np.int64)
-    assert pair_instances(points, ids_a, points, nobody) == ()
-
-
-def test_deltasare_of_numbers_alone():
-    a = {"x": 1.0, "n": None, "name": "a", "on": True, "deep": {"y": 2, "z": {"w": 1}}, "only": 3, "list": [1]}
-    b = {"x": 1.5, "n": 2.0, "name": "b", "on": False, "deep": {"y": 1, "z": None}, "list": [2]}
-    assert differences(a, b) == {"x": 0.5, "n": None, "deep": {"y": -1, "z": None}}
-
-
-@pytest.mark.parametrize("up", [(0, 0, 1.0), (0.1, -1.0, 0), (1, 1, 1.0), (0, 1, 0.05)])
-def test_a_view_from_above_is_not_mirrored(up):
-    view = TopView.of(np.array(up))
-    assert np.cross(view.right, view.away) @ np.array(up) > 0.9 * np.linalg.norm(up)
-    assert view.flat(np.array([[view.right, 2 * view.away]])) == pytest.approx(np.array([[[1, 0], [0, 2]]]))

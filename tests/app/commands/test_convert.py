@@ -9,24 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli import main
 from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.open_truth import open_truth
 from data_tools.writers.own_folder import write_folder
 from data_tools.writers.table import WRITERS
+from tests.support.cli import razer
 from tests.support.recordings import camera_json, colour, depth, write_image, write_seven_scenes
 from tests.support.recordings import write_folder as write_plain_folder
 
 LAYOUTS = {name: name if name != "own" else "folder" for name in WRITERS}
-
-
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return int(stopped.value.code or 0), out, err
 
 
 @pytest.fixture(scope="module")

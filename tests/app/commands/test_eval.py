@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli import main
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.truth_folder import read_truth
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
+from tests.support.cli import call
 
 CONTRACT = {
     "class_agnostic": {"ap", "ap50", "ap25"},
@@ -38,12 +38,6 @@ def run(room):
     folder = room.with_name("run")
     assert call("run", room, "-o", folder, "--segmenter", "oracle", "--embedder", "oracle") == 0
     return folder
-
-
-def call(*arguments):
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    return stopped.value.code or 0
 
 
 def evaluated(capsys, *arguments):
@@ -118,7 +112,7 @@ def test_classes_alone_have_semantics_and_no_instances(room, tmp_path, capsys):
 def test_a_table_names_rules_classes_and_the_worst(room, run, capsys):
     assert call("eval", run, "--truth", room, "--set", "min_region=20") == 0
     text = capsys.readouterr().out
-    for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "found worst", "missed"):
+    for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "matched worst", "missed"):
         assert words in text
 
 

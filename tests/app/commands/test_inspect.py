@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from app.cli import main
 from app.frames.open_recording import open_recording
 from app.settings.run_config import InputSettings
 from data_tools.checks.inspection import inspect_sequence
@@ -21,6 +20,7 @@ from data_tools.writers.own_folder import write_folder
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
+from tests.support.cli import razer
 from tests.support.recordings import write_seven_scenes
 from tests.support.spoilt import Spoilt, as_is, depth_moved, posed
 
@@ -44,13 +44,6 @@ def written(room: list[Frame], tmp_path_factory: pytest.TempPathFactory) -> dict
     return {name: folder / name for name in changes}
 
 
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    captured = capsys.readouterr()
-    return caught.value.code or 0, captured.out, captured.err
-
-
 def test_facts_are_those_of_the_recording(room: list[Frame]) -> None:
     def partly_blind(frame: Frame) -> Frame:
         if frame.index % 4 == 0:
@@ -59,15 +52,15 @@ def test_facts_are_those_of_the_recording(room: list[Frame]) -> None:
         depth[:120] = 0
         return replace(frame, depth=depth)
 
-    found = inspect_sequence(Spoilt(room, partly_blind))
-    assert (found.n_frames, found.inspected, found.posed, len(found.bad)) == (24, 24, 18, 6)
-    assert found.bad[0] == (0, "60.png: broken")
-    assert found.rate_hz == pytest.approx(15.0)
-    assert found.duration_s == pytest.approx(room[23].stamp - room[1].stamp)
-    assert found.depth is not None
-    assert (found.depth.low_m, found.depth.high_m, found.depth.valid) == (2.0, 2.0, 0.5)
+    inspection = inspect_sequence(Spoilt(room, partly_blind))
+    assert (inspection.n_frames, inspection.inspected, inspection.posed, len(inspection.bad)) == (24, 24, 18, 6)
+    assert inspection.bad[0] == (0, "60.png: broken")
+    assert inspection.rate_hz == pytest.approx(15.0)
+    assert inspection.duration_s == pytest.approx(room[23].stamp - room[1].stamp)
+    assert inspection.depth is not None
+    assert (inspection.depth.low_m, inspection.depth.high_m, inspection.depth.valid) == (2.0, 2.0, 0.5)
     steps = np.diff([frame.pose[:3, 3] for i, frame in enumerate(room) if i % 4], axis=0)
-    assert found.path_m == pytest.approx(np.linalg.norm(steps, axis=1).sum())
+    assert inspection.path_m == pytest.approx(np.linalg.norm(steps, axis=1).sum())
 
 
 def test_a_correct_folder_is_described_and_not_blamed(

@@ -7,22 +7,16 @@ import shutil
 
 import pytest
 
-from app.cli import main
 from app.reproduction.published_tables import TABLES
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.table import write_recording
+from tests.support.cli import call
 
 SCENES = {
     "scenenn": ("scenenn", ("011", "016"), "voxels.voxel_size_m=0.04"),
     "replica": ("replica", ("office0", "room1"), "input.stride=1"),
     "scannet200": ("scannet", ("scene0000_00", "scene0001_00"), "voxels.voxel_size_m=0.03"),
 }
-
-
-def call(*arguments):
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    return stopped.value.code or 0
 
 
 @pytest.fixture(scope="module")

@@ -8,24 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli import main
 from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.rendered_sequence import RenderedSequence
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from data_tools.truth.open_truth import open_truth
 from data_tools.writers.table import WRITERS
 from razer.frame import Frame
+from tests.support.cli import razer
 
 TINY = ("--size", "64x48", "--spacing", 0.08)
 READ_AS = {"own": "folder"}
-
-
-def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    """Run a command in this process; returns exit code, standard output, standard error."""
-    with pytest.raises(SystemExit) as stopped:
-        main([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return int(stopped.value.code or 0), out, err
 
 
 def test_the_folder_holds_the_scene_and_its_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

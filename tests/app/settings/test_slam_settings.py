@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from app.settings.settings_list import list_settings
-from app.settings.toml_text import toml_text
 
 from app.pipeline.run_pipeline import poses_of
 from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
+from razer.storage.settings_list import list_settings
+from razer.storage.toml_text import toml_text
 from slam.config import SlamConfig
 from slam.poses import GivenPoses
 

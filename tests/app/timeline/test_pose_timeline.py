@@ -1,4 +1,4 @@
-"""What the pose estimation did, read back from the recording of a run in which the camera went blind for a while."""
+"""Pose estimation on the timeline, read back from the recording of a run in which the camera went blind for a while."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 
-from app.frames.frame_packet import END, FramePacket
+from app.frames.frame_packet import AfterLastFrame, PosesFinal
 from app.frames.locator import Locator
 from app.render.viewpoint import behind
 from app.run_folder.save_run import write_pose_covariances
 from app.timeline import entities as paths
-from app.timeline.camera_path import PathLines
 from app.timeline.config import TimelineConfig
 from app.timeline.ellipsoids import position_ellipsoids
 from app.timeline.rerun_log import run_layout
 from app.timeline.rerun_timeline import Timeline
+from app.timeline.trajectory_lines import TrajectoryLines
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Intrinsics
@@ -51,16 +51,31 @@ class BlindSpell:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """The estimation when it is done, what was looked at, and the recording."""
+    """The estimation when it is done, its packets, and the recording."""
     path = tmp_path_factory.mktemp("poses") / "timeline.rrd"
     clip = BlindSpell()
     locator = Locator(clip, SlamSystem)
     timeline = Timeline(path, clip.intrinsics, TimelineConfig(path_every=1, ellipsoid_sigmas=2.0))
-    looks = [locator(index) for index in [*range(N_FRAMES), END]]
-    for look in looks:
-        timeline.track(look)
+    packets = [locator(index) for index in range(N_FRAMES)]
+    for packet in packets:
+        track(timeline, packet)
+    final = locator(AfterLastFrame.FINISH_POSES)
+    assert isinstance(final, PosesFinal)
+    timeline.finish_tracking(final.pose_update.report, final.pose_update.corrections)
     timeline.close()
-    return SimpleNamespace(slam=locator.poses, looks=looks, recording=chunks_of(path))
+    return SimpleNamespace(slam=locator.poses, packets=packets, final=final.pose_update, recording=chunks_of(path))
+
+
+def track(timeline, packet):
+    """Log a frame as the main loop does."""
+    update = packet.pose_update
+    timeline.track(
+        packet.index,
+        update.report,
+        corrections=update.corrections,
+        given=update.given,
+        pose_ms=packet.stage_ms["pose"],
+    )
 
 
 def last(run, entity, component):
@@ -108,19 +123,19 @@ def test_the_path_grows_from_frame_to_frame(run):
         whole = drawn[index].get("whole", whole)
         newest = drawn[index]["newest"]
         ends = [strip[-1] for strip in (newest or whole)]
-        told = run.looks[index].report.world_from_camera[:3, 3]
-        np.testing.assert_allclose(ends[-1], told, atol=1e-6)
+        position = run.packets[index].pose_update.report.world_from_camera[:3, 3]
+        np.testing.assert_allclose(ends[-1], position, atol=1e-6)
 
 
 def test_the_given_path_is_moved_rigidly_onto_the_first_estimated_pose(run):
     (line,) = strips(run, f"{paths.GIVEN}/whole")
-    given = [look.given for look in run.looks[:-1]]
+    given = [packet.pose_update.given for packet in run.packets]
     first = run.slam.trajectory()[0] @ inverse(given[0])
     np.testing.assert_allclose(line, [(first @ pose)[:3, 3] for pose in given], atol=1e-5)
 
 
 def test_loss_and_recovery_are_told_once_each(run):
-    found_again = next(look.index for look in run.looks[BLIND.stop :] if look.report.world_from_camera is not None)
+    found_again = next(p.index for p in run.packets[BLIND.stop :] if p.pose_update.report.world_from_camera is not None)
     assert [
         (r["frame"], r["level"][0], r["text"][0]) for r in run.recording[paths.EVENTS] if "camera is" in r["text"][0]
     ] == [
@@ -133,10 +148,10 @@ def test_loss_and_recovery_are_told_once_each(run):
 
 
 def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was_not(run):
-    for look in run.looks[:-1]:
-        found = look.report.tracking
+    for packet in run.packets:
+        found = packet.pose_update.report.tracking
         if found is None:
-            assert look.index == 0 or look.report.world_from_camera is None
+            assert packet.index == 0 or packet.pose_update.report.world_from_camera is None
             continue
         sigma = [1e3 * found.sigma_rotation_rad, 1e3 * found.sigma_shift_m]
         for entity, values in (
@@ -144,17 +159,17 @@ def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was
             (paths.DEPTH_FOUND, [found.score, found.agreement]),
             (paths.SIGMA, sigma),
         ):
-            assert [r["scalars"] for r in run.recording[entity] if r.get("frame") == look.index] == [values]
+            assert [r["scalars"] for r in run.recording[entity] if r.get("frame") == packet.index] == [values]
     cleared = {row["frame"] for row in run.recording[paths.SIGMA] if "is_recursive" in row}
-    assert cleared == {look.index for look in run.looks[:-1] if look.report.tracking is None}
+    assert cleared == {p.index for p in run.packets if p.pose_update.report.tracking is None}
     ms = [row["scalars"][0] for row in run.recording[paths.TRACKING_MS] if "scalars" in row]
-    assert ms == [look.stage_ms["pose"] for look in run.looks[:-1]]
+    assert ms == [packet.stage_ms["pose"] for packet in run.packets]
     sizes = [len(run.slam.keyframes), len(run.slam.graph.edges), run.slam.n_loops, 0]
     assert last(run, paths.GRAPH_SIZE, "scalars").tolist() == sizes
 
 
 def test_ellipsoids_are_those_of_the_final_covariances(run):
-    covariances = run.looks[-1].report.graph.covariances
+    covariances = run.final.graph.covariances
     assert list(covariances) == [keyframe.view.index for keyframe in run.slam.keyframes.all]
     sigma_m = [np.sqrt(np.linalg.eigvalsh(c[3:, 3:])) for c in covariances.values()]
     np.testing.assert_allclose(last(run, paths.UNCERTAINTY, "half_sizes"), 2 * np.array(sigma_m), rtol=1e-4)
@@ -162,14 +177,14 @@ def test_ellipsoids_are_those_of_the_final_covariances(run):
 
 
 def test_the_newest_keyframes_covariance_comes_with_each_optimisation(run):
-    graphs = [look.report.graph for look in run.looks[:-1] if look.report.graph is not None]
+    graphs = [p.pose_update.graph for p in run.packets if p.pose_update.graph is not None]
     assert len(graphs) == len(run.slam.keyframes)
     assert all(list(graph.covariances) == [graph.frames[-1]] for graph in graphs)
-    assert run.looks[1].report.graph is None
+    assert run.packets[1].pose_update.graph is None
 
 
 def test_covariances_are_kept_symmetric_and_positive_definite(run, tmp_path):
-    write_pose_covariances(tmp_path / "c.npz", run.looks[-1].report.graph)
+    write_pose_covariances(tmp_path / "c.npz", run.final.graph)
     kept = np.load(tmp_path / "c.npz")
     n = len(run.slam.keyframes)
     assert kept["covariances"].shape == (n, 6, 6)
@@ -178,7 +193,7 @@ def test_covariances_are_kept_symmetric_and_positive_definite(run, tmp_path):
     assert kept["frames"].tolist() == [keyframe.view.index for keyframe in run.slam.keyframes.all]
     assert kept["stamps"].tolist() == [keyframe.view.stamp for keyframe in run.slam.keyframes.all]
     np.testing.assert_allclose(kept["world_from_camera"], run.slam.keyframes.poses())
-    known = run.looks[-1].report.graph.covariances
+    known = run.final.graph.covariances
     assert all((kept["covariances"][row] == known[frame]).all() for row, frame in enumerate(kept["frames"].tolist()))
     # The first one is held fast; the others follow from it.
     spread = np.trace(kept["covariances"], axis1=1, axis2=2)
@@ -233,7 +248,7 @@ def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path
     timeline = Timeline(tmp_path / "moved.rrd", CAMERA, TimelineConfig(shown_move_m=0.05))
     for index, positions in enumerate((before, after, grown)):
         report = PoseReport(np.eye(4), TrackingQuality(50, 0.9, 0.8, 1e-3, 2e-3), graph_at(positions))
-        timeline.track(FramePacket(index, report=report))
+        timeline.track(index, report, corrections={})
     timeline.close()
     recording = chunks_of(tmp_path / "moved.rrd")
     for entity, positions in ((paths.BEFORE, before), (paths.AFTER, after)):
@@ -262,14 +277,14 @@ def pose_at(x):
     return exp_se3(np.array([0, 0, 0, x, 0, 0]))
 
 
-def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_late():
-    path = PathLines()
+def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_late_corrections():
+    path = TrajectoryLines()
     for index, pose in ((0, pose_at(0)), (3, pose_at(1)), (6, None), (9, pose_at(3))):
-        path.look(index, pose)
+        path.add(index, pose)
     assert [line[:, 0].tolist() for line in path.whole(np.eye(4))] == [[0, 1]]  # one frame alone is no line
-    path.look(12, pose_at(4))
+    path.add(12, pose_at(4))
     assert [line[:, 0].tolist() for line in path.newest(np.eye(4))] == [[3, 4]]
-    path.move({6: pose_at(2), 12: pose_at(5)})
+    path.correct({6: pose_at(2), 12: pose_at(5)})
     assert [line[:, 0].tolist() for line in path.whole(pose_at(10))] == [[10, 11, 12, 13, 15]]
     assert path.newest(np.eye(4)) == []
 
@@ -277,7 +292,7 @@ def test_a_path_goes_on_from_where_the_whole_ended_and_takes_in_what_is_told_lat
 def test_the_path_is_logged_every_so_often(tmp_path):
     timeline = Timeline(tmp_path / "path.rrd", CAMERA, TimelineConfig(path_every=3))
     for index in range(8):
-        timeline.track(FramePacket(index, report=PoseReport(pose_at(index), None, None)))
+        timeline.track(index, PoseReport(pose_at(index), None, None), corrections={})
     timeline.close()
     rows = chunks_of(tmp_path / "path.rrd")[f"{paths.ESTIMATED}/newest"]
     drawn = {row["frame"]: [x for strip in row["strips"] for x, _, _ in strip] for row in rows if "strips" in row}
@@ -297,10 +312,12 @@ def test_plots_of_the_estimation_are_there_only_where_poses_are_estimated():
     assert set(given) < set(estimated)
 
 
-def test_given_poses_tell_no_story(tmp_path):
+def test_given_poses_are_not_logged(tmp_path):
     locator = Locator(BlindSpell(), GivenPoses)
     timeline = Timeline(tmp_path / "given.rrd", CAMERA, TimelineConfig())
-    for index in (0, 1, END):
-        timeline.track(locator(index))
+    for index in (0, 1):
+        track(timeline, locator(index))
+    final = locator(AfterLastFrame.FINISH_POSES)
+    timeline.finish_tracking(final.pose_update.report, final.pose_update.corrections)
     timeline.close()
     assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("world/poses", "plots/t"))]

@@ -13,7 +13,7 @@ import pytest
 
 from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
-from app.timeline.no_timeline import NoTimeline
+from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
 from razer.boxes.oriented_box import OrientedBox
 from razer.config import VoxelSettings
@@ -184,11 +184,11 @@ def test_carved_away_surface_vanishes_from_its_chunk(tmp_path):
     assert all(row["frame"] == 1 and row["positions"] == [] for row in last)
 
 
-def test_no_timeline_takes_the_same_calls():
-    for name, method in inspect.getmembers(NoTimeline, inspect.isfunction):
+def test_the_null_timeline_takes_the_same_calls():
+    for name, method in inspect.getmembers(NullTimeline, inspect.isfunction):
         assert inspect.signature(method) == inspect.signature(getattr(Timeline, name)), name
     shown = {name for name in vars(Timeline) if not name.startswith("_")}
-    assert shown == {name for name in vars(NoTimeline) if not name.startswith("_")}
+    assert shown == {name for name in vars(NullTimeline) if not name.startswith("_")}
 
 
 def test_real_frames_fit_the_budget(real_data, tmp_path):

@@ -1,4 +1,4 @@
-"""The paper's table with our row, for people."""
+"""Reproduction report: the paper's table with the row of this run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.reproduction.published_tables import PublishedTable
-from app.reproduction.reproduction import Reproduced, Row
+from app.reproduction.reproduce_table import Reproduced, Row
 
 
 def report(result: Reproduced, published: PublishedTable, console: Console) -> None:
@@ -25,8 +25,8 @@ def report(result: Reproduced, published: PublishedTable, console: Console) -> N
     console.print(f"preset {result.evaluation.preset.name}, {len(result.seconds)} scene(s) evaluated")
     for name, reason in result.failed.items():
         console.print(f"  {name} is not in it: {reason}", soft_wrap=True)
-    spent = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.seconds.items())
-    console.print(f"time a scene: {spent}", soft_wrap=True)
+    times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.seconds.items())
+    console.print(f"time a scene: {times}", soft_wrap=True)
     stages = ", ".join(f"{name} {ms:.1f}" for name, ms in result.stages_ms.items())
     console.print(f"median ms a frame: {stages}", soft_wrap=True)
 

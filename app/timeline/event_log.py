@@ -1,4 +1,4 @@
-"""What happened in a frame, in words: one line for each event, and a table of why detections went where."""
+"""Event log of one mapped frame: a line for each event, and a table of the association decisions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Event(NamedTuple):
     text: str
 
 
-def events(step: StepResult) -> Iterator[Event]:
+def step_events(step: StepResult) -> Iterator[Event]:
     """The events of one frame: born, fused and pruned tracks singly, matched and joined ones in one line."""
     for decision in step.decisions:
         if decision.outcome == "born":

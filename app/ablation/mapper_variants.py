@@ -1,4 +1,4 @@
-"""Many mappers, each with a part of the method changed, over the frames of one synthetic recording."""
+"""Ablation of the mapper: variants with one part changed, over the same frames of a synthetic recording."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from app.console.progress import watch
+from app.console.progress import show_progress
 from app.settings.config_file import read_config
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
@@ -40,30 +40,39 @@ COLUMNS = ("ap50", "aware_ap50", "miou", "duplicates_percent", "missed", "instan
 Row = dict[str, float]
 
 
-def measure(
+def measure_variants(
     scene: str, seed: int, n_frames: int | None, variants: Mapping[str, Mapping[str, Any]], console: Console
 ) -> dict[str, Row]:
-    """The numbers of each variant on one seed of a scene."""
+    """The metrics of each variant on one synthetic scene.
+
+    Args:
+        scene: name of the synthetic scene.
+        seed: of scene and noise.
+        n_frames: frames along the camera path; None: as many as a hand-held camera needs.
+        variants: settings that differ from the defaults, by name of the variant.
+        console: where progress goes.
+    """
     torch.set_num_threads(1)
     sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     segmenter, embedder = OracleSegmenter("full", seed), OracleEmbedder("full", seed)
     base = read_config(None, (), {})
     perception = Perception(base, segmenter, embedder)
     mappers = {name: Mapper(read_config(None, (), change), segmenter, embedder) for name, change in variants.items()}
-    for index in watch(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
-        seen = perception.observe(sequence[index])
+    for index in show_progress(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
+        observation = perception.observe(sequence[index])
         for mapper in mappers.values():
-            mapper.fuse(seen)
+            mapper.fuse(observation)
     truth = sequence.truth()
     return {name: _row(mappers.pop(name), truth, embedder) for name in variants}
 
 
 def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
     mapper.finish()
-    true = TruthScene(
+    ground_truth = TruthScene(
         truth.vertices, truth.instances, truth.classes, truth.class_names, evaluated=truth.visible.astype(np.bool_)
     )
-    result = evaluate([("scene", true, _predicted(mapper.snapshot(), truth, embedder))], PRESETS["default"]).as_json()
+    predicted = _predicted(mapper.snapshot(), truth, embedder)
+    result = evaluate([("scene", ground_truth, predicted)], PRESETS["default"]).as_json()
     return {
         "ap50": result["class_agnostic"]["ap50"],
         "aware_ap50": result["class_aware"]["ap50"],
@@ -75,8 +84,8 @@ def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
 
 
 def _predicted(panoptic: PanopticMap, truth: GroundTruth, embedder: OracleEmbedder) -> PredictedScene:
-    """The instances, each of the class its embeddings are nearest to, on the truth's vertices: distances between
-    surfaces are not asked for here."""
+    """The instances, each of the class its embeddings are nearest to, on the truth's vertices: surface
+    distances are not measured."""
     names = sorted(set(truth.instance_classes.values()))
     vectors = np.stack([embedder.class_vector(name) for name in names])
     nearest = {o.id: names[int((o.embeddings @ vectors.T).max(axis=0).argmax())] for o in panoptic.objects}
@@ -84,7 +93,7 @@ def _predicted(panoptic: PanopticMap, truth: GroundTruth, embedder: OracleEmbedd
     return PredictedScene(instances=labels, scores={o.id: o.score for o in panoptic.objects}, class_names=nearest)
 
 
-def table(rows: list[dict[str, Row]], title: str) -> Table:
+def variants_table(rows: list[dict[str, Row]], title: str) -> Table:
     """Means over the seeds, one line for each variant."""
     result = Table(title=title, title_justify="left")
     result.add_column("variant")

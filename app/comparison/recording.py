@@ -1,4 +1,4 @@
-"""Two maps in one Rerun recording, each part of which can be shown and hidden."""
+"""Rerun recording of a comparison: both maps, each part of which can be shown and hidden."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.render.mesh_decimation import limited
 from app.render.viewpoint import overview
 from app.run_folder.mapped_run import MappedRun
@@ -17,7 +17,7 @@ from razer.map_object import MapObject
 Color = tuple[int, int, int]
 BLUE, ORANGE, GREEN, RED, VIOLET = (31, 111, 180), (230, 120, 30), (40, 160, 60), (214, 39, 40), (123, 63, 181)
 GREY = (90, 90, 90)
-MOST_VERTICES = 300_000
+MAX_VERTICES = 300_000
 CLOSE_TIMEOUT_S = 20.0
 
 
@@ -25,7 +25,7 @@ def write_recording(path: Path, result: Comparison) -> None:
     """The surfaces of A (bluish) and B (orange), trajectories (the true one green), boxes, and lines that join the
     centres of pairs; missed boxes are red, extra ones violet."""
     log = RerunLog(path)
-    found = result.instances
+    matching = result.instances
     for side, run, color in (("a", result.a, BLUE), ("b", result.b, ORANGE)):
         _log_mesh(log, f"{side}/mesh", run, color)
         log.line_style(f"{side}/trajectory", color)
@@ -33,20 +33,20 @@ def write_recording(path: Path, result: Comparison) -> None:
     if result.truth_trajectory is not None:
         log.line_style("truth/trajectory", GREEN)
         log.lines("truth/trajectory", [result.truth_trajectory.world_from_camera[:, :3, 3]])
-    _log_boxes(log, "a/matched", tuple(match.a for match in found.matched), BLUE)
-    _log_boxes(log, "b/matched", tuple(match.b for match in found.matched), ORANGE)
-    _log_boxes(log, "a/missed", found.missed, RED)
-    _log_boxes(log, "b/extra", found.extra, VIOLET)
+    _log_boxes(log, "a/matched", tuple(match.a for match in matching.matched), BLUE)
+    _log_boxes(log, "b/matched", tuple(match.b for match in matching.matched), ORANGE)
+    _log_boxes(log, "a/missed", matching.missed, RED)
+    _log_boxes(log, "b/extra", matching.extra, VIOLET)
     log.line_style("pairs", GREY)
-    log.lines("pairs", [np.stack([match.a.box.center, match.b.box.center]) for match in found.matched])
+    log.lines("pairs", [np.stack([match.a.box.center, match.b.box.center]) for match in matching.matched])
     poses = result.a.trajectory.world_from_camera
-    seen = np.concatenate([result.a.panoptic.mesh.vertices.astype(np.float64), poses[:, :3, 3]])
-    log.show(scene_layout(overview(seen, up=camera_up(list(poses)), forward=poses[:, :3, 2].mean(axis=0))))
+    points = np.concatenate([result.a.panoptic.mesh.vertices.astype(np.float64), poses[:, :3, 3]])
+    log.show(scene_layout(overview(points, up=camera_up(list(poses)), forward=poses[:, :3, 2].mean(axis=0))))
     log.close(CLOSE_TIMEOUT_S)
 
 
 def _log_mesh(log: RerunLog, entity: str, run: MappedRun, color: Color) -> None:
-    mesh = limited(run.panoptic.mesh, MOST_VERTICES)
+    mesh = limited(run.panoptic.mesh, MAX_VERTICES)
     if len(mesh.vertices):
         mixed = (mesh.colors.astype(np.uint16) + np.array(color, np.uint16)) // 2
         log.mesh(entity, mesh, mixed.astype(np.uint8))

@@ -1,4 +1,4 @@
-"""Tables of a comparison for people."""
+"""Comparison report: tables of metrics and of matched instances."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.comparison.matched_instances import MatchedInstance
-from app.evaluation.report import SUMMARY, text_of
+from app.evaluation.report import SUMMARY, format_number
 from razer.map_object import MapObject
 
-_PAIRS = 30
-_ALONE = 30
+_MAX_PAIRS = 30
+_MAX_UNMATCHED = 30
 _POSE = {
     "ate_rmse_m": "ATE RMSE, m",
     "rotation_rmse_deg": "rotation RMSE, degrees",
@@ -53,9 +53,9 @@ def _against_truth(content: Mapping[str, Any]) -> Table:
         for key, label in labels.items():
             values = [(side[part] or {}).get(key) for side in sides]
             if any(value is not None for value in values):
-                table.add_row(label, *map(text_of, values))
+                table.add_row(label, *map(format_number, values))
     for key, label in _COUNTS.items():
-        table.add_row(label, *(text_of(side[key]) for side in sides))
+        table.add_row(label, *(format_number(side[key]) for side in sides))
     return table
 
 
@@ -65,29 +65,29 @@ def _b_against_a(content: Mapping[str, Any]) -> Table:
     table.add_column("value", justify="right")
     for part, labels in (("pose", _POSE), ("surface", SUMMARY["surface"])):
         for key, label in labels.items():
-            table.add_row(label, text_of((content[part] or {}).get(key)))
+            table.add_row(label, format_number((content[part] or {}).get(key)))
     return table
 
 
 def _print_instances(result: Comparison, console: Console) -> None:
-    found = result.instances
-    table = Table(title=f"{len(found.matched)} instances in both", title_justify="left")
+    matching = result.instances
+    table = Table(title=f"{len(matching.matched)} instances in both", title_justify="left")
     for name in ("A", "B", "class", "IoU", "apart, m", "A, cm", "B, cm", "cosine"):
         table.add_column(name, justify="left" if name == "class" else "right")
-    for match in sorted(found.matched, key=lambda match: match.iou)[:_PAIRS]:
+    for match in sorted(matching.matched, key=lambda match: match.iou)[:_MAX_PAIRS]:
         table.add_row(*_row(match))
-    if found.matched:
+    if matching.matched:
         console.print(table)
-    if len(found.matched) > _PAIRS:
-        console.print(f"and {len(found.matched) - _PAIRS} that agree better: --json has them all")
-    for what, alone in (("missed, in A alone", found.missed), ("extra, in B alone", found.extra)):
-        console.print(f"{len(alone)} {what}{_listed(alone)}", soft_wrap=True)
+    if len(matching.matched) > _MAX_PAIRS:
+        console.print(f"and {len(matching.matched) - _MAX_PAIRS} that agree better: --json has them all")
+    for what, unmatched in (("missed, in A alone", matching.missed), ("extra, in B alone", matching.extra)):
+        console.print(f"{len(unmatched)} {what}{_listed(unmatched)}", soft_wrap=True)
 
 
 def _row(match: MatchedInstance) -> tuple[str, ...]:
     a, b = match.a, match.b
-    names = [one.class_name or "-" for one in (a, b)]
-    sizes = ("x".join(f"{100 * edge:.0f}" for edge in sorted(one.box.extent, reverse=True)) for one in (a, b))
+    names = [instance.class_name or "-" for instance in (a, b)]
+    sizes = ("x".join(f"{100 * edge:.0f}" for edge in sorted(instance.box.extent, reverse=True)) for instance in (a, b))
     cosine = "-" if match.cosine is None else f"{match.cosine:.3f}"
     kind = names[0] if names[0] == names[1] else " / ".join(names)
     return str(a.id), str(b.id), kind, f"{match.iou:.2f}", f"{match.center_distance_m:.3f}", *sizes, cosine
@@ -96,5 +96,5 @@ def _row(match: MatchedInstance) -> tuple[str, ...]:
 def _listed(objects: tuple[MapObject, ...]) -> str:
     if not objects:
         return ""
-    shown = ", ".join(f"{o.id} {o.class_name or ''}".rstrip() for o in objects[:_ALONE])
-    return f": {shown}" + (f" and {len(objects) - _ALONE} more" if len(objects) > _ALONE else "")
+    shown = ", ".join(f"{o.id} {o.class_name or ''}".rstrip() for o in objects[:_MAX_UNMATCHED])
+    return f": {shown}" + (f" and {len(objects) - _MAX_UNMATCHED} more" if len(objects) > _MAX_UNMATCHED else "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.query.contrast_cache import contrast_of
+from app.query.negative_prompt_cache import negative_prompts_of
 from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.oracle.embedder import OracleEmbedder
@@ -31,18 +31,18 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "razer"
 
 
-def asked(**options):
+def embedded_texts(**options):
     """What a new encoder with these options was asked for, and the vectors."""
     encoder = Encoder()
-    contrast = contrast_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
+    contrast = negative_prompts_of(TextQueryEncoder(encoder), EmbedderSettings(name="some:Encoder", options=options))
     assert len(contrast.vectors) == len(contrast.names)
     return encoder.n_asked, contrast.vectors
 
 
 def test_names_are_embedded_once(cache):
-    first, vectors = asked()
-    again, kept = asked()
-    assert (first, again) == (len(TEMPLATES) * len(vectors), 0)
+    first, vectors = embedded_texts()
+    second, kept = embedded_texts()
+    assert (first, second) == (len(TEMPLATES) * len(vectors), 0)
     np.testing.assert_array_equal(kept, vectors)
     assert len(list(cache.iterdir())) == 1
 
@@ -50,11 +50,11 @@ def test_names_are_embedded_once(cache):
 def test_another_encoder_or_other_weights_are_embedded_anew(cache, tmp_path):
     weights = tmp_path / "weights.onnx"
     weights.write_bytes(b"one")
-    assert asked()[0] > 0
-    assert asked(weights=str(weights))[0] > 0
-    assert asked(weights=str(weights))[0] == 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts(weights=str(weights))[0] > 0
+    assert embedded_texts(weights=str(weights))[0] == 0
     weights.write_bytes(b"two or more")
-    assert asked(weights=str(weights))[0] > 0
+    assert embedded_texts(weights=str(weights))[0] > 0
 
 
 def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
@@ -62,10 +62,10 @@ def test_a_file_changed_inside_a_folder_is_noticed(cache, tmp_path):
     folder.mkdir()
     (folder / "model.safetensors").write_bytes(b"one")
     inner = {"embedder": "some:Encoder", "embedder_options": {"weights": str(folder)}}
-    assert asked(**inner)[0] > 0
-    assert asked(**inner)[0] == 0
+    assert embedded_texts(**inner)[0] > 0
+    assert embedded_texts(**inner)[0] == 0
     (folder / "model.safetensors").write_bytes(b"two or more")
-    assert asked(**inner)[0] > 0
+    assert embedded_texts(**inner)[0] > 0
 
 
 class NamesOverEncoder(Encoder):
@@ -79,7 +79,7 @@ def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
     encoders = [NamesOverEncoder(), NamesOverEncoder()]
     for encoder in encoders:
         words = TextQueryEncoder(encoder)
-        contrast_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
+        negative_prompts_of(words, EmbedderSettings(name="names", options={"embedder": "some:Encoder"}))
         assert words.knows("anything at all")
     assert encoders[0].n_asked > 0
     assert encoders[1].n_asked == 0
@@ -87,21 +87,21 @@ def test_names_over_an_encoder_are_kept_as_the_encoders_own(cache):
 
 @pytest.mark.parametrize("content", [b"", b"no archive"])
 def test_a_damaged_file_is_made_anew(cache, content):
-    asked()
+    embedded_texts()
     (file,) = cache.iterdir()
     file.write_bytes(content)
-    assert asked()[0] > 0
-    assert asked()[0] == 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts()[0] == 0
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(cache):
     cache.write_text("a file where the folder should be")
-    assert asked()[0] > 0
-    assert asked()[0] > 0
+    assert embedded_texts()[0] > 0
+    assert embedded_texts()[0] > 0
 
 
 def test_tables_are_not_kept_and_those_without_words_refuse(cache):
-    contrast_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
+    negative_prompts_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
     assert not cache.exists()
     with pytest.raises(BadInput, match="no text side"):
-        contrast_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())
+        negative_prompts_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())

@@ -1,4 +1,4 @@
-"""Two runs over one recording beside each other, most often with given and with estimated poses."""
+"""Comparison of two runs over one recording, most often with given and with estimated poses."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from app.comparison.against_truth import Measured, Truth, compare_trajectories, differences, measure, open_scene
+from app.comparison.against_truth import (
+    EvaluatedRun,
+    PosedTruth,
+    compare_trajectories,
+    differences,
+    evaluate_run,
+    open_posed_truth,
+)
 from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.geometry import inverse
@@ -38,8 +45,8 @@ class Comparison:
     errors: PoseErrors
     surface: Numbers | None
     instances: Matching
-    truth_a: Measured | None
-    truth_b: Measured | None
+    truth_a: EvaluatedRun | None
+    truth_b: EvaluatedRun | None
     truth_trajectory: TimedPoses | None
     notes: tuple[str, ...]
 
@@ -53,7 +60,7 @@ class Comparison:
             "preset": self.preset,
             "a": a,
             "b": b,
-            "delta": None if a is None or b is None else differences(_results(a), _results(b)),
+            "delta": None if a is None or b is None else differences(_metrics(a), _metrics(b)),
             "pose": self._pose(),
             "surface": self.surface,
             "instances": self.instances.as_json(),
@@ -79,24 +86,34 @@ class Comparison:
         } | {key: None if side is None else side.pose.truth_from_estimate.tolist() for key, side in sides.items()}
 
 
-def _results(evaluation: Numbers) -> Numbers:
-    """What an evaluation found, without its rules, and without what is named after the run."""
+def _metrics(evaluation: Numbers) -> Numbers:
+    """The metrics of an evaluation, without its rules and without what is named after the run."""
     return {key: value for key, value in evaluation.items() if key not in ("preset", "settings", "scenes")}
 
 
 def compare_runs(
     folder_a: Path, folder_b: Path, truth: Path | None, preset: Preset, trust: Trust = NO_TRUST
 ) -> Comparison:
-    """Compare two run folders, and by the preset's rules each with a truth where its folder is given.
+    """Compare two runs, and each with the truth where one is given.
 
-    B is brought into the frame of A, and each into that of the truth, by the rigid motion between their trajectories.
-    Raises BadInput where that is impossible, naming the folder."""
+    B is aligned to A, and each to the truth, by the rigid motion between their trajectories (Umeyama).
+
+    Args:
+        folder_a: the run folder to compare with.
+        folder_b: the other run folder.
+        truth: the folder with the truth and its camera poses, or None.
+        preset: the rules of the evaluations against the truth.
+        trust: which outside code may be loaded for the runs' embedders.
+
+    Raises:
+        BadInput: naming the folder that cannot be read or aligned.
+    """
     a, b = read_run(folder_a), read_run(folder_b)
     pose = compare_trajectories(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
     moved = b.moved(pose.truth_from_estimate)
-    scene = None if truth is None else open_scene(truth, preset)
-    truth_a = None if scene is None else measure(folder_a, a, scene, preset, trust)
-    truth_b = None if scene is None else measure(folder_b, b, scene, preset, trust)
+    scene = None if truth is None else open_posed_truth(truth, preset)
+    truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
+    truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
     return Comparison(
         preset=preset.name,
         a=a,
@@ -107,18 +124,18 @@ def compare_runs(
         instances=match_instances(a.panoptic, moved.panoptic),
         truth_a=truth_a,
         truth_b=truth_b,
-        truth_trajectory=None if scene is None or truth_a is None else _beside(scene, truth_a),
+        truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),
         notes=(*_notes(a, b, pose, truth_a, truth_b), *(scene.notes if scene else ())),
     )
 
 
-def _beside(truth: Truth, run: Measured) -> TimedPoses:
+def _true_trajectory(truth: PosedTruth, run: EvaluatedRun) -> TimedPoses:
     """The true trajectory in the frame of a run."""
     return moved_poses(inverse(run.pose.truth_from_estimate), truth.trajectory)
 
 
 def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | None:
-    """How far the other surface is from the reference (accuracy) and that from it (completeness), in metres, and the
+    """Distances of the other surface to the reference (accuracy) and of the reference to it (completeness), metres, and
     F-scores; None where either is empty."""
     if not len(reference.vertices) or not len(other.vertices):
         return None
@@ -129,9 +146,9 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | 
 
 
 def _notes(
-    a: MappedRun, b: MappedRun, pose: TrajectoryMetrics, truth_a: Measured | None, truth_b: Measured | None
+    a: MappedRun, b: MappedRun, pose: TrajectoryMetrics, truth_a: EvaluatedRun | None, truth_b: EvaluatedRun | None
 ) -> list[str]:
-    """What weakens the comparison."""
+    """Caveats of the comparison."""
     alignments = {"B to A": pose}
     if truth_a and truth_b:
         alignments |= {"A to the truth": truth_a.pose, "B to the truth": truth_b.pose}
@@ -141,8 +158,8 @@ def _notes(
         if numbers.basis == "orientations"
     ]
     for side, run in (("A", a), ("B", b)):
-        if bare := [o.id for o in run.panoptic.objects if not o.n_vertices]:
-            ids = " ".join(map(str, bare))
+        if surfaceless := [o.id for o in run.panoptic.objects if not o.n_vertices]:
+            ids = " ".join(map(str, surfaceless))
             notes.append(f"{side}: instances without a surface are left out: {ids}")
         if not len(run.panoptic.mesh.vertices):
             notes.append(f"{side}: the map is empty")

@@ -1,4 +1,4 @@
-"""Runs over the scenes of a table, and what they come to."""
+"""Reproduction of one of the paper's tables: every scene mapped, then all evaluated together."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app.commands.measure.eval import METRICS, write_atomically
+from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.run_pipeline import run_to_folder, settled
+from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
-from app.settings.config_file import read_config
+from app.settings.config_file import read_config, read_run_config
 from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from data_tools.truth.open_truth import has_truth
 from razer.errors import BadInput
 from razer.metrics.presets import PRESETS, Preset
 from razer.metrics.protocol.evaluation import Evaluation
+from razer.storage.atomic_files import replace_content
 from razer.storage.map_folder import is_map_folder
 
 Row = tuple[float | None, ...]
@@ -54,60 +55,73 @@ class Reproduced:
 
 
 class Reproduction:
-    """The scenes of a table in a folder of data, and where their runs go. Raises BadInput where there is none."""
+    """The scenes of a table in a folder of data, and where their runs go."""
 
     def __init__(
         self, table: PublishedTable, data: Path, out: Path, options: RunOptions, scenes: Sequence[str]
     ) -> None:
+        """Find the scenes.
+
+        Args:
+            table: the table to reproduce.
+            data: the folder with the scenes, each with its truth.
+            out: the folder for a run folder a scene.
+            options: settings of the runs; they override the preset's.
+            scenes: names of other scenes than the table's.
+
+        Raises:
+            BadInput: if `data` holds none of the scenes with a truth, or a setting is wrong.
+        """
         self._table = table
         self._out = out
         self._preset = PRESETS[table.preset]
         self._config = _mapping_config(self._preset, options)
         if not data.is_dir():
             raise BadInput(f"{data} is not a folder: give the folder with the scenes")
-        asked = tuple(scenes) or table.scenes or tuple(p.name for p in sorted(data.iterdir()) if p.is_dir())
-        self._places = {name: place for name in asked if (place := _place_of(data, name)) and has_truth(place)}
-        self._absent = {name: f"not found in {data} with a truth" for name in asked if name not in self._places}
-        if not self._places:
-            raise BadInput(f"{data} holds none of the scenes {', '.join(asked[:4])} ... with a truth")
+        scene_names = tuple(scenes) or table.scenes or tuple(p.name for p in sorted(data.iterdir()) if p.is_dir())
+        folders = {name: _scene_folder(data, name) for name in scene_names}
+        self._scene_folders = {name: folder for name, folder in folders.items() if folder and has_truth(folder)}
+        missing = folders.keys() - self._scene_folders.keys()
+        self._missing = {name: f"not found in {data} with a truth" for name in scene_names if name in missing}
+        if not self._scene_folders:
+            raise BadInput(f"{data} holds none of the scenes {', '.join(scene_names[:4])} ... with a truth")
         if not scenes and not table.scenes:
-            self._absent = {}  # not every folder needs to be a scene
+            self._missing = {}  # not every folder needs to be a scene
 
     def run(self, console: Console) -> Reproduced:
         """Map what is not mapped yet, then evaluate all scenes together."""
-        failed = dict(self._absent)
-        for number, (name, place) in enumerate(self._places.items(), start=1):
-            console.print(f"{name}: scene {number} of {len(self._places)}")
+        failed = dict(self._missing)
+        for number, (name, scene_folder) in enumerate(self._scene_folders.items(), start=1):
+            console.print(f"{name}: scene {number} of {len(self._scene_folders)}")
             try:
-                self._map(name, place, console)
+                self._map(name, scene_folder, console)
             except BadInput as error:
                 failed[name] = str(error)
                 console.print(f"{name} is left out: {error}", soft_wrap=True)
-        done = {name: place for name, place in self._places.items() if name not in failed}
-        if not done:
+        mapped = {name: scene_folder for name, scene_folder in self._scene_folders.items() if name not in failed}
+        if not mapped:
             raise BadInput(f"no scene could be mapped; the first problem: {next(iter(failed.values()))}")
-        return self._evaluated(done, failed, console)
+        return self._evaluate(mapped, failed, console)
 
-    def _map(self, name: str, place: Path, console: Console) -> None:
+    def _map(self, name: str, scene_folder: Path, console: Console) -> None:
         folder = self._out / name
-        config = settled(self._config, open_unchecked(place, self._config.input))
-        if is_map_folder(folder) and read_config(folder / names.CONFIG, (), {}) == config:
+        config = resolve_poses(self._config, open_unchecked(scene_folder, self._config.input))
+        if is_map_folder(folder) and read_run_config(folder / names.CONFIG) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
-        finished = run_to_folder(open_recording(place, config.input, console), config, target, console)
-        if finished.outcome.interrupted:
+        finished = run_to_folder(open_recording(scene_folder, config.input, console), config, target, console)
+        if finished.accounting.interrupted:
             raise KeyboardInterrupt
 
-    def _evaluated(self, done: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:
+    def _evaluate(self, mapped: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:
         notes: list[str] = []
-        jobs = [(name, self._out / name, place) for name, place in done.items()]
+        jobs = [(name, self._out / name, scene_folder) for name, scene_folder in mapped.items()]
         result = evaluate_jobs(jobs, self._preset, trust=self._config.embedder.trust, notes=notes)
-        for note in notes:
-            console.print(f"note: {note}", soft_wrap=True)
+        print_notes(notes)
         for name, numbers in result.as_json()["scenes"].items():
-            write_atomically(self._out / name / METRICS, json.dumps(numbers, indent=1) + "\n")
-        timings = {name: json.loads((self._out / name / names.TIMINGS).read_text()) for name in done}
+            replace_content(self._out / name / names.METRICS, json.dumps(numbers, indent=1) + "\n")
+        timings = {name: json.loads((self._out / name / names.TIMINGS).read_text()) for name in mapped}
         seconds = {name: round(float(t["wall_s"]), 2) for name, t in timings.items()}
         stages = {stage for t in timings.values() for stage in t["stages"]}
         stages_ms = {
@@ -118,22 +132,22 @@ class Reproduction:
 
 
 def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
-    """The settings of a run: the preset's for its maps, and over them whatever the user gave."""
-    hints = {
+    """The settings of the runs: the preset's, and over them whatever the user gave."""
+    preset_settings = {
         "voxels.voxel_size_m": preset.voxel_size_m,
         "voxels.truncation_voxels": preset.truncation_voxels,
         "voxels.depth_max_m": preset.depth_max_m,
         "input.stride": preset.every if preset.every > 1 else None,
     }
-    hinted = [f"{name}={value}" for name, value in hints.items() if value is not None]
-    return read_config(options.config, (*hinted, *options.set), options.flags(), trust=options.trust)
+    preset_assignments = [f"{name}={value}" for name, value in preset_settings.items() if value is not None]
+    return read_config(options.config, (*preset_assignments, *options.set), options.flags(), trust=options.trust)
 
 
-def _place_of(data: Path, name: str) -> Path | None:
+def _scene_folder(data: Path, name: str) -> Path | None:
     """The folder of a scene: Replica's room0 is also called room_0."""
-    spaced = name.rstrip("0123456789")
-    other = f"{spaced}_{name[len(spaced) :]}"
-    return next((data / each for each in (name, other) if (data / each).is_dir()), None)
+    room = name.rstrip("0123456789")
+    other = f"{room}_{name[len(room) :]}"
+    return next((data / candidate for candidate in (name, other) if (data / candidate).is_dir()), None)
 
 
 def _our_row(table: PublishedTable, result: Evaluation, seconds: Mapping[str, float]) -> Row:

@@ -1,23 +1,35 @@
-"""A timeline that shows nothing, so that the loop needs no question whether there is one."""
+"""The null object of the timeline, so that the main loop need not ask whether there is one."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from app.frames.frame_packet import FramePacket
+from razer.arrays import Pose
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
+from slam.report import PoseReport
 
 
-class NoTimeline:
+class NullTimeline:
     """Takes what `Timeline` takes and does nothing."""
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Nothing."""
 
-    def track(self, look: FramePacket) -> None:
+    def track(
+        self,
+        frame_index: int,
+        report: PoseReport | None,
+        *,
+        corrections: Mapping[int, Pose | None],
+        given: Pose | None = None,
+        pose_ms: float = 0.0,
+    ) -> None:
+        """Nothing."""
+
+    def finish_tracking(self, report: PoseReport | None, corrections: Mapping[int, Pose | None]) -> None:
         """Nothing."""
 
     def skipped(self, frame_index: int, reason: str) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of a comparison, in the frame of A: A is blue, B orange, the truth pale green."""
+"""Plots of a comparison, in the frame of A: A is blue, B orange, the truth pale green."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull, QhullError
 
-from app.comparison.comparison import Comparison
+from app.comparison.compare_runs import Comparison
 from app.comparison.top_view import TopView
 from app.evaluation.plots import png
 from app.run_folder.save_run import camera_up
@@ -25,14 +25,14 @@ BLUE, ORANGE, RED, VIOLET = "#1f6fb4", "#e6781e", "#d62728", "#7b3fb5"
 BLACK, PALE = "#222222", "#8fbf8f"
 _CELL_M = 0.05
 _MARGIN_M = 0.3
-_LARGE = 0.25  # share of the plan
-_GAP = 2.5  # times the usual time between poses: longer ones are not drawn through
-_MOST_LABELS = 60
+_LARGE_SHARE = 0.25  # of the plan's area
+_MAX_STEP_RATIO = 2.5  # times the median time between poses: longer gaps are not drawn through
+_MAX_LABELS = 60
 
 
 def trajectories(result: Comparison) -> bytes:
-    """The ways of both cameras, and the true one, from above, as PNG."""
-    figure, axes, view = _from_above(result)
+    """Both trajectories, and the true one, from above, as PNG."""
+    figure, axes, view = _top_view_axes(result)
     truth = ("truth", result.truth_trajectory, PALE, 6.0)  # broad, as one of the others often covers it
     for name, trajectory, color, width in (
         truth,
@@ -41,10 +41,10 @@ def trajectories(result: Comparison) -> bytes:
     ):
         if trajectory is None:
             continue
-        flat = view.flat(trajectory.world_from_camera[:, :3, 3])
+        flat = view.project(trajectory.world_from_camera[:, :3, 3])
         label = _legend(result, name)
-        for piece in _pieces(trajectory.stamps):
-            axes.plot(*flat[piece].T, color=color, linewidth=width, label=label)
+        for part in _gapless_parts(trajectory.stamps):
+            axes.plot(*flat[part].T, color=color, linewidth=width, label=label)
             label = ""
         axes.plot(*flat[0], marker="o", color=color, markersize=6)
     centimetres = 100 * result.pose.ate_rmse_m
@@ -71,33 +71,36 @@ def errors(result: Comparison) -> bytes:
     return png(figure)
 
 
-def _draw_errors(upper: Axes, lower: Axes, found: PoseErrors, color: str, name: str) -> None:
-    for axes, values, unit in ((upper, 100 * found.distances_m, "cm"), (lower, found.angles_deg, "degrees")):
+def _draw_errors(upper: Axes, lower: Axes, pose_errors: PoseErrors, color: str, name: str) -> None:
+    for axes, values, unit in (
+        (upper, 100 * pose_errors.distances_m, "cm"),
+        (lower, pose_errors.angles_deg, "degrees"),
+    ):
         label = f"{name}, RMS {np.sqrt(np.mean(values**2)):.2f} {unit}"
-        for piece in _pieces(found.stamps):
-            axes.plot(found.stamps[piece], values[piece], color=color, linewidth=1.3, label=label)
+        for part in _gapless_parts(pose_errors.stamps):
+            axes.plot(pose_errors.stamps[part], values[part], color=color, linewidth=1.3, label=label)
             label = ""
 
 
 def instances(result: Comparison) -> bytes:
     """The boxes of both maps from above, pairs joined at their centres, missed and extra ones filled, as PNG."""
-    figure, axes, view = _from_above(result)
-    found = result.instances
-    for match in found.matched:
+    figure, axes, view = _top_view_axes(result)
+    matching = result.instances
+    for match in matching.matched:
         _draw_box(axes, view, match.a, edgecolor=BLUE, facecolor="none")
         _draw_box(axes, view, match.b, edgecolor=ORANGE, facecolor="none")
-        ends = view.flat(np.stack([match.a.box.center, match.b.box.center]))
+        ends = view.project(np.stack([match.a.box.center, match.b.box.center]))
         axes.plot(*ends.T, color=BLACK, linewidth=1.2)
         axes.plot(*ends[0], marker="o", color=BLUE, markersize=3.5)
         axes.plot(*ends[1], marker="o", color=ORANGE, markersize=3.5)
-        if len(found.matched) <= _MOST_LABELS:
-            _write(axes, ends[0], f"{match.a.id}={match.b.id} {match.a.class_name or ''}", BLACK)
-    for alone, color in ((found.missed, RED), (found.extra, VIOLET)):
-        for one in alone:
-            _draw_box(axes, view, one, edgecolor=color, facecolor=color, alpha=0.3)
-            if len(alone) <= _MOST_LABELS:
-                _write(axes, view.flat(one.box.center), f"{one.id} {one.class_name or ''}", color)
-    counts = f"{len(found.matched)} matched, {len(found.missed)} missed, {len(found.extra)} extra"
+        if len(matching.matched) <= _MAX_LABELS:
+            _annotate(axes, ends[0], f"{match.a.id}={match.b.id} {match.a.class_name or ''}", BLACK)
+    for unmatched, color in ((matching.missed, RED), (matching.extra, VIOLET)):
+        for instance in unmatched:
+            _draw_box(axes, view, instance, edgecolor=color, facecolor=color, alpha=0.3)
+            if len(unmatched) <= _MAX_LABELS:
+                _annotate(axes, view.project(instance.box.center), f"{instance.id} {instance.class_name or ''}", color)
+    counts = f"{len(matching.matched)} matched, {len(matching.missed)} missed, {len(matching.extra)} extra"
     axes.set_title(f"instances from above: {counts}")
     outlines = [(BLUE, _legend(result, "A")), (ORANGE, _legend(result, "B"))]
     fills = [(RED, "missed: in A alone"), (VIOLET, "extra: in B alone")]
@@ -107,13 +110,14 @@ def instances(result: Comparison) -> bytes:
     return png(figure)
 
 
-def _from_above(result: Comparison) -> tuple[Figure, Axes, TopView]:
+def _top_view_axes(result: Comparison) -> tuple[Figure, Axes, TopView]:
     """An empty plan of the place that holds both maps and trajectories, over the surface of A in grey."""
     view = TopView.of(camera_up(list(result.a.trajectory.world_from_camera)))
-    meshes = [view.flat(run.panoptic.mesh.vertices.astype(np.float64)) for run in (result.a, result.b)]
-    ways = [result.a.trajectory, result.b.trajectory, result.truth_trajectory]
-    seen = np.concatenate([*meshes, *(view.flat(way.world_from_camera[:, :3, 3]) for way in ways if way)])
-    low, high = seen.min(axis=0) - _MARGIN_M, seen.max(axis=0) + _MARGIN_M
+    meshes = [view.project(run.panoptic.mesh.vertices.astype(np.float64)) for run in (result.a, result.b)]
+    paths = [result.a.trajectory, result.b.trajectory, result.truth_trajectory]
+    positions = [view.project(path.world_from_camera[:, :3, 3]) for path in paths if path]
+    points = np.concatenate([*meshes, *positions])
+    low, high = points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M
     figure = Figure(figsize=_figure_size(*(high - low)), layout="constrained")
     axes = figure.add_subplot()
     axes.set(xlabel=view.names[0], ylabel=view.names[1], aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -129,7 +133,7 @@ def _figure_size(width_m: float, height_m: float) -> tuple[float, float]:
 
 
 def _draw_plan(axes: Axes, flat: Float64Array, low: Float64Array, high: Float64Array) -> None:
-    """The darker, the more surface stands above a place."""
+    """Grey density of surface vertices: the darker, the more surface stands above a place."""
     bins = [np.arange(low[i], high[i] + _CELL_M, _CELL_M) for i in (0, 1)]
     counts, across, along = np.histogram2d(flat[:, 0], flat[:, 1], bins=bins)
     shades = np.log1p(counts.T)
@@ -139,21 +143,21 @@ def _draw_plan(axes: Axes, flat: Float64Array, low: Float64Array, high: Float64A
     axes.imshow(shades, vmin=0, vmax=darkest, extent=extent, **style)
 
 
-def _draw_box(axes: Axes, view: TopView, found: MapObject, **style: Any) -> None:
-    """The outline of a box; what floors and ceilings have is faint, as everything lies within."""
-    corners = view.flat(found.box.corners())
+def _draw_box(axes: Axes, view: TopView, instance: MapObject, **style: Any) -> None:
+    """The outline of a box; that of a floor or ceiling is faint, as everything lies within."""
+    corners = view.project(instance.box.corners())
     try:
         hull = ConvexHull(corners)
         outline, area = corners[hull.vertices], hull.volume
     except QhullError:  # flat and upright, so that it is a line from above
         outline, area = corners, 0.0
     (left, right), (lower, upper) = axes.get_xlim(), axes.get_ylim()
-    if area > _LARGE * (right - left) * (upper - lower):
+    if area > _LARGE_SHARE * (right - left) * (upper - lower):
         style |= {"facecolor": "none", "linestyle": ":", "alpha": 0.5}
     axes.fill(*outline.T, linewidth=1.2, **style)
 
 
-def _write(axes: Axes, place: Float64Array, text: str, color: str) -> None:
+def _annotate(axes: Axes, place: Float64Array, text: str, color: str) -> None:
     style: dict[str, Any] = {"textcoords": "offset points", "xytext": (4, 4), "fontsize": 7, "color": color}
     axes.annotate(text.strip(), tuple(place), **style)
 
@@ -162,7 +166,7 @@ def _legend(result: Comparison, side: str) -> str:
     return {"A": f"A: {result.a.name}", "B": f"B: {result.b.name}"}.get(side, side)
 
 
-def _pieces(stamps: FloatArray) -> Sequence[IndexArray]:
-    """Numbers of poses without a gap between them."""
+def _gapless_parts(stamps: FloatArray) -> Sequence[IndexArray]:
+    """Indices of poses, split where stamps have a gap."""
     steps = np.diff(stamps)
-    return np.split(np.arange(len(stamps)), np.flatnonzero(steps > _GAP * np.median(steps)) + 1)
+    return np.split(np.arange(len(stamps)), np.flatnonzero(steps > _MAX_STEP_RATIO * np.median(steps)) + 1)

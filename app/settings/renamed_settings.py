@@ -1,0 +1,37 @@
+"""Former names of settings: refused with the new name where a user writes them, translated in older run folders."""
+
+from __future__ import annotations
+
+from typing import Any
+
+RENAMED = {
+    "follow.enabled": "reintegration.enabled",
+    "follow.every": "reintegration.frames_per_keyframe",
+    "follow.draft": "reintegration.keyframe_stride",
+    "follow.live_replays": "reintegration.replays_per_frame",
+    "follow.pace": "reintegration.max_replays_per_frame",
+    "follow.live_shift_voxels": "reintegration.min_shift_voxels",
+    "follow.final_shift_voxels": "reintegration.min_final_shift_voxels",
+    "follow.fuse_shared_votes": "reintegration.fuse_shared_votes",
+    "follow.memory_mb": "reintegration.memory_mb",
+    "maintenance.every": "maintenance.interval_frames",
+    "association.association": "association.geometry_distance",
+    "lifting.see_through_gap_m": "lifting.background_gap_m",
+}
+
+
+def with_new_names(tree: dict[str, Any]) -> dict[str, Any]:
+    """Settings as a TOML file holds them, under the names of today; a setting under both names keeps the new one's."""
+    translated = {section: dict(keys) if isinstance(keys, dict) else keys for section, keys in tree.items()}
+    for old, new in RENAMED.items():
+        (old_section, old_key), (new_section, new_key) = old.split("."), new.split(".")
+        keys = translated.get(old_section)
+        if not isinstance(keys, dict) or old_key not in keys:
+            continue
+        value = keys.pop(old_key)
+        if not keys:
+            del translated[old_section]  # no section of today may bear its name
+        target = translated.setdefault(new_section, {})
+        if isinstance(target, dict):
+            target.setdefault(new_key, value)
+    return translated

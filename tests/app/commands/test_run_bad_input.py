@@ -1,0 +1,73 @@
+"""`razer run` on what cannot be used: exit code 2, one plain line, nothing left."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.support.cli import QUICK, listing, razer, write_small_room
+
+
+def broken_recording(folder, n_broken):
+    write_small_room(folder, n_frames=6)
+    for index in range(n_broken):
+        (folder / f"depth/{index:06d}.png").write_bytes(b"")
+    return folder
+
+
+def recording_with_bad_poses(folder):
+    write_small_room(folder, n_frames=6)
+    lines = [f"{index / 30:.6f} 0 0 0 0 0 0 0" for index in range(6)]
+    (folder / "trajectory.txt").write_text("\n".join(lines))
+
+
+INPUTS = {
+    "good": write_small_room,
+    "missing": lambda folder: folder,
+    "empty": lambda folder: folder.mkdir(),
+    "no poses": lambda folder: write_small_room(folder, poses=False, n_frames=3),
+    "no intrinsics": lambda folder: write_small_room(folder, intrinsics=False, n_frames=3),
+    "all broken": lambda folder: broken_recording(folder, 6),
+    "bad poses": recording_with_bad_poses,
+    "most broken": lambda folder: broken_recording(folder, 4),
+}
+
+
+@pytest.mark.parametrize(
+    ("folder", "options", "message"),
+    [
+        ("missing", (), "in"),
+        ("empty", (), "empty"),
+        ("no poses", ("--poses", "given"), "no camera poses"),
+        ("no poses", ("--poses", "given"), "trajectory.txt"),
+        ("no intrinsics", (), "intrinsics"),
+        ("all broken", (), "holds no usable frame"),
+        ("bad poses", (), "4 of 6 frames cannot be used, first frame 0: trajectory.txt"),
+        ("bad poses", ("--max-bad", "1"), "6 of 6 frames cannot be used, first frame 0: trajectory.txt"),
+        ("most broken", (), "4 of 6 frames cannot be used, first frame 0: .*000000.png"),
+        (
+            "good",
+            ("--set", "voxels.voxelsize=0.1"),
+            "unknown setting voxels.voxelsize; did you mean voxels.voxel_size_m",
+        ),
+        ("good", ("--set", "voxels.voxel_size_m=9"), "voxels.voxel_size_m = 9"),
+        ("good", ("--config", "no-such.toml"), "no-such.toml"),
+        ("good", ("--reader", "holograms"), "unknown reader 'holograms'"),
+        ("good", ("--segmenter", "psychic"), "unknown segmenter 'psychic'"),
+        ("good", ("--set", "segmenter.options.nonsense=1"), "segmenter 'geometric' does not take"),
+        ("good", ("--intrinsics", "1,2"), "intrinsics"),
+        ("good", ("--stride", "0"), "input.stride = 0"),
+    ],
+)
+def test_unusable_input_is_one_plain_line(capsys, tmp_path, folder, options, message):
+    INPUTS[folder](tmp_path / "in")
+    before = listing(tmp_path)
+    code, out, err = razer(capsys, "run", tmp_path / "in", "-o", tmp_path / "deep" / "run", *QUICK, *options)
+    assert (code, out) == (2, "")
+    lines = [line for line in err.splitlines() if line.startswith("razer: ")]
+    assert len(lines) == 1
+    assert lines[0] == err.splitlines()[-1]
+    assert "Traceback" not in err
+    assert re.search(message, lines[0]), lines[0]
+    assert listing(tmp_path) == before
