@@ -13,7 +13,7 @@ from razer.errors import BadInput
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.evaluation import Evaluation, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
-from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time
+from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time, trajectory_metrics
 from razer.plugins import NO_TRUST, Trust
 
 MIN_COMMON_POSES = 3
