@@ -109,9 +109,9 @@ def _answer(
 def _draw(asked: QueryableMap, answer: Answer, target: Path) -> None:
     import cv2
 
-    from app.render.highlight import highlighted
+    from app.render.highlight import highlight_hits
 
-    picture = highlighted(asked.panoptic.mesh, asked.up, answer.hits)
+    picture = highlight_hits(asked.panoptic.mesh, asked.up, answer.hits)
     try:
         written = cv2.imwrite(str(target), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
     except cv2.error:
