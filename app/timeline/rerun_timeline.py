@@ -53,7 +53,7 @@ class Timeline:
         self._config = config
         self._log = RerunLog(path)
         self._pose_log: PoseEstimationLog | None = None
-        self._shown = 0
+        self._n_shown = 0
         self._last_index = 0
         self._named_ids = 0
         self._stage_names: list[str] = []
@@ -77,7 +77,7 @@ class Timeline:
             stage_ms: milliseconds that its stages took so far.
         """
         self._start_frame(frame.index)
-        if self._shown == 0:
+        if self._n_shown == 0:
             self._lay_out(behind(frame.pose))
         self._log_images(frame, step)
         self._log_boxes(mapper)
@@ -90,7 +90,7 @@ class Timeline:
         if step.rebuilt or self._due(self._config.points_every):
             self._log_points(mapper)
         self._poses.append(frame.pose)
-        self._shown += 1
+        self._n_shown += 1
 
     def track(
         self,
@@ -156,7 +156,7 @@ class Timeline:
         self._log.show(run_layout(view, poses_estimated=self._pose_log is not None))
 
     def _due(self, every: int) -> bool:
-        return self._shown % every == 0
+        return self._n_shown % every == 0
 
     def _start_frame(self, index: int) -> None:
         self._last_index = index

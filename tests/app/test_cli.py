@@ -416,7 +416,7 @@ def test_config_prints_every_setting_in_three_ways(capsys, tmp_path):
     assert set(RunConfig.model_fields) == set(tomllib.loads(toml))
 
 
-def test_bench_measures_stages_beside_plain_fusion(recording, tmp_path):
+def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     command = [sys.executable, "-m", "app.cli", "bench", recording, "--json", "--max-frames", "6", *QUICK]
     process = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
     result = json.loads(process.stdout.splitlines()[-1])
