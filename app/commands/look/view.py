@@ -41,10 +41,10 @@ def _draw(run: Path, target: Path) -> None:
     # Late, as in `razer run`.
     import cv2
 
-    from app.render.picture import picture
+    from app.render.overview_image import overview_image
     from app.run_folder.save_run import camera_up, read_tum
     from razer.storage import read_mesh_ply
 
-    image = picture(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))
+    image = overview_image(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
