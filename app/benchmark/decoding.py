@@ -1,4 +1,4 @@
-"""How long it takes to turn the outputs of a YOLO segmentation model into masks, the model itself left out."""
+"""Benchmark of YOLO mask decoding: from the outputs of a segmentation model to masks, the model itself left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long describing masks takes beside the image encoder itself: pooling a feature map, and cutting crops."""
+"""Benchmark of mask description beside the image encoder: pooling a feature map, and cutting crops."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def measure_describing() -> dict[str, float]:
 def _ellipses(rng: np.random.Generator) -> BoolArray:
     """Masks of 30 to 240 pixels across."""
     y, x = np.mgrid[:_HEIGHT, :_WIDTH]
-    size = rng.uniform(15, 120, (2, _MASKS, 1, 1))
+    radius = rng.uniform(15, 120, (2, _MASKS, 1, 1))
     centre = rng.uniform(0, 1, (2, _MASKS, 1, 1)) * np.array([_HEIGHT, _WIDTH]).reshape(2, 1, 1, 1)
-    return ((y - centre[0]) / size[0]) ** 2 + ((x - centre[1]) / size[1]) ** 2 < 1
+    return ((y - centre[0]) / radius[0]) ** 2 + ((x - centre[1]) / radius[1]) ** 2 < 1
 
 
 def _median_ms(work: Callable[[], object]) -> float:

@@ -1,4 +1,4 @@
-"""How long an evaluation takes: a scene of the size that ScanNet's are, by the rules of its benchmark."""
+"""Benchmark of the evaluator: a scene of the size that ScanNet's are, by the rules of its benchmark."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def measure_evaluation() -> dict[str, float]:
     """Seconds of processor time for 300 overlapping masks on 200,000 vertices with 60 things in them."""
     rng = np.random.default_rng(0)
     names = dict(enumerate(vocabulary("scannet200").names, start=1))
-    # Things are runs of vertices, as they are in a mesh, and every sixth vertex is nobody's.
+    # Things are runs of vertices, as they are in a mesh, and every sixth vertex belongs to none.
     instances = (np.arange(_VERTICES) * _THINGS // _VERTICES + 1) * (rng.random(_VERTICES) > 1 / 6)
     thing_classes = np.concatenate([[0], rng.integers(1, len(names) + 1, _THINGS)])
     truth = TruthScene(rng.random((_VERTICES, 3)) * 5, instances, thing_classes[instances], names)

@@ -1,4 +1,4 @@
-"""How long it takes to rank the instances of a large map against an embedded query."""
+"""Benchmark of a query: ranking the instances of a large map against an embedded text."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _REPEATS = 9
 
 
 def measure_ranking() -> dict[str, float]:
-    """Milliseconds for a query over 10,000 instances of one to three hypotheses, sorted, and once for each map to make
-    them ready against 1,203 names."""
+    """Milliseconds for a query over 10,000 instances of one to three embeddings each, sorted, and once for each map to
+    prepare them against 1,203 negative prompts."""
     rng = np.random.default_rng(0)
     banks = {i: (_units(rng, 1 + i % 3), np.full(1 + i % 3, 1 / (1 + i % 3))) for i in range(_INSTANCES)}
-    hypotheses, contrast = EmbeddingTable.of(banks), NegativePrompts([""] * _NAMES, _units(rng, _NAMES))
+    table, negatives = EmbeddingTable.of(banks), NegativePrompts([""] * _NAMES, _units(rng, _NAMES))
     started_s = perf_counter()
-    ranking = TextRanking(hypotheses, contrast)
+    ranking = TextRanking(table, negatives)
     ready_ms = 1e3 * (perf_counter() - started_s)
     times_ms = []
     for _ in range(_REPEATS):

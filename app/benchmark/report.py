@@ -1,4 +1,4 @@
-"""The figures of `razer bench` as tables for people."""
+"""Report of a benchmark: tables for people."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.pipeline.run_report import print_timings
 
 
 def print_bench(result: dict[str, Any]) -> None:
-    """Stages, memory along the way, and the yardstick."""
+    """Print stages, memory along the way, plain fusion, and the parts measured alone."""
     console = result_console()
     of_runs = f", median of {result['repeat']} runs" if result["repeat"] > 1 else ""
     console.print(f"{result['name']}: {result['frames']} frames{of_runs}", soft_wrap=True)
@@ -27,9 +27,10 @@ def print_bench(result: dict[str, Any]) -> None:
     console.print(
         f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor"
     )
-    size = result["evaluation"]
+    evaluation = result["evaluation"]
     console.print(
-        f"evaluation of {size['predictions']} masks on {size['vertices']} vertices: {size['cpu_s']:.1f} s of processor"
+        f"evaluation of {evaluation['predictions']} masks on {evaluation['vertices']} vertices: "
+        f"{evaluation['cpu_s']:.1f} s of processor"
     )
     decoding = result["yolo_decoding"]
     console.print(
@@ -41,8 +42,8 @@ def print_bench(result: dict[str, Any]) -> None:
         f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
         f"map, {describing['crops_ms']:.1f} ms to cut crops"
     )
-    ranked = result["ranking"]
-    console.print(f"a query over {ranked['instances']} instances: {ranked['query_ms']:.1f} ms")
+    ranking = result["ranking"]
+    console.print(f"a query over {ranking['instances']} instances: {ranking['query_ms']:.1f} ms")
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

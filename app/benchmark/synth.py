@@ -1,4 +1,4 @@
-"""How fast synthetic frames are made: rendering with every error of the sensor model, nothing written."""
+"""Benchmark of synthetic rendering: frames with every error of the sensor model, nothing written."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from app.comparison.compare_runs import Comparison
-from app.render.mesh_decimation import limited
+from app.render.mesh_decimation import decimated
 from app.render.viewpoint import overview
 from app.run_folder.mapped_run import MappedRun
 from app.run_folder.save_run import camera_up
@@ -46,7 +46,7 @@ def write_recording(path: Path, result: Comparison) -> None:
 
 
 def _log_mesh(log: RerunLog, entity: str, run: MappedRun, color: Color) -> None:
-    mesh = limited(run.panoptic.mesh, MAX_VERTICES)
+    mesh = decimated(run.panoptic.mesh, MAX_VERTICES)
     if len(mesh.vertices):
         mixed = (mesh.colors.astype(np.uint16) + np.array(color, np.uint16)) // 2
         log.mesh(entity, mesh, mixed.astype(np.uint8))

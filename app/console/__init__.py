@@ -1,1 +1,1 @@
-"""What is printed: results, messages, progress."""
+"""Terminal output: results, messages, progress."""

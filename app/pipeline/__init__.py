@@ -1,1 +1,1 @@
-"""The main loop, and what a run is from its first frame to its folder."""
+"""The mapping pipeline: main loop, a run from its first frame to its folder, camera tracking alone."""

@@ -1,1 +1,1 @@
-"""What a run costs: time per stage, memory, cores."""
+"""Profiling of a run: time per stage, memory, cores."""

@@ -1,4 +1,4 @@
-"""How many cores the mapping process takes."""
+"""CPU cores of the mapping process, and those left to its helper processes."""
 
 from __future__ import annotations
 

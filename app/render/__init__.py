@@ -1,1 +1,1 @@
-"""Maps as pictures and as meshes for other viewers."""
+"""Rendered images of maps, and meshes for other viewers."""

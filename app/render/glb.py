@@ -1,4 +1,4 @@
-"""The labelled mesh as binary glTF 2.0, which any 3D viewer opens: a node for each instance, tinted."""
+"""Export of the labelled mesh as binary glTF 2.0, which any 3D viewer opens: a node for each instance, tinted."""
 
 from __future__ import annotations
 
@@ -34,8 +34,14 @@ def write_glb(
     up: Float64Array | None = None,
     names: Mapping[int, str] | None = None,
 ) -> None:
-    """Write `mesh` to `path`, a node for each instance and one for the rest; `up` (3,) is the world direction that
-    viewers show upwards (glTF: +y), `names` are those of the instances' nodes, by id."""
+    """Write a mesh as a node for each instance and one for the rest.
+
+    Args:
+        path: the file.
+        mesh: the labelled surface.
+        up: (3,) the world direction that viewers show upwards (glTF: +y); None = +y already.
+        names: of the instances' nodes, by id.
+    """
     parts = list(_parts(mesh))
     columns = _columns(mesh, parts)
     binary = b"".join(column.tobytes() for column in columns)
@@ -132,8 +138,8 @@ def _accessors(parts: list[Part], positions: NDArray) -> Iterator[dict[str, Any]
             if name == "COLOR_0":
                 accessor["normalized"] = True
             yield accessor
-        place = {"bufferView": len(_ATTRIBUTES), "byteOffset": index * 4, "componentType": _UINT32}
-        yield place | {"count": corners.size, "type": "SCALAR"}
+        accessor = {"bufferView": len(_ATTRIBUTES), "byteOffset": index * 4, "componentType": _UINT32}
+        yield accessor | {"count": corners.size, "type": "SCALAR"}
         vertex, index = vertex + len(vertices), index + corners.size
 
 

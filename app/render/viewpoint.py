@@ -1,4 +1,4 @@
-"""Where to look from, so that a recording opens on something worth seeing."""
+"""Initial viewpoints of the 3D viewer: behind a camera, and an overview of points."""
 
 from __future__ import annotations
 
@@ -25,14 +25,22 @@ def behind(world_from_camera: Float64Array, back_m: float = 1.5, ahead_m: float 
 
 
 def overview(points: Float64Array, up: Float64Array, forward: Float64Array, pitch_deg: float = 40.0) -> Viewpoint:
-    """Down on (N, 3) points from outside, along the horizontal part of `forward`; strays do not count."""
+    """A view down on points from outside; outliers do not count.
+
+    Args:
+        points: (N, 3) metres.
+        up: (3,) the direction that is up in the world.
+        forward: (3,) the view looks along its horizontal part.
+        pitch_deg: how steeply it looks down, degrees.
+    """
     up = up / np.linalg.norm(up)
-    level = forward - (forward @ up) * up
-    level = level / np.linalg.norm(level) if np.linalg.norm(level) > 1e-6 else _any_normal_to(up)
+    horizontal = forward - (forward @ up) * up
+    length = np.linalg.norm(horizontal)
+    horizontal = horizontal / length if length > 1e-6 else _any_normal_to(up)
     low, high = np.percentile(points, [3, 97], axis=0)
     target, size_m = (low + high) / 2, float(np.linalg.norm(high - low))
     pitch = np.radians(pitch_deg)
-    return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * level), target, up)
+    return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * horizontal), target, up)
 
 
 def _any_normal_to(vector: Float64Array) -> Float64Array:

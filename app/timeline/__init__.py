@@ -1,1 +1,1 @@
-"""The Rerun recording of a run, and looking at it."""
+"""The Rerun recording of a run, and the viewer of it."""

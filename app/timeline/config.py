@@ -1,4 +1,4 @@
-"""Settings of the timeline: how often and how finely things are logged, which is what it costs."""
+"""Settings of the timeline: how often and how finely it is logged, which is what it costs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TimelineConfig(Settings):
     boxes_every: int = Field(1, ge=1, description="Frames between logged sets of boxes.")
     decisions: bool = Field(True, description="Log, for each frame, why each detection went where it went.")
     points_every: int = Field(
-        5, ge=1, description="Frames between looks at which parts of the map changed enough to log."
+        5, ge=1, description="Frames between checks of which parts of the map changed enough to log."
     )
     points_growth: float = Field(
         1.6, gt=1, le=10,

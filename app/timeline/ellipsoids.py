@@ -1,4 +1,4 @@
-"""How uncertain a position is, as an ellipsoid."""
+"""Covariance ellipsoids of estimated positions."""
 
 from __future__ import annotations
 

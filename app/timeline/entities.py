@@ -1,4 +1,4 @@
-"""Where things lie in the recording of a run: Rerun's entity paths."""
+"""Rerun entity paths of a run's recording."""
 
 WORLD = "world"  # metres, right-handed
 CAMERA = "world/camera"

@@ -1,4 +1,4 @@
-"""Images made small for the timeline, and the cameras that belong to them."""
+"""Image encoding for the timeline: scaled down, with the intrinsics that belong to them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from razer.arrays import Float32Array, Uint8Array
 from razer.frame import Intrinsics
 
 
-def at_most(camera: Intrinsics, max_edge: int) -> Intrinsics:
+def scaled_to(camera: Intrinsics, max_edge: int) -> Intrinsics:
     """The camera scaled down, if need be, so that no edge is longer than `max_edge` pixels."""
     scale = min(1.0, max_edge / max(camera.width, camera.height))
     return camera.resized(round(scale * camera.width), round(scale * camera.height))
 
 
-def step_to(camera: Intrinsics, max_edge: int) -> int:
+def subsampling_step(camera: Intrinsics, max_edge: int) -> int:
     """Every how many pixels one has to be kept so that no edge is longer than `max_edge` pixels."""
     return math.ceil(max(camera.width, camera.height) / max_edge)
 

@@ -1,6 +1,6 @@
-"""The map in chunks of 4^3 blocks, each drawn again only when it has been observed much more often.
+"""Chunks of 4^3 blocks of the map, each logged again only when it has been observed much more often.
 
-A chunk observed n times is drawn about log(n) times, which keeps the timeline small and drawing cheap.
+A chunk observed n times is logged about log(n) times, which keeps the timeline small and logging cheap.
 """
 
 from __future__ import annotations
@@ -32,38 +32,33 @@ class Chunk(NamedTuple):
 
 
 class ChunkSchedule:
-    """Counts how often each chunk's blocks were observed, and tells which chunks are due to be drawn."""
+    """Counts how often each chunk's blocks were observed, and which chunks are due to be logged."""
 
     def __init__(self, growth: float) -> None:
         self._growth = growth
-        self._seen: dict[Chunk, int] = {}
-        self._drawn: dict[Chunk, int] = {}
+        self._observations: dict[Chunk, int] = {}
+        self._logged: dict[Chunk, int] = {}
 
     def observe(self, block_keys: Int32Array) -> None:
         """Take in the keys (M, 3) of the blocks that one frame changed."""
         chunks, counts = np.unique(block_keys // BLOCKS_PER_EDGE, axis=0, return_counts=True)
         for key, count in zip(chunks.tolist(), counts.tolist(), strict=True):
             chunk = Chunk(*key)
-            self._seen[chunk] = self._seen.get(chunk, 0) + count
+            self._observations[chunk] = self._observations.get(chunk, 0) + count
 
     def take_due(self) -> list[Chunk]:
-        """The chunks observed `growth` times as often as when last taken; they count as drawn from now on."""
-        due = [c for c, seen in self._seen.items() if seen >= self._growth * self._drawn.get(c, 0)]
-        self._drawn.update((chunk, self._seen[chunk]) for chunk in due)
+        """The chunks observed `growth` times as often as when last taken; they count as logged from now on."""
+        due = [c for c, n in self._observations.items() if n >= self._growth * self._logged.get(c, 0)]
+        self._logged.update((chunk, self._observations[chunk]) for chunk in due)
         return due
 
-    def redraw(self) -> None:
+    def invalidate(self) -> None:
         """All chunks are due again, since the whole map moved."""
-        self._drawn = dict.fromkeys(self._drawn, 0)
-
-    @property
-    def drawn(self) -> list[Chunk]:
-        """All chunks taken so far."""
-        return list(self._drawn)
+        self._logged = dict.fromkeys(self._logged, 0)
 
 
 def thinned(points: SurfacePoints, voxel_size_m: float, keep_one_of: int) -> SurfacePoints:
-    """A fixed pseudo-random choice of the voxels: a voxel that is kept stays kept in every later drawing."""
+    """A fixed pseudo-random choice of the voxels: a voxel that is kept stays kept whenever it is logged again."""
     if keep_one_of == 1:
         return points
     lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)

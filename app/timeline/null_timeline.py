@@ -13,7 +13,7 @@ from slam.report import PoseReport
 
 
 class NullTimeline:
-    """Takes what `Timeline` takes and does nothing."""
+    """A `Timeline` that ignores whatever is logged."""
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Nothing."""

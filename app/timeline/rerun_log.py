@@ -1,4 +1,4 @@
-"""Our values as Rerun's; the only importer of rerun.
+"""Adapter to the Rerun SDK, and the only importer of rerun: our value types in, Rerun's archetypes out.
 
 Logging hands data to Rerun's own thread, which writes the file; only `close` waits for it, and not for ever.
 """
@@ -74,7 +74,14 @@ class RerunLog:
         self._stream.log(path, rr.AnnotationContext(named), static=True)
 
     def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Uint8Array, labels: Sequence[str]) -> None:
-        """Wire frames with a label each."""
+        """Log wire frames.
+
+        Args:
+            path: of the entity.
+            boxes: N boxes.
+            colors: (N, 3) of the boxes.
+            labels: N texts beside them.
+        """
         self._stream.log(
             path,
             rr.Boxes3D(
@@ -89,11 +96,25 @@ class RerunLog:
         )
 
     def points(self, path: str, positions: Float32Array, colors: Uint8Array, radius_m: float) -> None:
-        """A cloud (N, 3)."""
+        """Log a point cloud.
+
+        Args:
+            path: of the entity.
+            positions: (N, 3) metres.
+            colors: (N, 3) of the points.
+            radius_m: of every point, metres.
+        """
         self._stream.log(path, rr.Points3D(positions, colors=colors, radii=radius_m))
 
     def dots(self, path: str, positions: Float64Array, color: tuple[int, int, int], radius_points: float) -> None:
-        """Positions (N, 3), as large on the screen from near as from afar."""
+        """Log points that are as large on the screen from near as from afar.
+
+        Args:
+            path: of the entity.
+            positions: (N, 3) metres.
+            color: of all points.
+            radius_points: of every point, points on the screen.
+        """
         radius = rr.components.Radius.ui_points(radius_points)
         self._stream.log(path, rr.Points3D(positions, colors=[color], radii=radius))
 
@@ -186,11 +207,11 @@ def run_layout(view: Viewpoint, *, poses_estimated: bool = False) -> rrb.Bluepri
         rrb.TimeSeriesView(origin=entities.INSTANCES, name="Instances"),
         rrb.TimeSeriesView(origin=entities.MEMORY, name="Memory"),
     )
-    words = rrb.Tabs(
+    texts = rrb.Tabs(
         rrb.TextDocumentView(origin=entities.DECISIONS, name="Why"),
         rrb.TextLogView(origin=entities.EVENTS, name="Events", columns=LOG_COLUMNS),
     )
-    side = rrb.Vertical(images, plots, words, row_shares=[3, 3, 4])
+    side = rrb.Vertical(images, plots, texts, row_shares=[3, 3, 4])
     return rrb.Blueprint(
         rrb.Horizontal(scene, side, column_shares=[3, 2]),
         rrb.TimePanel(state="collapsed", timeline=FRAME, play_state="following"),

@@ -1,4 +1,4 @@
-"""The timeline of a run, one Rerun recording: what the camera saw, what the method decided, how the map grew."""
+"""The timeline of a run as a Rerun recording: images, boxes, events, association decisions, the growing map."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from app.profiling.memory import rss_mb
-from app.render.mesh_decimation import limited
+from app.render.mesh_decimation import decimated
 from app.render.palette import instance_colors, tinted
 from app.render.viewpoint import Viewpoint, behind, overview
 from app.timeline.config import TimelineConfig
@@ -29,7 +29,7 @@ from app.timeline.entities import (
     WORLD,
 )
 from app.timeline.event_log import decision_table, step_events
-from app.timeline.images import at_most, depth_png, every_nth, jpeg, step_to
+from app.timeline.images import depth_png, every_nth, jpeg, scaled_to, subsampling_step
 from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
 from app.timeline.pose_estimation_log import PoseEstimationLog
 from app.timeline.rerun_log import RerunLog, run_layout
@@ -53,14 +53,14 @@ class Timeline:
         self._config = config
         self._log = RerunLog(path)
         self._pose_log: PoseEstimationLog | None = None
-        self._shown = 0
+        self._n_shown = 0
         self._last_index = 0
         self._named_ids = 0
         self._stage_names: list[str] = []
         self._schedule = ChunkSchedule(config.points_growth)
         self._poses: list[Float64Array] = []
-        self._raster_step = step_to(intrinsics, config.raster_max_edge)
-        self._color_camera = at_most(intrinsics, config.image_max_edge)
+        self._raster_step = subsampling_step(intrinsics, config.raster_max_edge)
+        self._color_camera = scaled_to(intrinsics, config.image_max_edge)
         raster_camera = every_nth(intrinsics, self._raster_step)
         for entity, camera in ((COLOR, self._color_camera), (DEPTH, raster_camera), (IDS, raster_camera)):
             self._log.camera(entity, camera)
@@ -68,9 +68,16 @@ class Timeline:
         self._log.name_series(MEMORY, ["process MB", "voxels MB"])
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
-        """Log one mapped frame; `stage_ms` are the milliseconds its stages took so far."""
+        """Log one mapped frame.
+
+        Args:
+            frame: posed.
+            step: what mapping it did.
+            mapper: the map after it.
+            stage_ms: milliseconds that its stages took so far.
+        """
         self._start_frame(frame.index)
-        if self._shown == 0:
+        if self._n_shown == 0:
             self._lay_out(behind(frame.pose))
         self._log_images(frame, step)
         self._log_boxes(mapper)
@@ -79,11 +86,11 @@ class Timeline:
         self._schedule.observe(step.changed_blocks)
         if step.rebuilt:
             self._log.event(EVENTS, "the map was rebuilt at corrected poses", "INFO")
-            self._schedule.redraw()
+            self._schedule.invalidate()
         if step.rebuilt or self._due(self._config.points_every):
             self._log_points(mapper)
         self._poses.append(frame.pose)
-        self._shown += 1
+        self._n_shown += 1
 
     def track(
         self,
@@ -127,13 +134,13 @@ class Timeline:
         """Log the finished map in place of the points, and open the recording on an overview of it."""
         self._start_frame(self._last_index + 1)
         self._log_boxes(mapper, always=True)
-        mesh = limited(panoptic.mesh, self._config.mesh_max_vertices)
+        mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
         if not len(mesh.vertices):
             return
         self._log.clear(POINTS, recursive=True)
         self._log.mesh(MESH, mesh, tinted(mesh.colors, mesh.instances))
         poses = np.array(self._poses)
-        if self._pose_log is None:  # which shows estimated ones as they were corrected
+        if self._pose_log is None:  # it shows estimated poses as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [poses[:, :3, 3]])
         view = overview(
@@ -149,7 +156,7 @@ class Timeline:
         self._log.show(run_layout(view, poses_estimated=self._pose_log is not None))
 
     def _due(self, every: int) -> bool:
-        return self._shown % every == 0
+        return self._n_shown % every == 0
 
     def _start_frame(self, index: int) -> None:
         self._last_index = index
@@ -191,8 +198,8 @@ class Timeline:
             self._log.document(DECISIONS, decision_table(step))
 
     def _log_scalars(self, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
-        if new := [name for name in stage_ms if name not in self._stage_names]:
-            self._stage_names += new
+        if new_names := [name for name in stage_ms if name not in self._stage_names]:
+            self._stage_names += new_names
             self._log.name_series(STAGES, self._stage_names)
         self._log.scalars(STAGES, [stage_ms.get(name, 0.0) for name in self._stage_names])
         confirmed = sum(track.confirmed for track in mapper.tracks)
@@ -207,8 +214,8 @@ class Timeline:
         surface = extract_points(mapper.voxels, np.concatenate([chunk.block_keys for chunk in due]))
         points = thinned(surface, size_m, self._config.points_thinning)
         colors = instance_colors(points.instances)
-        parts = by_chunk(points, size_m)
+        rows_by_chunk = by_chunk(points, size_m)
         for chunk in due:
-            rows = parts.get(chunk, np.zeros(0, np.int64))  # what has been carved away must vanish here too
+            rows = rows_by_chunk.get(chunk, np.zeros(0, np.int64))  # what has been carved away must vanish here too
             entity = f"{POINTS}/{chunk.x}_{chunk.y}_{chunk.z}"
             self._log.points(entity, points.positions[rows], colors[rows], 0.75 * size_m)

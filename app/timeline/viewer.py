@@ -1,4 +1,4 @@
-"""Showing a recording in the Rerun viewer, which is a program of its own."""
+"""The Rerun viewer, native or in a browser, as a process of its own."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def _free_port(wanted: int) -> int:
-    """The wanted port, or any other if it is taken."""
-    for port in (wanted, 0):
+def _free_port(preferred: int) -> int:
+    """The preferred port, or any other if it is taken."""
+    for port in (preferred, 0):
         with socket.socket() as probe:
             try:
                 probe.bind((HOST, port))

@@ -8,8 +8,11 @@ import sys
 
 import pytest
 
+from app.frames.selection import Selection
 from app.settings.config_file import read_config
 from data_tools import open_sequence
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.writers.table import write_recording
 from razer.errors import BadInput
 from razer.models import make_embedder, make_segmenter
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust, load
@@ -213,3 +216,17 @@ def test_names_that_can_be_none_are_one_plain_line(name):
     for trust in (NO_TRUST, FULL_TRUST):
         with pytest.raises(BadInput):
             load("segmenter", name, {}, {}, methods=["segment"], trust=trust)
+
+
+def test_the_embedder_that_the_command_line_names_also_compares_the_runs_under_both_poses(capsys, mark, tmp_path):
+    room = SyntheticRoom(0, 120, 320, 240)
+    start = Selection(room, range(8), iter(()))  # near enough to each other to be tracked
+    write_recording(start, tmp_path / "recording", truth=room.truth(0.05), lossless=True)
+    models = ("--embedder", "planted:Embedder", "--set", f"embedder.options.mark={mark}")
+    out = tmp_path / "both"
+    options = ("--poses", "both", "--no-timeline", *models, *QUICK)
+    code, _, err = razer(capsys, "run", tmp_path / "recording", "-o", out, *options)
+    assert code == 0, err
+    comparison = json.loads((out / "compare" / "compare.json").read_text())
+    assert comparison["a"]["class_agnostic"] is not None
+    assert mark.exists()

@@ -98,9 +98,9 @@ def _answer(
 def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:
     import cv2
 
-    from app.render.highlight import highlighted
+    from app.render.highlight import highlight_hits
 
-    picture = highlighted(queryable.panoptic.mesh, queryable.up, answer.hits)
+    picture = highlight_hits(queryable.panoptic.mesh, queryable.up, answer.hits)
     try:
         written = cv2.imwrite(str(target), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
     except cv2.error:

@@ -37,10 +37,10 @@ def _draw(run: Path, target: Path) -> None:
     # Late, as in `razer run`.
     import cv2
 
-    from app.render.picture import picture
+    from app.render.overview_image import overview_image
     from razer.saved_map import load_map
 
     panoptic = load_map(run)
-    image = picture(panoptic.mesh, panoptic.up_or_z)
+    image = overview_image(panoptic.mesh, panoptic.up_or_z)
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

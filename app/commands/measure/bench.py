@@ -35,11 +35,11 @@ def bench(
     config = options.read()
 
     # Late, as in `razer run`.
-    from app.benchmark.measure import measure
     from app.benchmark.report import print_bench
+    from app.benchmark.run_benchmark import run_benchmark
 
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        runs = list(pool.map(measure, [folder] * repeat, [config] * repeat))
+        runs = list(pool.map(run_benchmark, [folder] * repeat, [config] * repeat))
     median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
     result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}
     if json:

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.render.mesh_decimation import clustered, limited
+from app.render.mesh_decimation import cluster_vertices, decimated
 from app.render.viewpoint import behind, overview
 from app.timeline import viewer
-from app.timeline.images import at_most, every_nth
+from app.timeline.images import every_nth, scaled_to
 from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
 from razer.errors import BadInput
 from razer.frame import Intrinsics
@@ -120,11 +120,11 @@ def test_thinning_leaves_no_plane_empty():
 
 def test_small_mesh_is_left_alone():
     mesh = grid_mesh(20, 0.02)
-    assert limited(mesh, 400) is mesh
+    assert decimated(mesh, 400) is mesh
 
 
 def test_large_mesh_gets_within_the_limit_and_stays_a_square():
-    mesh = limited(grid_mesh(100, 0.02), 1000)
+    mesh = decimated(grid_mesh(100, 0.02), 1000)
     assert 200 < len(mesh.vertices) <= 1000
     a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(float) for corner in range(3))
     doubled_areas = np.cross(b - a, c - a)
@@ -134,7 +134,7 @@ def test_large_mesh_gets_within_the_limit_and_stays_a_square():
 
 def test_clustering_keeps_real_vertices_and_drops_collapsed_triangles():
     mesh = grid_mesh(30, 0.02)
-    small = clustered(mesh, 0.05)
+    small = cluster_vertices(mesh, 0.05)
     assert (mesh.vertices[small.instances] == small.vertices).all()  # the test's ids are vertex numbers
     assert all(len({*triangle}) == 3 for triangle in small.triangles.tolist())
     assert len(np.unique(np.floor(small.vertices / 0.05), axis=0)) == len(small.vertices)
@@ -153,8 +153,8 @@ def test_sliced_image_has_the_right_camera(n, x, y):
 
 def test_images_only_ever_get_smaller():
     camera = Intrinsics(1280, 720, 900.0, 900.0, 639.5, 359.5)
-    assert (at_most(camera, 640).width, at_most(camera, 640).height) == (640, 360)
-    assert at_most(camera, 4000) == camera
+    assert (scaled_to(camera, 640).width, scaled_to(camera, 640).height) == (640, 360)
+    assert scaled_to(camera, 4000) == camera
 
 
 def test_overview_looks_down_on_the_middle_and_ahead():

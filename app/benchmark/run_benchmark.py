@@ -1,4 +1,4 @@
-"""The figures of `razer bench`: one run that keeps nothing, and the yardstick on the same frames."""
+"""The benchmark of `razer bench`: a run that keeps nothing, plain TSDF fusion of the same frames, and single parts."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 from app.benchmark.decoding import measure_decoding
 from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
+from app.benchmark.plain_fusion import time_plain_fusion
 from app.benchmark.ranking import measure_ranking
 from app.benchmark.synth import measure_synth
-from app.benchmark.yardstick import fuse_plainly
 from app.console.streams import progress_console
 from app.frames.open_recording import open_recording
 from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
@@ -24,18 +24,18 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 
-# Stages of the map itself; the others read, look at pictures with 2D models, or log.
+# Stages of the map itself; the others read, run 2D models, or log.
 BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
 ROOM_FRAMES = 120
 
 
-def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
-    """The figures of one run: those of timings.json, each stage's share, the yardstick, ratios to
-    it, how fast synthetic frames are rendered, and how long an evaluation, what is done to masks beside the models, and
-    a query take."""
+def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
+    """The figures of one run over a recording, or over a synthetic room where there is none: those of timings.json,
+    each stage's share, the time of plain fusion (key `yardstick`) and the ratios to it, and those of the parts measured
+    alone: rendering, evaluation, decoding and describing of masks, a query. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
-    require_poses(sequence)  # the yardstick has no others
+    require_poses(sequence)  # plain fusion has no others
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         _, recorder = map_sequence(sequence, config, mapper, timeline, console)
@@ -43,13 +43,13 @@ def measure(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         timings = recorder.timings()
     n_blocks = mapper.voxels.n_blocks
     del mapper
-    console.print("yardstick: plain fusion of the same frames")
-    plain = summarize(fuse_plainly(posed_frames(sequence, config), config.voxels, n_blocks))
+    console.print("plain TSDF fusion of the same frames")
+    plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks))
     return {
         "name": sequence.name,
-        **with_shares(timings),
+        **_with_shares(timings),
         "yardstick": plain,
-        "ratios": ratios(timings, plain),
+        "ratios": _ratios(timings, plain),
         "synth": measure_synth(),
         "evaluation": measure_evaluation(),
         "yolo_decoding": measure_decoding(),
@@ -62,7 +62,7 @@ def _room(config: RunConfig) -> SyntheticRoom:
     return SyntheticRoom(n_frames=config.input.max_frames or ROOM_FRAMES)
 
 
-def posed_frames(sequence: RgbdSequence, config: RunConfig) -> Iterator[Frame]:
+def _posed_frames(sequence: RgbdSequence, config: RunConfig) -> Iterator[Frame]:
     """The frames that the run could use."""
     for index in selected_frames(len(sequence), config.input):
         with suppress(UnusableFrame):
@@ -71,15 +71,15 @@ def posed_frames(sequence: RgbdSequence, config: RunConfig) -> Iterator[Frame]:
                 yield frame
 
 
-def with_shares(timings: dict[str, Any]) -> dict[str, Any]:
-    """Timings whose stages also tell their share in [0, 1] of the time of all stages."""
+def _with_shares(timings: dict[str, Any]) -> dict[str, Any]:
+    """Timings whose stages also have their share in [0, 1] of the time of all stages."""
     busy_s = sum(stage["total_s"] for stage in timings["stages"].values()) or 1.0
     stages = {name: {**stage, "share": stage["total_s"] / busy_s} for name, stage in timings["stages"].items()}
     return {**timings, "stages": stages}
 
 
-def ratios(timings: dict[str, Any], plain: dict[str, float]) -> dict[str, float]:
-    """Time of the run's fusion, and of all map stages together (BACKEND), over that of the yardstick."""
+def _ratios(timings: dict[str, Any], plain: dict[str, float]) -> dict[str, float]:
+    """Time of the run's fusion, and of all map stages together (BACKEND), over that of plain fusion."""
     stages = timings["stages"]
     backend_s = sum(stages[name]["total_s"] for name in BACKEND if name in stages)
     integrate_s = stages.get("integrate", {"total_s": 0.0})["total_s"]

@@ -1,4 +1,4 @@
-"""The yardstick of `razer bench`: Open3D's plain TSDF fusion of the same frames, with no labels at all."""
+"""Baseline of `razer bench`: Open3D's plain TSDF fusion of the same frames, with no labels at all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from razer.geometry import inverse
 _BLOCK_RESOLUTION = 16
 
 
-def fuse_plainly(frames: Iterable[Frame], settings: VoxelSettings, capacity: int) -> list[float]:
+def time_plain_fusion(frames: Iterable[Frame], settings: VoxelSettings, capacity: int) -> list[float]:
     """Milliseconds for each posed frame of compute_unique_block_coordinates + integrate on the CPU.
 
     Preparing the images is not counted. The grid has Open3D's own attributes only, and starts with room for
@@ -40,7 +40,7 @@ def _fuse(grid: o3d.t.geometry.VoxelBlockGrid, frame: Frame, settings: VoxelSett
     intrinsic = o3c.Tensor(frame.intrinsics.matrix)
     extrinsic = o3c.Tensor(inverse(frame.pose))
     limits = (1.0, settings.depth_max_m, settings.truncation_voxels)
-    start = perf_counter()
+    start_s = perf_counter()
     blocks = grid.compute_unique_block_coordinates(depth, intrinsic, extrinsic, *limits)
     grid.integrate(blocks, depth, color, intrinsic, extrinsic, *limits)
-    return 1e3 * (perf_counter() - start)
+    return 1e3 * (perf_counter() - start_s)

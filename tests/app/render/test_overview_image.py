@@ -1,12 +1,12 @@
-"""The picture of a map stands upright and shows every instance in its colour."""
+"""The overview image of a map stands upright and shows every instance in its colour."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from app.render.overview_image import overview_image
 from app.render.palette import instance_colors
-from app.render.picture import picture
 from razer.volume.mesh_extraction import LabelledMesh
 
 
@@ -18,7 +18,7 @@ def plate(height_m, size_m, instance, first):
 
 
 @pytest.mark.parametrize("flip", [1.0, -1.0])
-def test_what_is_higher_in_the_world_is_higher_in_the_picture(flip):
+def test_what_is_higher_in_the_world_is_higher_in_the_image(flip):
     floor, lamp = plate(0.0, 4.0, 3, 0), plate(2.0, 0.5, 8, 4)
     turned = np.diag([1.0, flip, flip])  # the same room in a world whose z points down
     vertices = (np.concatenate([floor[0], lamp[0]]) @ turned).astype(np.float32)
@@ -28,7 +28,7 @@ def test_what_is_higher_in_the_world_is_higher_in_the_picture(flip):
         np.concatenate([floor[1], lamp[1]]),
         np.concatenate([floor[2], lamp[2]]),
     )
-    image = picture(mesh, np.array([0.0, 0.0, flip]), 400, 300)
+    image = overview_image(mesh, np.array([0.0, 0.0, flip]), 400, 300)
     assert image.shape == (300, 400, 3)
     right = image[:, 200:].astype(float)
     hues = [color / np.linalg.norm(color) for color in instance_colors(np.array([3, 8])).astype(float)]
