@@ -1,11 +1,12 @@
-# make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors.
+# make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors;
+# make test-full: also what takes long (kills, long walks, many seeds).
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
 
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test lint format clean
+.PHONY: help demo test test-full lint format clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -14,6 +15,9 @@ demo: $(VENV)/installed
 	$(BIN)/razer demo $(ARGS)
 
 test: $(VENV)/installed-dev
+	$(BIN)/python -m pytest -m "not full" $(ARGS)
+
+test-full: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(ARGS)
 
 lint: $(VENV)/installed-dev

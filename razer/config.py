@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from razer.plugins import EmbedderSettings, SegmenterSettings
 from razer.settings import Settings
 
 MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
@@ -267,6 +268,8 @@ class MapperConfig(Settings):
     bank: BankSettings = BankSettings()
     maintenance: MaintenanceSettings = MaintenanceSettings()
     reintegration: ReintegrationSettings = ReintegrationSettings()
+    segmenter: SegmenterSettings = SegmenterSettings()
+    embedder: EmbedderSettings = EmbedderSettings()
 
     @model_validator(mode="after")
     def _reach_fits_blocks(self) -> MapperConfig:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -14,11 +15,15 @@ from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation, Perception
 from razer.frame import Frame
 from razer.models import Embedder, Segmenter, unrelated_cosine
+from razer.models.model_choice import choose_models
 from razer.panoptic_map import PanopticMap
 from razer.query.text_queries import TextQueryEncoder
 from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.reintegrator import Apply, Reintegrator
+from razer.semantics.gravity import up_direction
 from razer.stages import stage
+from razer.storage.settings_list import list_settings
+from razer.storage.toml_text import toml_text
 from razer.tracking.duplicates import find_duplicates
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
@@ -36,8 +41,25 @@ class Mapper:
     """Posed frames in, a panoptic map out; at any frame the map is complete for what was seen."""
 
     def __init__(
-        self, config: MapperConfig, segmenter: Segmenter, embedder: Embedder, *, device: str = "CPU:0"
+        self,
+        config: MapperConfig | None = None,
+        segmenter: Segmenter | str | None = None,
+        embedder: Embedder | str | None = None,
+        *,
+        device: str = "CPU:0",
     ) -> None:
+        """Start with an empty map.
+
+        Args:
+            config: the settings; None = the defaults.
+            segmenter: what finds masks, an object or a name (see `make_segmenter`); None = the one of the settings.
+            embedder: what describes them by vectors, likewise.
+            device: where the voxels live, such as "CUDA:0".
+
+        Raises:
+            BadInput: for a model that there is not.
+        """
+        config, segmenter, embedder = choose_models(config or MapperConfig(), segmenter, embedder)
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
         self._words = TextQueryEncoder(embedder)
@@ -47,6 +69,7 @@ class Mapper:
         self._surface = SurfaceCache()
         self._frames = 0
         self._last_index = self._refreshed_at = 0
+        self._camera_up = np.zeros(3)  # summed over frames: cameras are mostly held upright
 
     @property
     def tracks(self) -> list[Track]:
@@ -60,6 +83,7 @@ class Mapper:
     def fuse(self, seen: Observation) -> StepResult:
         """Map what was perceived of one frame."""
         frame, surface, lifted = seen.frame, seen.surface, seen.lifted
+        self._camera_up -= frame.pose[:3, 1]
         with stage("integrate"):
             changed_blocks = self.voxels.integrate(frame, surface)
         with stage("associate"):
@@ -202,9 +226,9 @@ class Mapper:
             track.support = support.get(track.id, 0.0)
             self.tracker.refreshed(track)
 
-    def finish(self) -> None:
+    def finish(self) -> PanopticMap:
         """Catch up with corrected poses, and a last pass over the tracks; after it labels are settled and boxes are
-        fresh."""
+        fresh. The finished map."""
         for _ in self.catch_up():
             pass
         self._clean_up()
@@ -212,10 +236,18 @@ class Mapper:
             self.voxels.replace(gone, 0)
         self.voxels.settle()
         self._refresh_tracks()
+        return self.snapshot()
 
     def snapshot(self) -> PanopticMap:
         """The map as it is now: confirmed instances and the labelled mesh."""
-        return PanopticMap.of([t for t in self.tracks if t.confirmed], extract_mesh(self.voxels), self._words)
+        mesh = extract_mesh(self.voxels)
+        panoptic = PanopticMap.of([t for t in self.tracks if t.confirmed], mesh, self._words)
+        return replace(
+            panoptic,
+            up=up_direction(mesh, self._camera_up),
+            config_text=toml_text(list_settings(self.config), "Settings of a map."),
+            open_volume=lambda: self.voxels,
+        )
 
 
 def _enlarged(ids: Int32Array, stride: int, shape: tuple[int, ...]) -> Int32Array:

@@ -2,76 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
-from razer.boxes.oriented_box import OrientedBox
-from razer.detection.best_views import BestView
 from razer.errors import BadInput
+from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
+from razer.storage.map_folder import SavedParts, save_map
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
-
-
-@dataclass(frozen=True)
-class MapObject:
-    """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
-    length with weights (J,) adding up to 1; views, the frames that show it best, the best first."""
-
-    id: int
-    class_name: str | None
-    score: float
-    box: OrientedBox
-    n_voxels: int
-    n_vertices: int
-    observations: int
-    first_frame: int
-    last_frame: int
-    embeddings: Float32Array
-    weights: Float64Array
-    views: tuple[BestView, ...] = ()
-
-
-@dataclass(frozen=True)
-class Hit:
-    """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
-    name."""
-
-    object: MapObject
-    score: float
-    class_guess: str | None
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a query found, the most probable first; nothing scores less than `threshold`."""
-
-    hits: tuple[Hit, ...]
-    threshold: float
-
-    @property
-    def found(self) -> bool:
-        """Whether what was asked for is in the map at all."""
-        return bool(self.hits)
-
-    def best(self, k: int) -> Answer:
-        """The same with the first k hits only."""
-        return Answer(self.hits[:k], self.threshold)
+from razer.volume.voxel_map import VoxelMap
 
 
 @dataclass(frozen=True)
 class PanopticMap:
-    """Objects by id, the mesh whose vertices bear their ids, and the words by which they can be asked for."""
+    """Objects by id, the mesh whose vertices bear their ids, and the words by which they can be asked for.
+
+    up (3,): the world's upward direction, where it is known; stamps: seconds of frames by index; config_text: the
+    settings that it was made with, as TOML; open_volume: what gives its voxel volume."""
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
     words: TextQueryEncoder | None = None
+    up: Float64Array | None = None
+    stamps: Mapping[int, float] = field(default_factory=dict)
+    config_text: str = ""
+    open_volume: Callable[[], VoxelMap] | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, tracks: Sequence[Track], mesh: LabelledMesh, words: TextQueryEncoder | None = None) -> PanopticMap:
@@ -83,7 +46,25 @@ class PanopticMap:
         mesh = LabelledMesh(mesh.vertices, mesh.colors, instances, mesh.triangles)
         return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, words)
 
-    def rank(self, text: str, threshold: float = PRESENT) -> Answer:
+    @cached_property
+    def volume(self) -> VoxelMap:
+        """The voxel volume that the mesh was taken from; raises BadInput where it is not at hand."""
+        if self.open_volume is None:
+            raise BadInput("the volume of this map is not at hand")
+        return self.open_volume()
+
+    @property
+    def up_or_z(self) -> Float64Array:
+        """The upward direction (3,); z where it is not known."""
+        return np.array([0.0, 0.0, 1.0]) if self.up is None else self.up
+
+    def save(self, folder: str | Path) -> None:
+        """Write instances.json, mesh.ply, embeddings.npz, config.toml and, where the volume is at hand, map.npz;
+        `razer.load_map` opens them. Raises BadInput if the folder holds something else, or cannot be written."""
+        volume = None if self.open_volume is None else self.volume
+        save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
+
+    def query(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (section III-H); raises BadInput where the embedder cannot tell."""
         query, ranking = self.text_vectors([text]), self.text_ranking
         if not len(self.hypotheses):
@@ -92,7 +73,7 @@ class PanopticMap:
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
 
-    def rank_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
+    def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
         for one of another embedder."""
         self._check(len(vector))

@@ -12,9 +12,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
+
+from pydantic import Field, PrivateAttr
 
 from razer.errors import BadInput
+from razer.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str]
     if name not in table and not trust.covers(name):
         raise BadInput(
             f"{kind} '{name}' is code from outside, named by data: it is not loaded. If you know it, name it on the "
-            f"command line yourself, or add --trust-plugins"
+            f"command line yourself or add --trust-plugins (from Python: pass the object)"
         )
     try:
         part: Callable[..., Any] = getattr(importlib.import_module(module_name), class_name)
@@ -96,3 +99,41 @@ def _trusting(trust: Trust) -> Iterator[None]:
         yield
     finally:
         _inherited.reset(token)
+
+
+class PluginSettings(Settings):
+    """A section that names a part. Which outside code it may name is said by whoever runs the program, never by a
+    file: it is no setting."""
+
+    _trust: Trust = PrivateAttr(default=NO_TRUST)
+
+    @property
+    def trust(self) -> Trust:
+        """Which outside code may be loaded."""
+        return self._trust
+
+    def trusting(self, trust: Trust) -> Self:
+        """The same settings with more trust."""
+        copy = self.model_copy()
+        copy._trust = trust
+        return copy
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the settings are the same; trust is none of them."""
+        return isinstance(other, type(self)) and self.model_dump() == other.model_dump()
+
+
+class SegmenterSettings(PluginSettings):
+    """What finds masks."""
+
+    name: str = Field(
+        "geometric", description="geometric, yolo, sam, prompted, panoptic, oracle, masks, or an outside module:Class."
+    )
+    options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
+
+
+class EmbedderSettings(PluginSettings):
+    """What describes masks by vectors."""
+
+    name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")
+    options: dict[str, Any] = Field({}, description="Its named arguments.")

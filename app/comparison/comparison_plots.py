@@ -18,8 +18,8 @@ from app.comparison.top_view import TopView
 from app.evaluation.plots import png
 from app.run_folder.save_run import camera_up
 from razer.arrays import Float64Array, FloatArray, IndexArray
+from razer.map_object import MapObject
 from razer.metrics.trajectory_errors import PoseErrors
-from razer.panoptic_map import MapObject
 
 BLUE, ORANGE, RED, VIOLET = "#1f6fb4", "#e6781e", "#d62728", "#7b3fb5"
 BLACK, PALE = "#222222", "#8fbf8f"

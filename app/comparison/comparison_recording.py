@@ -12,7 +12,7 @@ from app.render.viewpoint import overview
 from app.run_folder.mapped_run import MappedRun
 from app.run_folder.save_run import camera_up
 from app.timeline.rerun_log import RerunLog, scene_layout
-from razer.panoptic_map import MapObject
+from razer.map_object import MapObject
 
 Color = tuple[int, int, int]
 BLUE, ORANGE, GREEN, RED, VIOLET = (31, 111, 180), (230, 120, 30), (40, 160, 60), (214, 39, 40), (123, 63, 181)

@@ -12,7 +12,7 @@ from rich.table import Table
 from app.comparison.comparison import Comparison
 from app.comparison.matched_instances import MatchedInstance
 from app.evaluation.report import SUMMARY, text_of
-from razer.panoptic_map import MapObject
+from razer.map_object import MapObject
 
 _PAIRS = 30
 _ALONE = 30

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from razer.map_object import MapObject
 from razer.metrics.instances.instance_pairs import pair_instances
-from razer.panoptic_map import MapObject, PanopticMap
+from razer.panoptic_map import PanopticMap
 
 
 @dataclass(frozen=True)

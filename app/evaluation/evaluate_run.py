@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from app.evaluation.prediction import Meaning, Naming, read_prediction, timed_poses
+from app.evaluation.prediction import Meaning, Naming, read_prediction
+from app.run_folder.timed_poses import timed_poses
 from data_tools.open_sequence import open_sequence
 from data_tools.recordings.file_sequence import FileSequence
 from data_tools.truth.ground_truth import GroundTruth

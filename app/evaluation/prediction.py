@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
@@ -10,25 +9,22 @@ from typing import Literal
 import numpy as np
 
 from app.run_folder import run_folder as names
+from app.run_folder.timed_poses import timed_poses
 from app.settings.config_file import read_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
-from data_tools.recordings.trajectories import read_trajectory
-from razer.arrays import FloatArray, IntArray
+from razer.arrays import FloatArray
 from razer.errors import BadInput
 from razer.metrics.scene_pair import PredictedScene, TimedPoses
 from razer.models import NameTable, TextSide, make_embedder
 from razer.plugins import NO_TRUST, Trust
-from razer.storage import read_mesh_ply
+from razer.query.embedding_table import EmbeddingTable
+from razer.saved_map import load_map
+from razer.storage.map_folder import is_map_folder
 from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]
 Meaning = Literal["instance", "class"]
-
-
-def is_run(path: Path) -> bool:
-    """Whether a folder is one that `razer run` wrote."""
-    return (path / names.INSTANCES).is_file() and (path / names.MESH_PLY).is_file()
 
 
 def read_prediction(
@@ -49,7 +45,7 @@ def read_prediction(
     are. Raises BadInput."""
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
-    if is_run(path):
+    if is_map_folder(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
     if found := find_submission(path, scene):
         return _of_submission(found, class_names, n_vertices)
@@ -62,17 +58,18 @@ def read_prediction(
 
 
 def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str, trust: Trust) -> PredictedScene:
-    mesh = read_mesh_ply(folder / names.MESH_PLY)
-    instances = json.loads((folder / names.INSTANCES).read_text())["instances"]
-    own = {int(i["id"]): str(i["class"]) for i in instances if i["class"]}
-    by_text = None if naming == "run" or (naming == "auto" and own) else _by_text(folder, class_names, template, trust)
+    panoptic = load_map(folder)
+    own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
+    by_text = None
+    if naming == "text" or (naming == "auto" and not own):
+        by_text = _by_text(folder, panoptic.hypotheses, class_names, template, trust)
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text side; use --names run")
     return PredictedScene(
-        vertices=mesh.vertices,
-        instances=mesh.instances,
-        triangles=mesh.triangles,
-        scores={int(i["id"]): float(i["score"]) for i in instances},
+        vertices=panoptic.mesh.vertices,
+        instances=panoptic.mesh.instances,
+        triangles=panoptic.mesh.triangles,
+        scores={o.id: o.score for o in panoptic.objects},
         class_names=own if by_text is None else by_text,
         trajectory=_trajectory(folder / names.TRAJECTORY),
         own_frame=_estimated_poses(folder / names.CONFIG),
@@ -84,39 +81,28 @@ def _estimated_poses(config: Path) -> bool:
     return config.exists() and read_config(config, (), {}).input.poses == "slam"
 
 
-def _by_text(folder: Path, class_names: Sequence[str], template: str, trust: Trust) -> dict[int, str] | None:
+def _by_text(
+    folder: Path, table: EmbeddingTable, class_names: Sequence[str], template: str, trust: Trust
+) -> dict[int, str] | None:
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
     config = read_config(folder / names.CONFIG, (), {}, trust=trust)
     embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     if not isinstance(embedder, TextSide):
         return None
     texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]
-    with np.load(folder / names.EMBEDDINGS) as bank:
-        return nearest_names(bank["ids"], bank["embeddings"], class_names, embedder.embed_texts(texts))
+    return nearest_names(table, class_names, embedder.embed_texts(texts))
 
 
-def nearest_names(
-    ids: IntArray, embeddings: FloatArray, class_names: Sequence[str], texts: FloatArray
-) -> dict[int, str]:
-    """For each id the name whose text vector (N, D) has the largest cosine with any of its embeddings; ids (R,) and
-    embeddings (R, D) hold a row for each hypothesis."""
-    if len(ids) == 0:  # which have no width either
+def nearest_names(table: EmbeddingTable, class_names: Sequence[str], texts: FloatArray) -> dict[int, str]:
+    """For each instance the name whose text vector (N, D) has the largest cosine with any of its embeddings."""
+    if not len(table):  # which has no width either
         return {}
-    cosine = embeddings @ texts.T
-    return {int(i): class_names[int(cosine[ids == i].max(axis=0).argmax())] for i in np.unique(ids)}
+    best = table.best(table.vectors @ texts.T).argmax(axis=1)
+    return {int(i): class_names[int(name)] for i, name in zip(table.ids, best, strict=True)}
 
 
 def _trajectory(path: Path) -> TimedPoses | None:
     return timed_poses(path) if path.is_file() else None
-
-
-def timed_poses(path: Path) -> TimedPoses:
-    """The poses of a TUM file; those at one and the same time count once. Raises BadInput, also for none at all."""
-    trajectory = read_trajectory(path)
-    if not len(trajectory.stamps):
-        raise BadInput(f"{path} holds no pose")
-    stamps, first = np.unique(trajectory.stamps, return_index=True)
-    return TimedPoses(stamps, np.stack([trajectory.nearest(float(s))[0] for s in trajectory.stamps[first]]))
 
 
 def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:

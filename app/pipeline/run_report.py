@@ -13,7 +13,8 @@ from rich.table import Table
 from app.console.streams import result_console
 from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import RunResult
-from razer.panoptic_map import MapObject, PanopticMap
+from razer.map_object import MapObject
+from razer.panoptic_map import PanopticMap
 
 _MAX_ROWS = 20
 _MAX_REASONS = 3

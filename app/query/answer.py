@@ -8,8 +8,8 @@ from rich.table import Table
 
 from app.console.streams import result_console
 from app.query.view_crops import BestFrames
-from razer.panoptic_map import Answer, Hit
-from razer.storage import box_entry
+from razer.map_object import Answer, Hit
+from razer.storage.instances_json import box_entry
 
 
 def answer_json(query: str, answer: Answer, frames: BestFrames | None) -> dict[str, Any]:

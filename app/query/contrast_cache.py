@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from app.console.streams import progress_console
-from app.settings.run_config import EmbedderSettings
 from razer.errors import BadInput
 from razer.models.hub.model_file import model_file
+from razer.plugins import EmbedderSettings
 from razer.query.ranking import NegativePrompts
 from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 

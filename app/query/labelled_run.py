@@ -16,10 +16,10 @@ from app.query.queryable_map import QueryableMap
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
-from app.run_folder.run_folder import replace_files
 from razer.semantics.labelling import Label, Segment, segment_ids, segments
 from razer.semantics.scene_graph import scene_graph
-from razer.storage import VERTEX, vertex_rows, write_ply
+from razer.storage.atomic_files import replace_files
+from razer.storage.ply import VERTEX, vertex_rows, write_ply
 from razer.volume.mesh_extraction import LabelledMesh
 
 FORMAT = 1

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from app.query.contrast_cache import contrast_of
 from app.run_folder import run_folder as names
-from app.run_folder.mapped_run import read_run
-from app.run_folder.save_run import camera_up
 from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
 from razer.arrays import Float64Array
@@ -16,7 +14,7 @@ from razer.models import Embedder, make_embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
 from razer.query.text_queries import TextQueryEncoder
-from razer.semantics.gravity import up_direction
+from razer.saved_map import load_map
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ def open_queryable_map(
     folder: Path, embedder: str | None, assignments: tuple[str, ...], *, by_text: bool, trust: Trust = NO_TRUST
 ) -> QueryableMap:
     """Read a run; its own embedder unless another one is named. Raises BadInput."""
-    run = read_run(folder)
+    panoptic = load_map(folder)
     noted = folder / names.CONFIG
     # Another embedder does not take the options of the run's own.
     anew = ("embedder.options={}",) if embedder else ()
@@ -42,5 +40,4 @@ def open_queryable_map(
     config = read_config(noted if noted.is_file() else None, (*anew, *assignments), named, trust=trust)
     made = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
     words = TextQueryEncoder(made, contrast_of(TextQueryEncoder(made), config.embedder)) if by_text else None
-    up = up_direction(run.panoptic.mesh, camera_up(list(run.trajectory.world_from_camera)))
-    return QueryableMap(folder, config, made, replace(run.panoptic, words=words), up)
+    return QueryableMap(folder, config, made, replace(panoptic, words=words), panoptic.up_or_z)

@@ -16,7 +16,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Uint8Array
 from razer.detection.best_views import BestView
 from razer.errors import BadInput, UnusableFrame
-from razer.panoptic_map import MapObject
+from razer.map_object import MapObject
 
 CROPS = "crops"
 _MARGIN = 0.15  # of the box on each side: a thing is recognised by what is round it

@@ -13,7 +13,6 @@ from rich.console import Console
 
 from app.commands.measure.eval import METRICS, write_atomically
 from app.evaluation.evaluate_run import evaluate_jobs
-from app.evaluation.prediction import is_run
 from app.frames.open_recording import open_recording, open_unchecked
 from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.published_tables import PublishedTable
@@ -26,6 +25,7 @@ from data_tools.truth.open_truth import has_truth
 from razer.errors import BadInput
 from razer.metrics.presets import PRESETS, Preset
 from razer.metrics.protocol.evaluation import Evaluation
+from razer.storage.map_folder import is_map_folder
 
 Row = tuple[float | None, ...]
 
@@ -91,7 +91,7 @@ class Reproduction:
     def _map(self, name: str, place: Path, console: Console) -> None:
         folder = self._out / name
         config = resolve_poses(self._config, open_unchecked(place, self._config.input))
-        if is_run(folder) and read_config(folder / names.CONFIG, (), {}) == config:
+        if is_map_folder(folder) and read_config(folder / names.CONFIG, (), {}) == config:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)

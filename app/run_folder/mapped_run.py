@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import json
-import zipfile
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from app.evaluation.prediction import is_run, timed_poses
 from app.run_folder import run_folder as names
-from razer.arrays import Float32Array, Float64Array, Int32Array
+from app.run_folder.timed_poses import timed_poses
+from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
-from razer.detection.best_views import BestView, Region
 from razer.errors import BadInput
 from razer.geometry import transform_points
 from razer.metrics.scene_pair import TimedPoses
-from razer.panoptic_map import MapObject, PanopticMap
-from razer.storage import read_mesh_ply
+from razer.panoptic_map import PanopticMap
+from razer.saved_map import load_map
 
 
 @dataclass(frozen=True)
@@ -61,56 +57,7 @@ def _moved_box(target_from_own: Float64Array, box: OrientedBox) -> OrientedBox:
 
 def read_run(folder: Path) -> MappedRun:
     """What a run left; raises BadInput naming what is missing or broken."""
-    if not is_run(folder):
-        raise BadInput(f"{folder} is no run folder (no {names.INSTANCES} or no {names.MESH_PLY})")
-    mesh = read_mesh_ply(folder / names.MESH_PLY)
-    try:
-        listed = json.loads((folder / names.INSTANCES).read_text())["instances"]
-        with np.load(folder / names.EMBEDDINGS) as bank:
-            ids, embeddings, weights = bank["ids"], bank["embeddings"], bank["weights"]
-        n_vertices = Counter(mesh.instances.tolist())
-        banks = _banks(ids, embeddings, weights)
-        objects = tuple(_object(entry, banks, n_vertices[int(entry["id"])]) for entry in listed)
-    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        raise BadInput(
-            f"{folder}: {names.INSTANCES} or {names.EMBEDDINGS} is missing or damaged ({error}); run again"
-        ) from error
-    known = np.isin(mesh.instances, [o.id for o in objects])
-    mesh = replace(mesh, instances=np.where(known, mesh.instances, 0).astype(np.int32))
-    return MappedRun(folder.absolute().name, PanopticMap(objects, mesh), _trajectory(folder))
-
-
-def _banks(
-    ids: Int32Array, embeddings: Float32Array, weights: Float64Array
-) -> dict[int, tuple[Float32Array, Float64Array]]:
-    """The rows of each id, which lie together."""
-    known, first = np.unique(ids, return_index=True)
-    order = np.argsort(first)
-    parts = [np.split(rows, np.sort(first)[1:]) for rows in (embeddings, weights)]
-    return {int(i): (e, w) for i, e, w in zip(known[order], *parts, strict=True)} if len(known) else {}
-
-
-def _object(entry: dict[str, Any], banks: dict[int, tuple[Float32Array, Float64Array]], n_vertices: int) -> MapObject:
-    embeddings, weights = banks.get(int(entry["id"]), (np.zeros((0, 0), np.float32), np.zeros(0)))
-    box = OrientedBox(*(np.array(entry[part], np.float64) for part in ("center", "rotation", "extent")))
-    counts: dict[str, Any] = {key: int(entry[key]) for key in ("n_voxels", "observations", "first_frame", "last_frame")}
-    return MapObject(
-        id=int(entry["id"]),
-        class_name=entry["class"],
-        score=float(entry["score"]),
-        box=box,
-        n_vertices=n_vertices,
-        embeddings=embeddings,
-        weights=weights,
-        views=tuple(_view(view) for view in entry.get("best_views", ())),
-        **counts,
-    )
-
-
-def _view(entry: dict[str, Any]) -> BestView:
-    x, y, width, height = (int(number) for number in entry["box"])
-    region = Region((x, y, width, height), int(entry["pixels"]), bool(entry["whole"]))
-    return BestView(int(entry["frame"]), region, entry["stamp"])
+    return MappedRun(folder.absolute().name, load_map(folder), _trajectory(folder))
 
 
 def _trajectory(folder: Path) -> TimedPoses:

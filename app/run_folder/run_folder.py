@@ -5,43 +5,26 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
 from razer.errors import BadInput
+from razer.storage.atomic_files import replace_file
+from razer.storage.map_folder import CONFIG as CONFIG
+from razer.storage.map_folder import EMBEDDINGS as EMBEDDINGS
+from razer.storage.map_folder import INSTANCES as INSTANCES
+from razer.storage.map_folder import MESH_PLY as MESH_PLY
+from razer.storage.map_folder import VOXELS as VOXELS
 
-CONFIG = "config.toml"
 TRAJECTORY = "trajectory.txt"
 POSE_COVARIANCES = "pose_covariances.npz"
-MESH_PLY = "mesh.ply"
 MESH_GLB = "mesh.glb"
-INSTANCES = "instances.json"
-EMBEDDINGS = "embeddings.npz"
-VOXELS = "map.npz"
 TIMINGS = "timings.json"
 TIMELINE = "timeline.rrd"
 PANOPTIC_PLY = "panoptic.ply"
 PANOPTIC = "panoptic.json"
 SCENE_GRAPH = "scene_graph.json"
-
-
-def replace_file(path: Path, writer: Callable[[Path], object]) -> None:
-    """Let `writer` write beside the place of a file, under a name with the same ending, and rename it."""
-    replace_files({path: writer})
-
-
-def replace_files(writers: Mapping[Path, Callable[[Path], object]]) -> None:
-    """The same for several files, none of which takes its place before all are written; in their order."""
-    parts = {path: path.with_name(f".part-{path.name}") for path in writers}
-    try:
-        for path, writer in writers.items():
-            writer(parts[path])
-        for path, part in parts.items():
-            os.replace(part, path)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
 
 
 class RunFolder:

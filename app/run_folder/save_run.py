@@ -14,13 +14,16 @@ from app.render.glb import instance_names, write_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
-from app.settings.settings_list import list_settings
-from app.settings.toml_text import toml_text
-from razer import storage
 from razer.arrays import Float64Array
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.semantics.gravity import up_direction
+from razer.storage.embeddings_npz import write_embeddings_npz
+from razer.storage.instances_json import write_instances_json
+from razer.storage.ply import write_mesh_ply
+from razer.storage.settings_list import list_settings
+from razer.storage.toml_text import toml_text
+from razer.storage.volume_npz import save_voxels
 from slam.report import GraphReport
 
 POSE_COVARIANCES_FORMAT = 1
@@ -35,14 +38,14 @@ def save_run(
     folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(outcome.stamps, outcome.poses)))
     if (graph := outcome.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
-    folder.write(names.MESH_PLY, lambda path: storage.write_mesh_ply(path, panoptic.mesh))
+    folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
     up = up_direction(panoptic.mesh, camera_up(outcome.poses))
     stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
     node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
     folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
-    folder.write(names.INSTANCES, lambda path: storage.write_instances_json(path, panoptic, up, stamps))
-    folder.write(names.EMBEDDINGS, lambda path: storage.write_embeddings_npz(path, panoptic))
-    folder.write(names.VOXELS, lambda path: storage.save_voxels(path, mapper.voxels))
+    folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps))
+    folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, panoptic.objects))
+    folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
 
 
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:

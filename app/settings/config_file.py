@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from app.settings.run_config import RunConfig
-from app.settings.settings_list import list_settings
 from razer.errors import BadInput
 from razer.plugins import NO_TRUST, Trust
+from razer.storage.settings_list import list_settings
 
 # What settings were called before, so that a message can name the new one and older run folders can be read.
 RENAMED = {

@@ -2,36 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Literal
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field
 
 from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig
-from razer.plugins import NO_TRUST, Trust
+from razer.plugins import PluginSettings
 from razer.settings import Settings
-
-
-class PluginSettings(Settings):
-    """A section that names a part. Which outside code it may name is said by whoever runs the program, never by a
-    file: it is no setting."""
-
-    _trust: Trust = PrivateAttr(default=NO_TRUST)
-
-    @property
-    def trust(self) -> Trust:
-        """Which outside code may be loaded."""
-        return self._trust
-
-    def trusting(self, trust: Trust) -> Self:
-        """The same settings with more trust."""
-        copy = self.model_copy()
-        copy._trust = trust
-        return copy
-
-    def __eq__(self, other: object) -> bool:
-        """Whether the settings are the same; trust is none of them."""
-        return isinstance(other, type(self)) and self.model_dump() == other.model_dump()
 
 
 class InputSettings(PluginSettings):
@@ -67,22 +45,6 @@ class InputSettings(PluginSettings):
     )
 
 
-class SegmenterSettings(PluginSettings):
-    """What finds masks."""
-
-    name: str = Field(
-        "geometric", description="geometric, yolo, sam, prompted, panoptic, oracle, masks, or an outside module:Class."
-    )
-    options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
-
-
-class EmbedderSettings(PluginSettings):
-    """What describes masks by vectors."""
-
-    name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")
-    options: dict[str, Any] = Field({}, description="Its named arguments.")
-
-
 class RunSettings(Settings):
     """How the program runs."""
 
@@ -97,7 +59,5 @@ class RunConfig(MapperConfig):
 
     format: Literal[1] = Field(1, description="Version of this set of names.")
     input: InputSettings = InputSettings()
-    segmenter: SegmenterSettings = SegmenterSettings()
-    embedder: EmbedderSettings = EmbedderSettings()
     run: RunSettings = RunSettings()
     timeline: TimelineConfig = TimelineConfig()

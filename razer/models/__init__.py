@@ -66,15 +66,15 @@ class ImageSide(Protocol):
         (H, W, 3)."""
 
 
-def make_segmenter(name: str, options: Mapping[str, Any], trust: Trust | None = None) -> Segmenter:
+def make_segmenter(name: str, options: Mapping[str, Any] | None = None, trust: Trust | None = None) -> Segmenter:
     """The segmenter called `name` (see SEGMENTERS), or a trusted "module:Class"; raises BadInput."""
-    segmenter: Segmenter = load("segmenter", name, SEGMENTERS, options, methods=["segment"], trust=trust)
+    segmenter: Segmenter = load("segmenter", name, SEGMENTERS, options or {}, methods=["segment"], trust=trust)
     return segmenter
 
 
-def make_embedder(name: str, options: Mapping[str, Any], trust: Trust | None = None) -> Embedder:
+def make_embedder(name: str, options: Mapping[str, Any] | None = None, trust: Trust | None = None) -> Embedder:
     """The embedder called `name` (see EMBEDDERS), or a trusted "module:Class"; raises BadInput."""
-    embedder: Embedder = load("embedder", name, EMBEDDERS, options, methods=["embed"], trust=trust)
+    embedder: Embedder = load("embedder", name, EMBEDDERS, options or {}, methods=["embed"], trust=trust)
     return embedder
 
 

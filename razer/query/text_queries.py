@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -28,8 +29,19 @@ class TextQueryEncoder:
 
     def __init__(self, embedder: object, contrast: NegativePrompts | None = None) -> None:
         """`contrast`, where it is known already, saves embedding its names."""
-        self._embedder = embedder
+        self._make = lambda: embedder
         self._known_contrast = contrast
+
+    @classmethod
+    def deferred(cls, make: Callable[[], object]) -> Self:
+        """One whose embedder is made when the first text comes."""
+        encoder = cls(None)
+        encoder._make = make
+        return encoder
+
+    @cached_property
+    def _embedder(self) -> object:
+        return self._make()
 
     @property
     def text_side(self) -> TextSide:

@@ -15,7 +15,7 @@ from razer.semantics.labelling import Segment
 from razer.semantics.normals import vertex_normals
 from razer.semantics.relations import relations
 from razer.semantics.upright_instance import UprightInstance
-from razer.storage import box_entry
+from razer.storage.instances_json import box_entry
 
 
 def scene_graph(panoptic: PanopticMap, found: list[Segment], up: Float64Array) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
 from app.timeline import viewer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
-from razer.storage import read_mesh_ply
+from razer.storage.ply import read_mesh_ply
 
 N_FRAMES = 12
 RUN_FILES = {

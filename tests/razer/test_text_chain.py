@@ -35,7 +35,7 @@ def apartment(real_data):
         if index == N_FRAMES // 2:
             running = mapper.snapshot()
             names = {o.class_name for o in running.objects} & set(embedder.row)
-            halfway = {name: running.rank(name) for name in sorted(names)}
+            halfway = {name: running.query(name) for name in sorted(names)}
     mapper.finish()
     return mapper.snapshot(), halfway, embedder
 
@@ -57,9 +57,9 @@ def test_things_are_found_by_name_and_what_is_not_there_is_not(apartment):
     absent = [name for row, name in enumerate(embedder.known_names) if row not in rows]
     absent = [absent[i] for i in np.random.default_rng(0).permutation(len(absent))[:100]]
     assert len(present) >= 20
-    found = [name for name in present if panoptic.rank(name).found]
-    right = [name for name in present if is_first(panoptic.rank(name), name)]
-    wrong = [name for name in absent if panoptic.rank(name).found]
+    found = [name for name in present if panoptic.query(name).found]
+    right = [name for name in present if is_first(panoptic.query(name), name)]
+    wrong = [name for name in absent if panoptic.query(name).found]
     assert len(found) >= 0.6 * len(present)
     assert len(right) >= 0.55 * len(present)
     assert len(wrong) <= 0.2 * len(absent)
@@ -67,11 +67,11 @@ def test_things_are_found_by_name_and_what_is_not_there_is_not(apartment):
 
 def test_hits_are_ranked_above_the_threshold(apartment):
     panoptic, _, _ = apartment
-    answer = panoptic.rank("bed", threshold=0.0)
+    answer = panoptic.query("bed", threshold=0.0)
     scores = [hit.score for hit in answer.hits]
     assert len(scores) == len(panoptic.hypotheses)
     assert scores == sorted(scores, reverse=True)
-    assert panoptic.rank("bed", threshold=0.5).hits == tuple(h for h in answer.hits if h.score >= 0.5)
+    assert panoptic.query("bed", threshold=0.5).hits == tuple(h for h in answer.hits if h.score >= 0.5)
 
 
 def test_classes_of_a_vocabulary(apartment):
@@ -88,7 +88,7 @@ def test_classes_of_a_vocabulary(apartment):
 def test_a_map_without_words_says_so(apartment):
     panoptic, _, _ = apartment
     with pytest.raises(BadInput, match="no embedder is known"):
-        PanopticMap(panoptic.objects, panoptic.mesh).rank("bed")
+        PanopticMap(panoptic.objects, panoptic.mesh).query("bed")
     nameless = Mapper(MapperConfig(), make_segmenter("geometric", {}), AppearanceEmbedder()).snapshot()
     with pytest.raises(BadInput, match="no text side"):
-        nameless.rank("bed")
+        nameless.query("bed")

@@ -14,7 +14,7 @@ from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from app.query.queryable_map import QueryableMap
-    from razer.panoptic_map import Answer
+    from razer.map_object import Answer
 
 
 def query(
@@ -100,10 +100,10 @@ def _answer(
 
     threshold = PRESENT if min_score is None else min_score
     if text is not None:
-        return asked.panoptic.rank(text, threshold)
+        return asked.panoptic.query(text, threshold)
     assert image is not None
     vector = embed_picture(asked.embedder, asked.config.embedder.name, image, box)
-    return asked.panoptic.rank_image(vector, threshold)
+    return asked.panoptic.query_image(vector, threshold)
 
 
 def _draw(asked: QueryableMap, answer: Answer, target: Path) -> None:

@@ -11,8 +11,8 @@ from rich.padding import Padding
 from app.console.streams import result_console
 from app.settings.config_file import read_config
 from app.settings.options import Flag, SettingOptions
-from app.settings.settings_list import Setting, list_settings
-from app.settings.toml_text import toml_text, toml_value
+from razer.storage.settings_list import Setting, list_settings
+from razer.storage.toml_text import toml_text, toml_value
 
 
 def config(*, options: SettingOptions = SettingOptions(), json: Flag = False, toml: Flag = False) -> None:  # noqa: B008

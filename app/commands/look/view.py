@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app.run_folder.run_folder import MESH_PLY, TIMELINE, TRAJECTORY
+from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
 from razer.errors import BadInput
 
@@ -34,17 +34,13 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
 
 
 def _draw(run: Path, target: Path) -> None:
-    for needed in (run / MESH_PLY, run / TRAJECTORY):
-        if not needed.is_file():
-            raise BadInput(f"{needed} does not exist; give the folder of a finished run")
-
     # Late, as in `razer run`.
     import cv2
 
     from app.render.overview_image import overview_image
-    from app.run_folder.save_run import camera_up, read_tum
-    from razer.storage import read_mesh_ply
+    from razer.saved_map import load_map
 
-    image = overview_image(read_mesh_ply(run / MESH_PLY), camera_up(read_tum(run / TRAJECTORY)))
+    panoptic = load_map(run)
+    image = overview_image(panoptic.mesh, panoptic.up_or_z)
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
-from app.run_folder.run_folder import replace_file
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
+from razer.storage.atomic_files import replace_file
 
 if TYPE_CHECKING:
     from razer.metrics.protocol.evaluation import Evaluation
@@ -70,7 +70,7 @@ def evaluate(
     """
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
-    from app.evaluation.prediction import is_run
+    from razer.storage.map_folder import is_map_folder
 
     rules = chosen_rules(preset, set)
     notes: list[str] = []
@@ -78,7 +78,7 @@ def evaluate(
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
     notes += [f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names]
     say(notes)
-    _deliver(result, run if run is not None and is_run(run) else None, out, json)
+    _deliver(result, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
 
 

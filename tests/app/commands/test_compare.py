@@ -21,7 +21,7 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.instances.instance_pairs import pair_instances
 from razer.metrics.presets import PRESETS
-from razer.storage import read_mesh_ply, write_mesh_ply
+from razer.storage.ply import read_mesh_ply, write_mesh_ply
 
 N_FRAMES = 24
 RULES = PRESETS["default"]

@@ -95,7 +95,7 @@ def test_names_by_text_are_those_of_the_embeddings(room, run, capsys):
 
 
 def test_a_run_shifted_by_half_a_metre_is_found_nowhere(room, run, capsys):
-    from razer.storage import read_mesh_ply, write_mesh_ply
+    from razer.storage.ply import read_mesh_ply, write_mesh_ply
 
     moved = run.with_name("moved")
     shutil.copytree(run, moved)

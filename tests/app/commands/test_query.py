@@ -13,7 +13,7 @@ from app.cli import main
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.table import write_recording
 from razer.errors import BadInput
-from razer.storage import read_mesh_ply
+from razer.storage.ply import read_mesh_ply
 from razer.vocabulary import vocabulary
 from tests.support.gltf import read_glb
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from app.query.contrast_cache import contrast_of
-from app.settings.run_config import EmbedderSettings
 from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.oracle.models import OracleEmbedder
+from razer.plugins import EmbedderSettings
 from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 from tests.support.named_vectors import unit_rows
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from app.frames.frame_accounting import FrameAccounting
-from app.run_folder.run_folder import INSTANCES, RunFolder, replace_files
+from app.run_folder.run_folder import INSTANCES, RunFolder
 from app.run_folder.save_run import camera_up, tum_text
 from razer.errors import BadInput
+from razer.storage.atomic_files import replace_files
 
 
 def contents(folder):

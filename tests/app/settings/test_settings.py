@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
-from app.settings.settings_list import list_settings
-from app.settings.toml_text import toml_text, toml_value
 from razer.config import VoxelSettings
 from razer.errors import BadInput
+from razer.storage.settings_list import list_settings
+from razer.storage.toml_text import toml_text, toml_value
 
 scalars = st.booleans() | st.integers(-(2**62), 2**62) | st.floats(allow_nan=False) | st.text()
 values = st.recursive(scalars, lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner), max_leaves=10)

@@ -9,6 +9,7 @@ from app.evaluation.prediction import nearest_names, read_prediction
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import read_vertex_labels
 from razer.errors import BadInput
+from razer.query.embedding_table import EmbeddingTable
 
 
 def write_submission(folder, name="scene0000_00"):
@@ -106,7 +107,6 @@ def test_what_is_no_prediction_is_said_in_one_line(tmp_path):
 
 
 def test_an_instance_takes_the_name_nearest_to_any_of_its_hypotheses():
-    texts = np.eye(3)
-    ids = np.array([4, 4, 9])
-    embeddings = np.array([[0.9, 0.1, 0.0], [0.0, 0.1, 0.95], [0.2, 0.8, 0.1]])
-    assert nearest_names(ids, embeddings, ["a", "b", "c"], texts) == {4: "c", 9: "b"}
+    banks = {4: [[0.9, 0.1, 0.0], [0.0, 0.1, 0.95]], 9: [[0.2, 0.8, 0.1]]}
+    table = EmbeddingTable.of({i: (np.array(bank, np.float32), np.ones(len(bank))) for i, bank in banks.items()})
+    assert nearest_names(table, ["a", "b", "c"], np.eye(3)) == {4: "c", 9: "b"}

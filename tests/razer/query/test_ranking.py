@@ -125,9 +125,9 @@ def test_in_a_map_without_instances_nothing_is_found():
     nothing = np.zeros((0, 3), np.int32)
     mesh = LabelledMesh(nothing.astype(np.float32), nothing.astype(np.uint8), nothing[:, 0], nothing)
     panoptic = PanopticMap.of([], mesh, TextQueryEncoder(TwoNames()))
-    assert panoptic.rank("a").hits == panoptic.rank_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
+    assert panoptic.query("a").hits == panoptic.query_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
     assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
-    assert nearest_names(nothing[:, 0], np.zeros((0, 0)), ["a"], np.ones((1, DIMENSION))) == {}
+    assert nearest_names(panoptic.hypotheses, ["a"], np.ones((1, DIMENSION))) == {}
 
 
 def test_an_image_is_nearest_to_the_instance_it_shows():

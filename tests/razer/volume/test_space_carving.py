@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import razer.volume.voxel_map
 from razer.frame import Frame
-from razer.storage import load_voxels, save_voxels
+from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import extract_mesh, extract_points
 from razer.volume.space_carving import FORGET, carve, nearest_readings
 from razer.volume.voxel_map import VoxelMap

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from app.settings.settings_list import Setting
+from razer.storage.settings_list import Setting
 
 
 def toml_text(settings: list[Setting], header: str = "") -> str:

@@ -12,15 +12,11 @@ from numpy.testing import assert_allclose
 
 import razer.volume.voxel_map
 from razer.errors import BadInput
-from razer.panoptic_map import MapObject, PanopticMap
-from razer.storage import (
-    load_voxels,
-    read_mesh_ply,
-    save_voxels,
-    write_embeddings_npz,
-    write_instances_json,
-    write_mesh_ply,
-)
+from razer.map_object import MapObject
+from razer.storage.embeddings_npz import write_embeddings_npz
+from razer.storage.instances_json import write_instances_json
+from razer.storage.ply import read_mesh_ply, write_mesh_ply
+from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import LabelledMesh, extract_mesh
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, contents, frame_of, look, moved, pose, random_box, same_contents, unit
@@ -242,7 +238,7 @@ def some_object(number: int, class_name: str | None = None, n_hypotheses: int = 
 
 def test_instances_follow_the_contract(tmp_path: Path) -> None:
     objects = (some_object(1, "chair"), some_object(4))
-    write_instances_json(tmp_path / "instances.json", PanopticMap(objects, NOTHING), np.array([0.0, -1, 0]))
+    write_instances_json(tmp_path / "instances.json", objects, np.array([0.0, -1, 0]))
     content = json.loads((tmp_path / "instances.json").read_text(encoding="utf-8"))
     assert set(content) == {"format", "frame", "up", "instances"}
     assert content["format"] == 1
@@ -266,7 +262,7 @@ def test_instances_follow_the_contract(tmp_path: Path) -> None:
 
 
 def test_instances_of_an_empty_map_with_an_unknown_up(tmp_path: Path) -> None:
-    write_instances_json(tmp_path / "instances.json", PanopticMap((), NOTHING))
+    write_instances_json(tmp_path / "instances.json", ())
     content = json.loads((tmp_path / "instances.json").read_text(encoding="utf-8"))
     assert content["up"] is None
     assert content["instances"] == []
@@ -274,7 +270,7 @@ def test_instances_of_an_empty_map_with_an_unknown_up(tmp_path: Path) -> None:
 
 def test_embeddings_have_a_row_for_each_hypothesis(tmp_path: Path) -> None:
     objects = (some_object(2, n_hypotheses=3), some_object(3, n_hypotheses=0), some_object(9, n_hypotheses=1))
-    write_embeddings_npz(tmp_path / "embeddings.npz", PanopticMap(objects, NOTHING))
+    write_embeddings_npz(tmp_path / "embeddings.npz", objects)
     with np.load(tmp_path / "embeddings.npz", allow_pickle=False) as archive:
         assert int(archive["format"]) == 1
         assert archive["ids"].tolist() == [2, 2, 2, 9]
@@ -283,6 +279,6 @@ def test_embeddings_have_a_row_for_each_hypothesis(tmp_path: Path) -> None:
 
 
 def test_embeddings_of_an_empty_map(tmp_path: Path) -> None:
-    write_embeddings_npz(tmp_path / "embeddings.npz", PanopticMap((), NOTHING))
+    write_embeddings_npz(tmp_path / "embeddings.npz", ())
     with np.load(tmp_path / "embeddings.npz", allow_pickle=False) as archive:
         assert len(archive["ids"]) == len(archive["embeddings"]) == len(archive["weights"]) == 0

@@ -1,0 +1,55 @@
+"""One instance of a map, and what a query answers about instances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from razer.arrays import Float32Array, Float64Array
+from razer.boxes.oriented_box import OrientedBox
+from razer.detection.best_views import BestView
+
+
+@dataclass(frozen=True)
+class MapObject:
+    """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
+    length with weights (J,) adding up to 1; views, the frames that show it best, the best first."""
+
+    id: int
+    class_name: str | None
+    score: float
+    box: OrientedBox
+    n_voxels: int
+    n_vertices: int
+    observations: int
+    first_frame: int
+    last_frame: int
+    embeddings: Float32Array
+    weights: Float64Array
+    views: tuple[BestView, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hit:
+    """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
+    name."""
+
+    object: MapObject
+    score: float
+    class_guess: str | None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a query found, the most probable first; nothing scores less than `threshold`."""
+
+    hits: tuple[Hit, ...]
+    threshold: float
+
+    @property
+    def found(self) -> bool:
+        """Whether what was asked for is in the map at all."""
+        return bool(self.hits)
+
+    def best(self, k: int) -> Answer:
+        """The same with the first k hits only."""
+        return Answer(self.hits[:k], self.threshold)

@@ -1,0 +1,47 @@
+"""Which 2D models a mapper uses: those its settings name, or others that it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from razer.config import MapperConfig
+from razer.models import EMBEDDERS, SEGMENTERS, Embedder, Segmenter, make_embedder, make_segmenter
+from razer.plugins import EmbedderSettings, SegmenterSettings
+
+
+def choose_models(
+    config: MapperConfig, segmenter: Segmenter | str | None, embedder: Embedder | str | None
+) -> tuple[MapperConfig, Segmenter, Embedder]:
+    """The two models, objects or made by name, and the settings that say which they are; None = as the settings say.
+    Raises BadInput for a name that there is not, or that is not trusted."""
+    config = config.model_copy(
+        update={
+            "segmenter": _segmenter_settings(config.segmenter, segmenter),
+            "embedder": _embedder_settings(config.embedder, embedder),
+        }
+    )
+    if segmenter is None or isinstance(segmenter, str):
+        segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
+    if embedder is None or isinstance(embedder, str):
+        embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+    return config, segmenter, embedder
+
+
+def _segmenter_settings(settings: SegmenterSettings, chosen: Segmenter | str | None) -> SegmenterSettings:
+    if chosen is None:
+        return settings
+    return SegmenterSettings(name=_name_of(chosen, SEGMENTERS)).trusting(settings.trust)
+
+
+def _embedder_settings(settings: EmbedderSettings, chosen: Embedder | str | None) -> EmbedderSettings:
+    if chosen is None:
+        return settings
+    return EmbedderSettings(name=_name_of(chosen, EMBEDDERS)).trusting(settings.trust)
+
+
+def _name_of(chosen: object, table: Mapping[str, str]) -> str:
+    """The name under which a part can be asked for: of the table, or its module:Class."""
+    if isinstance(chosen, str):
+        return chosen
+    path = f"{type(chosen).__module__}:{type(chosen).__qualname__}"
+    return next((name for name, target in table.items() if target == path), path)

@@ -1,0 +1,104 @@
+"""Opening a saved map: what a run or `PanopticMap.save` left becomes a map again."""
+
+from __future__ import annotations
+
+import tomllib
+import zipfile
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from razer.errors import BadInput
+from razer.models import Embedder, make_embedder
+from razer.panoptic_map import PanopticMap
+from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
+from razer.query.text_queries import TextQueryEncoder
+from razer.storage.embeddings_npz import read_embeddings_npz
+from razer.storage.instances_json import read_instances_json
+from razer.storage.map_folder import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS, is_map_folder
+from razer.storage.ply import read_mesh_ply
+from razer.storage.volume_npz import load_voxels
+
+
+def load_map(
+    folder: str | Path,
+    *,
+    embedder: str | Embedder | None = None,
+    embedder_options: Mapping[str, Any] | None = None,
+    trust_plugins: bool = False,
+    device: str = "CPU:0",
+) -> PanopticMap:
+    """Open a map that a run or `PanopticMap.save` left; the volume and the embedder are loaded when they are needed.
+
+    Args:
+        folder: of a run, or that `save` wrote.
+        embedder: what texts are embedded by, an object or a name with `embedder_options`; None = the one that the map
+            was made with.
+        embedder_options: its named arguments.
+        trust_plugins: whether an embedder from outside the project, "module:Class", may be loaded because the
+            folder's settings name it.
+        device: where the volume is put, such as "CUDA:0".
+
+    Raises:
+        BadInput: naming what is missing or damaged.
+    """
+    folder = Path(folder)
+    if not is_map_folder(folder):
+        raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
+    mesh = read_mesh_ply(folder / MESH_PLY)
+    try:
+        objects, up = read_instances_json(folder / INSTANCES)
+        banks = read_embeddings_npz(folder / EMBEDDINGS)
+    except (OSError, EOFError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise BadInput(f"{folder}: {INSTANCES} or {EMBEDDINGS} is missing or damaged ({error}); run again") from error
+    n_vertices = Counter(mesh.instances.tolist())
+    nothing = (np.zeros((0, 0), np.float32), np.zeros(0))
+    completed = []
+    for item in objects:
+        embeddings, weights = banks.get(item.id, nothing)
+        completed.append(replace(item, n_vertices=n_vertices[item.id], embeddings=embeddings, weights=weights))
+    known = np.isin(mesh.instances, [item.id for item in objects])
+    trust = FULL_TRUST if trust_plugins else NO_TRUST
+    return PanopticMap(
+        tuple(completed),
+        replace(mesh, instances=np.where(known, mesh.instances, 0).astype(np.int32)),
+        TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust)),
+        up=up,
+        config_text=_config_text(folder),
+        open_volume=partial(_open_volume, folder, device),
+    )
+
+
+def _embedder(folder: Path, chosen: str | Embedder | None, options: Mapping[str, Any], trust: Trust) -> Embedder:
+    if chosen is None:
+        settings = saved_embedder(folder)
+        return make_embedder(settings.name, settings.options, trust)
+    return make_embedder(chosen, options, trust) if isinstance(chosen, str) else chosen
+
+
+def saved_embedder(folder: Path) -> EmbedderSettings:
+    """The embedder that a map was made with; raises BadInput."""
+    try:
+        return EmbedderSettings.model_validate(tomllib.loads(_config_text(folder)).get("embedder", {}))
+    except (tomllib.TOMLDecodeError, ValidationError) as error:
+        raise BadInput(f"{folder / CONFIG} is damaged: {error}; name the embedder yourself") from error
+
+
+def _config_text(folder: Path) -> str:
+    path = folder / CONFIG
+    try:
+        return path.read_text(encoding="utf-8") if path.is_file() else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path} cannot be read: {error}") from error
+
+
+def _open_volume(folder: Path, device: str) -> Any:
+    if not (folder / VOXELS).is_file():
+        raise BadInput(f"{folder} has no {VOXELS}: its volume was not saved")
+    return load_voxels(folder / VOXELS, device)

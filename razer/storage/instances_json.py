@@ -1,0 +1,110 @@
+"""instances.json: the instances of a map with their boxes, written and read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from razer.arrays import Float64Array, FloatArray
+from razer.boxes.oriented_box import OrientedBox
+from razer.detection.best_views import BestView, Region
+from razer.map_object import MapObject
+
+FORMAT = 1
+
+
+def write_instances_json(
+    path: Path,
+    objects: Sequence[MapObject],
+    up: Float64Array | None = None,
+    stamps: Mapping[int, float] | None = None,
+) -> None:
+    """Write all instances with their boxes.
+
+    Args:
+        path: the file.
+        objects: the instances, by id.
+        up: the world's upward direction (3,), where it is known.
+        stamps: seconds of frames by their index; others keep the stamp that their view has.
+    """
+    content = {
+        "format": FORMAT,
+        "frame": "world, metres, right-handed",
+        "up": None if up is None else _rounded(up),
+        "instances": [_instance_entry(o, stamps or {}) for o in objects],
+    }
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def read_instances_json(path: Path) -> tuple[tuple[MapObject, ...], Float64Array | None]:
+    """The instances, without embeddings and vertices, and the upward direction (3,) where it is known; raises OSError,
+    KeyError, TypeError or ValueError for a file that is none."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if content["format"] != FORMAT:
+        raise ValueError(f"format {content['format']}, this version reads {FORMAT}")
+    up = content.get("up")
+    return tuple(_object(entry) for entry in content["instances"]), None if up is None else np.array(up, np.float64)
+
+
+def _object(entry: Mapping[str, Any]) -> MapObject:
+    center, rotation, extent = (np.array(entry[part], np.float64) for part in ("center", "rotation", "extent"))
+    return MapObject(
+        id=int(entry["id"]),
+        class_name=entry["class"],
+        score=float(entry["score"]),
+        box=OrientedBox(center, rotation, extent),
+        n_voxels=int(entry["n_voxels"]),
+        n_vertices=int(entry["n_vertices"]),
+        observations=int(entry["observations"]),
+        first_frame=int(entry["first_frame"]),
+        last_frame=int(entry["last_frame"]),
+        embeddings=np.zeros((0, 0), np.float32),
+        weights=np.zeros(0),
+        views=tuple(_view(view) for view in entry.get("best_views", ())),
+    )
+
+
+def _view(entry: Mapping[str, Any]) -> BestView:
+    x, y, width, height = (int(number) for number in entry["box"])
+    region = Region((x, y, width, height), int(entry["pixels"]), bool(entry["whole"]))
+    return BestView(int(entry["frame"]), region, entry["stamp"])
+
+
+def _instance_entry(item: MapObject, stamps: Mapping[int, float]) -> dict[str, object]:
+    return {
+        "id": item.id,
+        "class": item.class_name,
+        "score": round(item.score, 4),
+        **box_entry(item.box),
+        "n_voxels": item.n_voxels,
+        "n_vertices": item.n_vertices,
+        "observations": item.observations,
+        "first_frame": item.first_frame,
+        "last_frame": item.last_frame,
+        "best_views": [_view_entry(view, stamps.get(view.frame, view.stamp)) for view in item.views],
+    }
+
+
+def _view_entry(view: BestView, stamp: float | None) -> dict[str, object]:
+    region = view.region
+    return {
+        "frame": view.frame,
+        "stamp": stamp,
+        "box": list(region.box),
+        "pixels": region.pixels,
+        "whole": region.whole,
+    }
+
+
+def box_entry(box: OrientedBox) -> dict[str, object]:
+    """A box in a JSON file: center and extent in metres, rotation world from box."""
+    rotation = [_rounded(row, 8) for row in box.rotation]
+    return {"center": _rounded(box.center), "extent": _rounded(box.extent), "rotation": rotation}
+
+
+def _rounded(values: FloatArray, digits: int = 5) -> list[float]:
+    return [round(float(v), digits) for v in values]

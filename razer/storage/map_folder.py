@@ -1,0 +1,65 @@
+"""The files of a saved map, by name, and writing them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from razer.arrays import Float64Array
+from razer.errors import BadInput
+from razer.map_object import MapObject
+from razer.storage.atomic_files import replace_files
+from razer.storage.embeddings_npz import write_embeddings_npz
+from razer.storage.instances_json import write_instances_json
+from razer.storage.ply import write_mesh_ply
+from razer.storage.volume_npz import save_voxels
+from razer.volume.mesh_extraction import LabelledMesh
+from razer.volume.voxel_map import VoxelMap
+
+CONFIG = "config.toml"
+EMBEDDINGS = "embeddings.npz"
+INSTANCES = "instances.json"
+MESH_PLY = "mesh.ply"
+VOXELS = "map.npz"
+
+
+@dataclass(frozen=True)
+class SavedParts:
+    """What is saved of a map: its instances and mesh, the upward direction (3,), the seconds of frames by index, the
+    text of config.toml, and the volume."""
+
+    objects: Sequence[MapObject]
+    mesh: LabelledMesh
+    up: Float64Array | None
+    stamps: Mapping[int, float]
+    config_text: str
+    volume: VoxelMap | None
+
+
+def is_map_folder(folder: Path) -> bool:
+    """Whether a folder holds a saved map, be it the result of a run or of `PanopticMap.save`."""
+    return (folder / INSTANCES).is_file() and (folder / MESH_PLY).is_file()
+
+
+def save_map(folder: Path, parts: SavedParts) -> None:
+    """Write a map into a folder, which is made if need be; none of the files takes its place before all are complete.
+
+    Raises:
+        BadInput: if the folder holds something else, or cannot be written.
+    """
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not is_map_folder(folder))):
+        raise BadInput(f"{folder} is there and holds no map: choose another folder")
+    writers = {
+        MESH_PLY: lambda path: write_mesh_ply(path, parts.mesh),
+        EMBEDDINGS: lambda path: write_embeddings_npz(path, parts.objects),
+        CONFIG: lambda path: path.write_text(parts.config_text, encoding="utf-8"),
+        INSTANCES: lambda path: write_instances_json(path, parts.objects, parts.up, parts.stamps),
+    }
+    if (volume := parts.volume) is not None:
+        writers[VOXELS] = lambda path: save_voxels(path, volume)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_files({folder / name: writer for name, writer in writers.items()})
+    except OSError as error:
+        raise BadInput(f"{folder} cannot be written ({error.strerror}): choose another folder") from error

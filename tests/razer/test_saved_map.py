@@ -1,0 +1,117 @@
+"""Saved maps: what `save` writes opens again as it was, also the folder of a run of format 1."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import razer
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+
+FORMAT_1 = Path(__file__).resolve().parents[1] / "fixtures" / "run_format_1"
+FILES = ("instances.json", "mesh.ply", "embeddings.npz", "map.npz", "config.toml")
+
+
+@pytest.fixture(scope="module")
+def live():
+    """A small room, mapped with perfect masks."""
+    config = razer.MapperConfig.model_validate({"voxels": {"voxel_size_m": 0.05}})
+    mapper = razer.Mapper(config, "oracle", "oracle")
+    room = SyntheticRoom(0, 12, 160, 120)
+    for index in range(len(room)):
+        mapper.step(room[index])
+    return mapper.finish()
+
+
+def test_a_run_of_format_1_opens():
+    saved = razer.load_map(FORMAT_1)
+    assert [(o.id, o.class_name) for o in saved.objects][:4] == [(4, "chair"), (5, "chair"), (7, "chair"), (8, "table")]
+    assert len(saved.objects) == 9
+    assert saved.mesh.vertices.shape == (117, 3)
+    np.testing.assert_allclose(saved.up, [0, 0, 1], atol=0.01)
+    assert saved.volume.n_blocks == 13
+    assert {hit.object.class_name for hit in saved.query("a chair").hits} == {"chair"}
+
+
+def test_what_is_saved_again_is_the_same_to_the_byte(tmp_path):
+    razer.load_map(FORMAT_1).save(tmp_path / "again")
+    for name in FILES:
+        assert (tmp_path / "again" / name).read_bytes() == (FORMAT_1 / name).read_bytes(), name
+
+
+def test_a_live_map_comes_back_as_it_was(live, tmp_path):
+    live.save(tmp_path / "map")
+    assert {path.name for path in (tmp_path / "map").iterdir()} == set(FILES)
+    saved = razer.load_map(tmp_path / "map")
+    assert [(o.id, o.class_name, o.n_vertices) for o in saved.objects] == [
+        (o.id, o.class_name, o.n_vertices) for o in live.objects
+    ]
+    for ours, theirs in zip(saved.objects, live.objects, strict=True):
+        np.testing.assert_array_equal(ours.embeddings, theirs.embeddings)
+        np.testing.assert_allclose(ours.box.center, theirs.box.center, atol=1e-5)
+    for part in ("vertices", "instances", "triangles", "colors"):
+        np.testing.assert_array_equal(getattr(saved.mesh, part), getattr(live.mesh, part))
+    assert saved.volume.n_blocks == live.volume.n_blocks
+    np.testing.assert_allclose(saved.up, live.up, atol=1e-5)
+
+
+def test_a_saved_map_answers_as_the_live_one(live, tmp_path):
+    live.save(tmp_path / "map")
+    saved = razer.load_map(tmp_path / "map")
+    for text in ("a chair", "table", "a submarine"):
+        before, after = live.query(text), saved.query(text)
+        assert [(h.object.id, h.score) for h in before.hits] == [(h.object.id, h.score) for h in after.hits]
+    assert live.query("a chair").found
+
+
+def test_saving_replaces_a_map_and_nothing_else(live, tmp_path):
+    live.save(tmp_path)
+    live.save(tmp_path)
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.tex").write_text("years of work")
+    with pytest.raises(razer.BadInput, match="holds no map"):
+        live.save(other)
+    assert [path.name for path in other.iterdir()] == ["thesis.tex"]
+
+
+def test_the_volume_is_opened_when_it_is_needed(tmp_path):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    (folder / "map.npz").unlink()
+    saved = razer.load_map(folder)
+    assert saved.query("a chair").found
+    with pytest.raises(razer.BadInput, match=r"no map\.npz"):
+        _ = saved.volume
+
+
+@pytest.mark.parametrize("name", ["instances.json", "mesh.ply", "embeddings.npz"])
+def test_a_damaged_file_is_named(tmp_path, name):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    (folder / name).write_bytes((folder / name).read_bytes()[:50])
+    with pytest.raises(razer.BadInput, match=name.split(".")[0]):
+        razer.load_map(folder)
+
+
+def test_another_embedder_can_be_given(tmp_path):
+    class Silent:
+        def embed(self, frame, masks):
+            return np.zeros((len(masks), 4), np.float32)
+
+    with pytest.raises(razer.BadInput, match="no text side"):
+        razer.load_map(FORMAT_1, embedder=Silent()).query("a chair")
+    with pytest.raises(razer.BadInput, match="trust-plugins"):
+        razer.load_map(FORMAT_1, embedder="os:system").query("a chair")
+
+
+def test_models_are_objects_names_or_settings():
+    by_name = razer.Mapper(segmenter="oracle", embedder="oracle")
+    by_object = razer.Mapper(segmenter=razer.make_segmenter("oracle"), embedder=razer.make_embedder("oracle", {}))
+    settings = {"segmenter": {"name": "oracle"}, "embedder": {"name": "oracle"}}
+    by_settings = razer.Mapper(razer.MapperConfig.model_validate(settings))
+    assert by_name.config == by_object.config == by_settings.config
+    assert razer.Mapper().config.segmenter.name == "geometric"
+    with pytest.raises(razer.BadInput, match="unknown segmenter"):
+        razer.Mapper(segmenter="no such")

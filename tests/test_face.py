@@ -1,0 +1,54 @@
+"""The importable face: which names there are, and what importing them costs."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+FACES = {
+    "razer": {
+        "BadInput", "Frame", "Intrinsics", "Mapper", "MapperConfig", "Masks", "PanopticMap", "RazerError",
+        "UnusableFrame", "__version__", "load_map", "make_embedder", "make_segmenter",
+    },
+    "slam": {"GivenPoses", "SlamSystem"},
+    "data_tools": {"open_sequence", "write_recording"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("package", FACES)
+def test_the_face_has_these_names_and_each_can_be_had(package):
+    module = importlib.import_module(package)
+    assert set(module.__all__) == FACES[package]
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+        assert name in dir(module)
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = module.no_such_name
+
+
+@pytest.mark.parametrize("package", FACES)
+def test_importing_a_face_loads_nothing_heavy(package):
+    heavy = ("numpy", "torch", "open3d", "cv2", "pydantic")
+    code = f"import sys, {package}; print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_help_loads_neither_numpy_nor_torch():
+    code = (
+        "import sys\nfrom app.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "print([m for m in ('numpy', 'torch', 'open3d') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.rstrip().endswith("[]")
+
+
+def test_errors_are_kin():
+    import razer
+
+    assert issubclass(razer.UnusableFrame, razer.BadInput)
+    assert issubclass(razer.BadInput, razer.RazerError)
