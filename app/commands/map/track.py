@@ -11,8 +11,8 @@ from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
-from app.run_folder.run_folder import replace_file
 from app.settings.options import Flag, RecordingOptions
+from razer.storage.atomic_files import replace_file
 
 
 def track(
