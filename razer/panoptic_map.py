@@ -1,4 +1,4 @@
-"""The result: instances with boxes and embeddings, and the labelled surface (section III-G)."""
+"""The result: instances with boxes and embeddings, and the labelled surface (RAZER section IV-H)."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class PanopticMap:
         save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
 
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
-        """The instances that a text means (section III-H); raises BadInput where the embedder cannot tell."""
+        """The instances that a text means (RAZER section IV-I); raises BadInput where the embedder cannot tell."""
         query, ranking = self.text_vectors([text]), self.text_ranking
         if not len(self.hypotheses):
             return Answer((), threshold)

@@ -42,7 +42,7 @@ def _why_new(decision: Decision) -> str:
 
 
 def decision_table(step: StepResult) -> str:
-    """Markdown: for each detection its outcome, track, cost M, V and S (eq. 8), and the runners-up."""
+    """Markdown: for each detection its outcome, track, cost M, V and S (RAZER eq. 8), and the runners-up."""
     if not step.decisions:
         return f"**Frame {step.frame_index}**: no detections"
     gate = step.decisions[0].gate

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from data_tools.recordings.sequence import FrameIteration
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
+from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth

@@ -34,7 +34,7 @@ class Segmenter(Protocol):
 
 
 class Embedder(Protocol):
-    """The paper's F, second half: a vector for each mask (RAZER eq. 11)."""
+    """The paper's F, second half: a vector for each mask (RAZER eq. 12)."""
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Vectors of unit length, (N, D) float32, one for each of the N masks."""
@@ -42,7 +42,7 @@ class Embedder(Protocol):
 
 @runtime_checkable
 class TextSide(Protocol):
-    """An embedder whose vectors can be queried by text: the paper's phi_text (RAZER section III-H)."""
+    """An embedder whose vectors can be queried by text: the paper's phi_text (RAZER section IV-I)."""
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Vectors of unit length, (N, D) float32, in the space of `embed`; each text is embedded as it stands."""
@@ -59,7 +59,7 @@ class NameTable(TextSide, Protocol):
 
 @runtime_checkable
 class ImageSide(Protocol):
-    """An embedder whose vectors can be queried by an image (RAZER section III-H)."""
+    """An embedder whose vectors can be queried by an image (RAZER section IV-I)."""
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
         """Vector of unit length, (D,) float32, in the space of `embed`, of what a mask (H, W) covers in an image

@@ -1,4 +1,4 @@
-"""Masked average pooling of a dense feature map (RAZER eq. 11), without upsampling the map."""
+"""Masked average pooling of a dense feature map (RAZER eq. 12), without upsampling the map."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Data association of detections to tracks: candidates from the R-tree, the cost M = w_v V + w_s S, a gate, and the
-Hungarian method in each connected component (RAZER section IV-C, eq. 8)."""
+Hungarian method in each connected component (RAZER section IV-C, RAZER eq. 8)."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.scenes.living_room import Layout
 from data_tools.synthetic.shapes.solids import Solid
+from data_tools.synthetic.shapes.thing import Thing
 
 
 def signed_volume(solid: Solid) -> float:

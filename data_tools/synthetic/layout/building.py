@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.shapes.primitives import block
 from data_tools.synthetic.shapes.solids import Material, Point, Solid
+from data_tools.synthetic.shapes.thing import Thing
 
 Side = Literal["south", "east", "north", "west"]
 SIDES: tuple[Side, ...] = ("south", "east", "north", "west")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from data_tools.synthetic.layout.building import Finish
-from data_tools.synthetic.objects.furniture.simple_furniture import tinted
 from data_tools.synthetic.shapes.materials import around
 from data_tools.synthetic.shapes.solids import Material
+from data_tools.synthetic.shapes.thing import tinted
 
 _PALE = ((232, 222, 200), (205, 218, 222), (222, 206, 206), (212, 222, 200), (226, 226, 230))
 _FLOORS = (("planks", (200, 155, 110)), ("planks", (165, 120, 85)), ("carpet", (150, 150, 165)))

@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from data_tools.synthetic.layout.placement import solid_boxes
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float64Array
 
 CLEAR_M = 0.36

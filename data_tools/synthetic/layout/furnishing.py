@@ -7,8 +7,8 @@ import numpy as np
 from data_tools.synthetic.layout.building import SIDES, Room, Side
 from data_tools.synthetic.layout.placement import YAW_DEG, Area, Placer, strip
 from data_tools.synthetic.objects.catalogue import PIECES
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes.primitives import block
+from data_tools.synthetic.shapes.thing import Thing, tinted
 
 _USUALLY = 0.85
 _LOW_M = 0.95

@@ -8,8 +8,8 @@ import numpy as np
 import open3d as o3d
 
 from data_tools.synthetic.layout.building import Room, Side
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.ray_renderer import scene_of
+from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float64Array
 
 YAW_DEG: dict[Side, float] = {"south": 0.0, "east": 90.0, "north": 180.0, "west": -90.0}

@@ -11,9 +11,9 @@ from data_tools.synthetic.objects.furniture import bedding_and_textiles as soft_
 from data_tools.synthetic.objects.furniture import free_standing as standing_things
 from data_tools.synthetic.objects.furniture import storage_furniture as storage_pieces
 from data_tools.synthetic.objects.furniture import wall_mounted as wall_pieces
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.objects.household import bags, containers, electronics, plants, tableware
 from data_tools.synthetic.objects.household import desk_items as small_things
+from data_tools.synthetic.shapes.thing import Thing
 
 # Each piece stands at z = 0 around the origin and faces +y, in metres.
 PIECES: dict[str, Callable[[np.random.Generator], Thing]] = {

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.shapes.solids import Solid, quad_normals
+from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Int32Array
 
 # Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.

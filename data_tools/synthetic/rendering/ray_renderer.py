@@ -9,10 +9,10 @@ import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.rendering.face_table import FaceTable
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.rendering.texture_atlas import LEVELS, paint_atlas
+from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
 

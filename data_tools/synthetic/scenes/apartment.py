@@ -12,10 +12,10 @@ from data_tools.synthetic.layout.building import DOOR_HEIGHT_M, Doorway, Room, d
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
 from data_tools.synthetic.layout.free_space import FreeSpace
 from data_tools.synthetic.layout.placement import Placer
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.scenes import apartment_rooms as rooms
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.materials import lacquer
+from data_tools.synthetic.shapes.thing import Thing
 
 _WALL_M = 0.2  # between two rooms; thinner ones let a Kinect's noise reach through
 _TILED = ("kitchen", "bathroom")

@@ -16,7 +16,7 @@ from data_tools.synthetic.layout.furnishing import (
     workplace,
 )
 from data_tools.synthetic.layout.placement import YAW_DEG, Placer, strip
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.shapes.thing import Thing
 
 
 def living_room(room: Room, placer: Placer) -> None:

@@ -11,8 +11,8 @@ from data_tools.synthetic.layout.free_space import FreeSpace
 from data_tools.synthetic.layout.furnishing import load, piece
 from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.objects.catalogue import PIECES
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.scenes.world import World
+from data_tools.synthetic.shapes.thing import Thing
 
 _WIDE_M = 1.9
 _WAY_M = (0.9, 1.76)  # from the outer wall

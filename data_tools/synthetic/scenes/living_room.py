@@ -8,8 +8,8 @@ import numpy as np
 
 from data_tools.synthetic.layout.building import flat
 from data_tools.synthetic.objects.furniture import simple_furniture as f
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes.solids import Material
+from data_tools.synthetic.shapes.thing import Thing, tinted
 
 LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 _X, _Y = LENGTH_M / 2, WIDTH_M / 2

@@ -12,8 +12,8 @@ from data_tools.synthetic.layout.finishes import finish, warm_floor
 from data_tools.synthetic.layout.free_space import CLEAR_M
 from data_tools.synthetic.layout.furnishing import against, piece, scatter, window
 from data_tools.synthetic.layout.placement import Placer
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.scenes.world import World
+from data_tools.synthetic.shapes.thing import Thing
 
 _ALWAYS = ("laptop", "tray", "bowl", "plate", "book", "potted plant", "tissue box")
 _OTHERS = (

@@ -10,10 +10,10 @@ from data_tools.synthetic.layout.finishes import concrete_floor, finish
 from data_tools.synthetic.layout.free_space import FreeSpace
 from data_tools.synthetic.layout.furnishing import against, load, piece, scatter, window, workplace
 from data_tools.synthetic.layout.placement import Placer
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import block, legs
+from data_tools.synthetic.shapes.thing import Thing, tinted
 
 _SIZE_M = (15.0, 10.0)
 _HEIGHT_M = 4.2

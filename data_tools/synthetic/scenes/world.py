@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from data_tools.synthetic.camera.walk import Station
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.shapes.thing import Thing
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import tinted
 from data_tools.synthetic.shapes.solids import Colour, Material
+from data_tools.synthetic.shapes.thing import tinted
 
 _WOODS: tuple[Colour, ...] = (
     (200, 150, 95),

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
 from data_tools.synthetic.shapes.solids import quad_normals
+from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float64Array, Int32Array, Int64Array
 
 _WELD_M = 1e-4

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing
+from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.truth.tessellation import tessellate
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint, visible_vertices
 from data_tools.truth.ground_truth import GroundTruth

@@ -1,4 +1,4 @@
-"""Open-vocabulary mask embeddings by an image-text model such as CLIP or SigLIP (RAZER eq. 11)."""
+"""Open-vocabulary mask embeddings by an image-text model such as CLIP or SigLIP (RAZER eq. 12)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The embedding bank's rules (method.md, step 8), one by one, and what always holds."""
+"""The embedding bank's rules (docs/method.md step 8), one by one, and what always holds."""
 
 from __future__ import annotations
 

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import ball, beam, block, cylinder, legs, tapered, tube
 from data_tools.synthetic.shapes.solids import lathe
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import shifted, stretched, turned
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.objects.furniture.storage_furniture import doors, drawers
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import (
@@ -21,6 +20,7 @@ from data_tools.synthetic.shapes.primitives import (
     tube,
 )
 from data_tools.synthetic.shapes.solids import Material, Solid, lathe
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import shifted, turned
 
 

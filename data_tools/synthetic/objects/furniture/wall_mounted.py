@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import beam, block, disc, tube
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import fitted, shifted
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import ball, bars, beam, block, cylinder, legs, soft_box, tapered
 from data_tools.synthetic.shapes.solids import Colour, Material, Point, Solid, lathe
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import stretched, turned
 
 

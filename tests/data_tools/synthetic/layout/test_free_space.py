@@ -8,8 +8,8 @@ import pytest
 from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.camera.walk import Station, usual_frames, walk
 from data_tools.synthetic.layout.free_space import CLEAR_M, FreeSpace
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.shapes.primitives import block
+from data_tools.synthetic.shapes.thing import Thing, tinted
 
 GREY = tinted("smooth", (200.0, 200.0, 200.0))
 # A hall of 6 x 4 m with a wall across its middle that leaves a gap of 1 m at the far end, and a low table beyond.

@@ -7,11 +7,11 @@ import open3d as o3d
 import pytest
 
 from data_tools.synthetic.objects.catalogue import PIECES
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS
 from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.shapes.primitives import block
 from data_tools.synthetic.shapes.solids import Solid
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from razer.vocabulary import vocabulary
 
 GREY = tinted("smooth", (200.0, 200.0, 200.0))

@@ -6,12 +6,12 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS, SIZE
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer, scene_of
 from data_tools.synthetic.rendering.texture_atlas import LEVELS, paint_atlas
 from data_tools.synthetic.scenes.living_room import living_room
 from data_tools.synthetic.shapes.solids import box
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Intrinsics
 from razer.geometry import back_project, transform_points

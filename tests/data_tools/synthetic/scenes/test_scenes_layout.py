@@ -14,11 +14,11 @@ import pytest
 from data_tools.synthetic.camera.walk import usual_frames, walk
 from data_tools.synthetic.layout.building import Room, block_walls, walls
 from data_tools.synthetic.layout.placement import Placer, solid_boxes
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.primitives import block
 from data_tools.synthetic.shapes.solids import quad_normals
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene
 from razer.vocabulary import vocabulary
 

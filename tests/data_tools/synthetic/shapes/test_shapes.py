@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.procedural_textures import PAINTERS
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.shapes import primitives as shapes
 from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import fitted, stretched, turned
 from razer.frame import Intrinsics
 from tests.support.solids import signed_volume

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data_tools.synthetic.objects.furniture.simple_furniture import tinted
 from data_tools.synthetic.shapes.solids import box, lathe, quad_normals
+from data_tools.synthetic.shapes.thing import tinted
 from tests.support.solids import signed_volume
 
 GREY = tinted("plaster", (200.0, 200.0, 200.0))

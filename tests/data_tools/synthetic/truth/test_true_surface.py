@@ -9,10 +9,10 @@ import open3d as o3d
 import pytest
 
 from data_tools.synthetic.camera.hand_held import walk_round
-from data_tools.synthetic.objects.furniture.simple_furniture import Thing, tinted
 from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.scenes.living_room import living_room
 from data_tools.synthetic.shapes.solids import box
+from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.synthetic.truth.tessellation import tessellate
 from data_tools.synthetic.truth.true_surface import ground_truth
