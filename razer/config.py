@@ -16,10 +16,7 @@ class VoxelSettings(Settings):
     """The volume V(p) = {d, w, c, l, h} (RAZER eq. 1)."""
 
     voxel_size_m: float = Field(
-        0.02,
-        gt=0.001,
-        le=0.2,
-        description="Edge of a voxel, metres. Smaller: finer surface, cubically more memory.",
+        0.02, gt=0.001, le=0.2, description="Edge of a voxel, metres. Smaller: finer surface, cubically more memory."
     )
     truncation_voxels: float = Field(
         5.0,
@@ -29,26 +26,16 @@ class VoxelSettings(Settings):
     )
     depth_min_m: float = Field(0.1, ge=0, description="Nearer readings are ignored, metres.")
     depth_max_m: float = Field(
-        5.0,
-        gt=0,
-        le=50,
-        description="Farther readings are ignored, metres. Larger: more surface, noisier (z squared).",
+        5.0, gt=0, le=50, description="Farther readings are ignored, metres. Larger: more surface, noisier (z squared)."
     )
     histogram_slots: int = Field(
-        4,
-        ge=1,
-        le=16,
-        description="K, instances remembered in a voxel's histogram h. Each costs 6 bytes a voxel.",
+        4, ge=1, le=16, description="K, instances remembered in a voxel's histogram h. Each costs 6 bytes a voxel."
     )
     carve_every: int = Field(
-        10,
-        ge=0,
-        description="Frames between passes of space carving; 0 = never: moved objects leave ghosts.",
+        10, ge=0, description="Frames between passes of space carving; 0 = never: moved objects leave ghosts."
     )
     surface_weight: float = Field(
-        3.0,
-        ge=0,
-        description="Observations a voxel needs to be surface. Larger: cleaner, but less is left.",
+        3.0, ge=0, description="Observations a voxel needs to be surface. Larger: cleaner, but less is left."
     )
 
     @property
@@ -61,22 +48,14 @@ class MaskSettings(Settings):
     """Which masks are lifted, and how far their borders are trusted."""
 
     min_pixels: int = Field(
-        400,
-        ge=1,
-        description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg).",
+        400, ge=1, description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg)."
     )
     min_score: float = Field(0.25, ge=0, le=1, description="Masks the model trusts less are dropped.")
     min_valid_depth: float = Field(
-        0.2,
-        ge=0,
-        le=1,
-        description="Share of a mask that needs depth. Lower: shiny things stay, with wild boxes.",
+        0.2, ge=0, le=1, description="Share of a mask that needs depth. Lower: shiny things stay, with wild boxes."
     )
     shrink_pixels: int = Field(
-        2,
-        ge=0,
-        le=20,
-        description="Pixels taken off each mask's border, at 640x480, so that depth edges do not bleed.",
+        2, ge=0, le=20, description="Pixels taken off each mask's border, at 640x480, so that depth edges do not bleed."
     )
 
 
@@ -90,9 +69,7 @@ class LiftingSettings(Settings):
     )
     dbscan_min_points: int = Field(10, ge=1, description="DBSCAN's core-point count, on cells of the map's voxel size.")
     min_cells: int = Field(
-        20,
-        ge=4,
-        description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise.",
+        20, ge=4, description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise."
     )
     background_gap_m: float = Field(
         0.3,
@@ -164,9 +141,7 @@ class MaintenanceSettings(Settings):
     )
     confirm_hits: int = Field(3, ge=1, description="Observations until a tentative track counts as an instance.")
     max_misses: int = Field(
-        30,
-        ge=1,
-        description="k: frames a track may go unmatched while in view and not occluded before it is pruned.",
+        30, ge=1, description="k: frames a track may go unmatched while in view and not occluded before it is pruned."
     )
     min_support: float = Field(
         0.2,

@@ -165,9 +165,7 @@ class LoopClosureSettings(Settings):
         "looks alike. Larger: false loops; smaller: true loops are refused.",
     )
     drift_m_per_m: float = Field(
-        0.04,
-        ge=0,
-        description="... and this much for each metre travelled. Larger or smaller: as for drift_m.",
+        0.04, ge=0, description="... and this much for each metre travelled. Larger or smaller: as for drift_m."
     )
     drift_deg: float = Field(
         5.0,
@@ -175,9 +173,7 @@ class LoopClosureSettings(Settings):
         description="Error of direction that drift may explain on any way, degrees. Larger or smaller: as for drift_m.",
     )
     drift_deg_per_m: float = Field(
-        1.0,
-        ge=0,
-        description="... and this much for each metre travelled. Larger or smaller: as for drift_m.",
+        1.0, ge=0, description="... and this much for each metre travelled. Larger or smaller: as for drift_m."
     )
     pairs_per_frame: int = Field(
         1,

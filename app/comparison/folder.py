@@ -13,11 +13,7 @@ from razer.storage.atomic_files import replace_content, replace_file
 
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"
-PLOTS = {
-    "trajectories.png": plots.trajectories,
-    "errors.png": plots.errors,
-    "instances.png": plots.instances,
-}
+PLOTS = {"trajectories.png": plots.trajectories, "errors.png": plots.errors, "instances.png": plots.instances}
 
 
 def check_folder(folder: Path) -> None:

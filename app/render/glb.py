@@ -21,18 +21,11 @@ _VERTICES, _INDICES = 34962, 34963
 _CHUNK_JSON, _CHUNK_BIN = 0x4E4F534A, 0x004E4942
 _MATTE = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}, "doubleSided": True}
 # Of each buffer view: component type, type, and bytes of an element.
-_ATTRIBUTES = {
-    "POSITION": (_FLOAT, "VEC3", 12),
-    "NORMAL": (_FLOAT, "VEC3", 12),
-    "COLOR_0": (_UINT16, "VEC4", 8),
-}
+_ATTRIBUTES = {"POSITION": (_FLOAT, "VEC3", 12), "NORMAL": (_FLOAT, "VEC3", 12), "COLOR_0": (_UINT16, "VEC4", 8)}
 
 
 def write_glb(
-    path: Path,
-    mesh: LabelledMesh,
-    up: Float64Array | None = None,
-    names: Mapping[int, str] | None = None,
+    path: Path, mesh: LabelledMesh, up: Float64Array | None = None, names: Mapping[int, str] | None = None
 ) -> None:
     """Write a mesh as a node for each instance and one for the rest.
 

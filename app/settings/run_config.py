@@ -17,14 +17,11 @@ class InputSettings(PluginSettings):
     """Input: the recording's layout, frames and poses, and the camera parameters that it does not state itself."""
 
     reader: str | None = Field(
-        None,
-        description="Layout of the folder: a reader's name, or module:function. Not set: recognised.",
+        None, description="Layout of the folder: a reader's name, or module:function. Not set: recognised."
     )
     folder: str | None = Field(None, description="The recording, as a run records it. Has no effect on a new run.")
     stride: int = Field(
-        1,
-        ge=1,
-        description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion.",
+        1, ge=1, description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion."
     )
     max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
     poses: Literal["given", "slam", "auto"] = Field(
@@ -34,17 +31,13 @@ class InputSettings(PluginSettings):
     )
     max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
     intrinsics: str | None = Field(
-        None,
-        description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, or a JSON file. Not set: the folder's.",
+        None, description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, or a JSON file. Not set: the folder's."
     )
     depth_scale: float | None = Field(
-        None,
-        gt=0,
-        description="Units of the depth images in a metre. Not set: from the folder or its layout.",
+        None, gt=0, description="Units of the depth images in a metre. Not set: from the folder or its layout."
     )
     depth_to_color: str | None = Field(
-        None,
-        description="File with the 4x4 transform from the depth to the colour camera, if not registered.",
+        None, description="File with the 4x4 transform from the depth to the colour camera, if not registered."
     )
 
 

@@ -20,9 +20,7 @@ class TimelineConfig(Settings):
     ids_every: int = Field(1, ge=1, description="Frames between logged instance id images.")
     depth_every: int = Field(5, ge=1, description="Frames between logged depth images.")
     raster_max_edge: int = Field(
-        320,
-        ge=64,
-        description="Longest edge of logged depth and id images, pixels; larger ones keep every n-th pixel.",
+        320, ge=64, description="Longest edge of logged depth and id images, pixels; larger ones keep every n-th pixel."
     )
     boxes_every: int = Field(1, ge=1, description="Frames between logged sets of boxes.")
     decisions: bool = Field(True, description="Log, for each frame, why each detection went where it went.")
@@ -36,9 +34,7 @@ class TimelineConfig(Settings):
     )  # fmt: skip
     points_thinning: int = Field(2, ge=1, description="One of so many surface voxels is logged as a point. 1 = all.")
     mesh_max_vertices: int = Field(
-        300_000,
-        ge=1000,
-        description="The final mesh is logged coarser if it has more vertices; the saved one stays.",
+        300_000, ge=1000, description="The final mesh is logged coarser if it has more vertices; the saved one stays."
     )
     path_every: int = Field(
         3, ge=1, description="Frames between logged additions to the camera's path where poses are estimated."

@@ -82,11 +82,5 @@ def file_sequence(
         raise BadInput(f"{folder} does not say what camera took it: give {HOW_TO_DECLARE}, and --depth-scale")
     images = ImageFiles(paths, declared.depth_scale)
     return recorded_sequence(
-        folder,
-        images,
-        declared,
-        pose_of,
-        name=folder.name,
-        depth_scale=declared.depth_scale,
-        class_names=class_names,
+        folder, images, declared, pose_of, name=folder.name, depth_scale=declared.depth_scale, class_names=class_names
     )

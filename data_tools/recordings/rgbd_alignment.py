@@ -64,8 +64,7 @@ class Warp:
         rays = color.matrix @ rotation @ np.linalg.inv(depth.matrix) @ pixels
         shift = color.matrix @ translation
         return cls(
-            rays.reshape(3, depth.height, depth.width).astype(np.float32),
-            shift.reshape(3, 1, 1).astype(np.float32),
+            rays.reshape(3, depth.height, depth.width).astype(np.float32), shift.reshape(3, 1, 1).astype(np.float32)
         )
 
     def apply(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:

@@ -89,11 +89,7 @@ def shrink(masks: BoolArray, pixels: int) -> BoolArray:
 
 
 def lift(
-    surface: ObservedSurface,
-    masks: Masks,
-    embeddings: Float32Array,
-    lifting: LiftingSettings,
-    shrink_pixels: int,
+    surface: ObservedSurface, masks: Masks, embeddings: Float32Array, lifting: LiftingSettings, shrink_pixels: int
 ) -> Lifted:
     """Back-project the shrunk masks (RAZER eq. 3), split them by DBSCAN and fit boxes (RAZER eqs. 4 to 6).
 
@@ -120,29 +116,41 @@ def lift(
         if len(member_rows) < lifting.min_cells:
             continue
         mask = int(member_set[member_rows[0]])
-        cells = member_cell[member_rows]
-        points = surface.cells.points[cells]
-        moments = PointMoments.of(points)
-        score = float(masks.scores[mask])
-        share = len(pixel_rows) / pixel_counts[mask]
         pixels = pixel_of[pixel_rows].astype(np.int32)
-        detection = Detection(
-            mask=mask,
-            cells=cells,
-            pixels=pixels,
-            moments=moments,
-            box=OrientedBox.around(points, moments.axes),
-            embedding=embeddings[mask],
-            score=score,
-            quality=view_quality(score, share, len(pixel_rows) * surface.stride**2),
-            class_name=None if masks.class_names is None else masks.class_names[mask],
-            region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
-        )
-        clusters.append((mask, -len(cells), label, detection))
+        share = len(pixel_rows) / pixel_counts[mask]
+        detection = _detection(surface, masks, embeddings, mask, member_cell[member_rows], pixels, share)
+        clusters.append((mask, -detection.n_cells, label, detection))
     background = _background_labels(surface, [(label, detection) for *_, label, detection in clusters], lifting)
     kept = sorted((entry for entry in clusters if entry[2] not in background), key=lambda entry: entry[:3])
     own = ~np.isin(labels, list(background))
     return Lifted(tuple(entry[3] for entry in kept), member_set[own], member_cell[own])
+
+
+def _detection(
+    surface: ObservedSurface,
+    masks: Masks,
+    embeddings: Float32Array,
+    mask: int,
+    cells: Int32Array,
+    pixels: Int32Array,
+    share: float,
+) -> Detection:
+    """The detection of one cluster of a mask, which holds this share of the mask's readings."""
+    points = surface.cells.points[cells]
+    moments = PointMoments.of(points)
+    score = float(masks.scores[mask])
+    return Detection(
+        mask=mask,
+        cells=cells,
+        pixels=pixels,
+        moments=moments,
+        box=OrientedBox.around(points, moments.axes),
+        embedding=embeddings[mask],
+        score=score,
+        quality=view_quality(score, share, len(pixels) * surface.stride**2),
+        class_name=None if masks.class_names is None else masks.class_names[mask],
+        region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
+    )
 
 
 def _background_labels(

@@ -37,9 +37,7 @@ _SCENENN = Preset(
     source="VolumePanoptic on SceneNN, NYU classes (protocol A)",
     vocabulary="nyu40",
     instance_classes=tuple(name for name in vocabulary("scannet20").names if name not in _NOT_THINGS),
-    class_lists={
-        "nine": ("bed", "chair", "sofa", "table", "refridgerator", "television", "bag", "books", "toilet"),
-    },
+    class_lists={"nine": ("bed", "chair", "sofa", "table", "refridgerator", "television", "bag", "books", "toilet")},
     score="size_share",
     instance_class="vertices",
     instances_over_scenes="mean",
@@ -91,9 +89,7 @@ _OVO = _HOVSG.model_copy(
     }
 )
 
-_RAYFRONTS = _HOVSG.model_copy(
-    update={"name": "rayfronts", "source": "RayFronts (protocol C)", "voxel_size_m": 0.05},
-)
+_RAYFRONTS = _HOVSG.model_copy(update={"name": "rayfronts", "source": "RayFronts (protocol C)", "voxel_size_m": 0.05})
 
 _OVI_MAP = _HOVSG.model_copy(
     update={

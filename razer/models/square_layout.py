@@ -44,10 +44,7 @@ class SquareLayout:
         return cv2.resize(rgb, (self.columns, self.rows), interpolation=cv2.INTER_LINEAR).astype(np.float32)
 
     def square(
-        self,
-        rgb: Uint8Array,
-        mean: tuple[float, ...] = MEAN,
-        deviation: tuple[float, ...] = DEVIATION,
+        self, rgb: Uint8Array, mean: tuple[float, ...] = MEAN, deviation: tuple[float, ...] = DEVIATION
     ) -> Float32Array:
         """The whole square with the image (H, W, 3) normalised and zeros around it, (1, 3, side, side)."""
         scaled = (self.resized(rgb) / 255 - np.array(mean, np.float32)) / np.array(deviation, np.float32)

@@ -14,8 +14,7 @@ def vertex_normals(mesh: LabelledMesh) -> Float64Array:
     face_normals = np.cross(b - a, c - a)
     corners = mesh.triangles.reshape(-1)
     sums = np.stack(
-        [np.bincount(corners, np.repeat(face_normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)],
-        axis=1,
+        [np.bincount(corners, np.repeat(face_normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)], axis=1
     )
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.where(lengths > 0, sums / np.where(lengths > 0, lengths, 1.0), (0.0, 1.0, 0.0))

@@ -18,10 +18,7 @@ FORMAT = 1
 
 
 def write_instances_json(
-    path: Path,
-    objects: Sequence[MapObject],
-    up: Float64Array | None = None,
-    stamps: Mapping[int, float] | None = None,
+    path: Path, objects: Sequence[MapObject], up: Float64Array | None = None, stamps: Mapping[int, float] | None = None
 ) -> None:
     """Write all instances with their boxes.
 

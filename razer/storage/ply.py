@@ -13,15 +13,7 @@ from razer.errors import BadInput
 from razer.volume.mesh_extraction import LabelledMesh
 
 VERTEX = np.dtype(
-    [
-        ("x", "<f4"),
-        ("y", "<f4"),
-        ("z", "<f4"),
-        ("red", "u1"),
-        ("green", "u1"),
-        ("blue", "u1"),
-        ("instance", "<i4"),
-    ]
+    [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1"), ("instance", "<i4")]
 )
 FACE = np.dtype([("n", "u1"), ("a", "<i4"), ("b", "<i4"), ("c", "<i4")])
 PLY_TYPES = {"<f4": "float", "|u1": "uchar", "<i4": "int"}

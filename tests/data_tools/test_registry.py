@@ -9,12 +9,7 @@ import pytest
 from data_tools.registry import open_sequence, recognise
 from razer.errors import BadInput
 from razer.plugins import FULL_TRUST
-from tests.support.recordings import (
-    camera_json,
-    write_folder,
-    write_seven_scenes,
-    write_tum,
-)
+from tests.support.recordings import camera_json, write_folder, write_seven_scenes, write_tum
 
 
 def truncate(path: Path) -> None:

@@ -11,9 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 ROOMS = ("app", "razer", "slam", "data_tools", "tests", "docs")
 CODE = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py") if HERE not in path.parents)
-PAGES = sorted(
-    [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")],
-)
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
 FILES = [*CODE, *PAGES]
 # The paper numbers what stands in `equation` environments, of which it has fifteen: V(p) is the first, the support
 # ratio the last. Two more displayed formulas bear no number.

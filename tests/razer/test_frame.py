@@ -20,8 +20,7 @@ def good() -> Frame:
 
 
 @pytest.mark.parametrize(
-    "change",
-    [{"width": 0}, {"height": -1}, {"fx": 0.0}, {"fy": -50.0}, {"fx": np.nan}, {"cx": np.inf}],
+    "change", [{"width": 0}, {"height": -1}, {"fx": 0.0}, {"fy": -50.0}, {"fx": np.nan}, {"cx": np.inf}]
 )
 def test_impossible_cameras_are_refused(change: dict) -> None:
     with pytest.raises(BadInput):

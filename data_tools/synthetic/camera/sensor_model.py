@@ -80,14 +80,7 @@ class SensorModel:
         )
 
     def observe(
-        self,
-        rgb: Uint8Array,
-        depth: Float32Array,
-        camera: Intrinsics,
-        poses: Float64Array,
-        *,
-        index: int,
-        seed: int,
+        self, rgb: Uint8Array, depth: Float32Array, camera: Intrinsics, poses: Float64Array, *, index: int, seed: int
     ) -> tuple[Uint8Array, Float32Array]:
         """What the sensor makes of a true colour and depth image; always the same for the same arguments.
 
@@ -103,13 +96,7 @@ class SensorModel:
         return self._colour(rgb, camera, poses, index, seed, rng), self._depth(depth, camera, rng)
 
     def _colour(
-        self,
-        rgb: Uint8Array,
-        camera: Intrinsics,
-        poses: Float64Array,
-        index: int,
-        seed: int,
-        rng: np.random.Generator,
+        self, rgb: Uint8Array, camera: Intrinsics, poses: Float64Array, index: int, seed: int, rng: np.random.Generator
     ) -> Uint8Array:
         if self.shutter or self.misregistration_px:
             flow = colour_errors.blur_px(poses, index, camera, self.shutter)

@@ -70,10 +70,7 @@ def box(low: Point, high: Point, material: Material) -> Solid:
 
 
 def lathe(
-    profile: Sequence[tuple[float, float]],
-    material: Material,
-    at: tuple[float, float] = (0.0, 0.0),
-    sides: int = 24,
+    profile: Sequence[tuple[float, float]], material: Material, at: tuple[float, float] = (0.0, 0.0), sides: int = 24
 ) -> Solid:
     """A surface of revolution about the vertical.
 
@@ -87,11 +84,7 @@ def lathe(
     angles = np.linspace(0, 2 * np.pi, sides + 1)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     grid = np.concatenate(
-        [
-            radii[:, None, None] * ring + at,
-            np.broadcast_to(heights[:, None, None], (len(radii), sides + 1, 1)),
-        ],
-        axis=2,
+        [radii[:, None, None] * ring + at, np.broadcast_to(heights[:, None, None], (len(radii), sides + 1, 1))], axis=2
     )
     length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(radii), np.diff(heights)))])
     around = np.broadcast_to(angles * radii.max(), (len(radii), sides + 1))

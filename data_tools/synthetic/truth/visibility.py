@@ -119,10 +119,7 @@ def _ever_faced(surface: SampledSurface, viewpoints: Sequence[Viewpoint]) -> Boo
 
 
 def _in_view(
-    vertices: Float32Array,
-    normals: Float32Array,
-    world_from_camera: Float64Array,
-    view: CameraView,
+    vertices: Float32Array, normals: Float32Array, world_from_camera: Float64Array, view: CameraView
 ) -> BoolArray:
     """Whether vertices face the camera and project into its image, within range."""
     camera = view.intrinsics

@@ -100,10 +100,7 @@ def panoptic_quality(counts: Iterable[Mapping[Any, PanopticCounts]]) -> Panoptic
 
 
 def merge_stuff(
-    instances: IntArray,
-    classes: IntArray,
-    instance_classes: Mapping[int, int],
-    stuff: Iterable[int],
+    instances: IntArray, classes: IntArray, instance_classes: Mapping[int, int], stuff: Iterable[int]
 ) -> tuple[Int64Array, dict[int, int]]:
     """Panoptic segments (V,) and their classes: each instance is a segment, and so is each stuff class, whose vertices
     and instances are merged, with the id after the highest instance + class.

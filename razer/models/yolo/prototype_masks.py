@@ -12,10 +12,7 @@ _FLAGS = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 
 
 def prototype_masks(
-    coefficients: Float32Array,
-    prototypes: Float32Array,
-    boxes: Float32Array,
-    letterbox: Letterbox,
+    coefficients: Float32Array, prototypes: Float32Array, boxes: Float32Array, letterbox: Letterbox
 ) -> BoolArray:
     """Masks (N, H, W) at the size of the image; the sums are interpolated before they are compared with zero.
 

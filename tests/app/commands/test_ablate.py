@@ -25,8 +25,7 @@ def test_a_line_of_numbers_for_each_variant_and_seed(capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(("--seeds", "one"), "whole numbers"), (("--variants", "no walls"), "choose from")],
+    ("arguments", "message"), [(("--seeds", "one"), "whole numbers"), (("--variants", "no walls"), "choose from")]
 )
 def test_wrong_usage_is_one_plain_line(capsys, arguments, message):
     assert call("ablate", *arguments) == 2

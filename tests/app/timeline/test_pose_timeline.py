@@ -70,11 +70,7 @@ def track(timeline, packet):
     """Log a frame as the main loop does."""
     update = packet.pose_update
     timeline.track(
-        packet.index,
-        update.report,
-        corrections=update.corrections,
-        given=update.given,
-        pose_ms=packet.stage_ms["pose"],
+        packet.index, update.report, corrections=update.corrections, given=update.given, pose_ms=packet.stage_ms["pose"]
     )
 
 

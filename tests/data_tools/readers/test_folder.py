@@ -10,15 +10,7 @@ import pytest
 
 from data_tools.registry import open_sequence
 from razer.errors import BadInput, UnusableFrame
-from tests.support.recordings import (
-    HEIGHT,
-    WIDTH,
-    camera_json,
-    colour,
-    depth,
-    write_folder,
-    write_image,
-)
+from tests.support.recordings import HEIGHT, WIDTH, camera_json, colour, depth, write_folder, write_image
 
 
 def test_own_folder_with_everything(tmp_path: Path) -> None:

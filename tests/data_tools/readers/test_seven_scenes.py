@@ -11,14 +11,7 @@ from data_tools.recordings.trajectories import PROJECTED
 from data_tools.registry import open_sequence
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
-from tests.support.recordings import (
-    HEIGHT,
-    WIDTH,
-    colour,
-    depth,
-    write_image,
-    write_seven_scenes,
-)
+from tests.support.recordings import HEIGHT, WIDTH, colour, depth, write_image, write_seven_scenes
 
 
 def test_seven_scenes_frames_are_what_was_written(tmp_path: Path) -> None:

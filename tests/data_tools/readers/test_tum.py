@@ -11,11 +11,7 @@ from data_tools.readers.tum import CAMERAS, associate
 from data_tools.registry import open_sequence
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
-from tests.support.recordings import (
-    HEIGHT,
-    WIDTH,
-    write_tum,
-)
+from tests.support.recordings import HEIGHT, WIDTH, write_tum
 
 TRUTH = "".join(f"{stamp} {stamp} 0 0 0 0 0 1\n" for stamp in (0.95, 1.0, 1.05, 1.10, 1.15))
 

@@ -133,8 +133,7 @@ def test_contains_and_grown_on_a_turned_box() -> None:
 
 
 @pytest.mark.parametrize(
-    ("center", "extent"),
-    [((np.nan, 0, 0), (1, 1, 1)), ((0, 0, 0), (1, np.inf, 1)), ((0, 0, 0), (1, -0.1, 1))],
+    ("center", "extent"), [((np.nan, 0, 0), (1, 1, 1)), ((0, 0, 0), (1, np.inf, 1)), ((0, 0, 0), (1, -0.1, 1))]
 )
 def test_impossible_boxes_are_refused(center: tuple, extent: tuple) -> None:
     with pytest.raises(ValueError, match="no box has center"):

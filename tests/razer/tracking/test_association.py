@@ -110,10 +110,7 @@ def make_tracks(*found: Detection) -> tuple[dict[int, Track], BoxIndex]:
 
 
 def candidates_of(
-    found: Sequence[Detection],
-    tracks: Sequence[Detection],
-    overlap: LabelOverlap = NO_OVERLAP,
-    **settings: object,
+    found: Sequence[Detection], tracks: Sequence[Detection], overlap: LabelOverlap = NO_OVERLAP, **settings: object
 ) -> list[tuple[Candidate, ...]]:
     known, index = make_tracks(*tracks)
     return find_candidates(found, known, index, overlap, AssociationSettings.model_validate(settings))

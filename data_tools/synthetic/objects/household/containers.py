@@ -119,8 +119,7 @@ def recycling_bin(rng: np.random.Generator) -> Thing:
     front = y * (0.8 + 0.2 * (0.45 * height - 0.02) / (height - 0.02))
     lean = float(np.degrees(np.arctan2(0.2 * y, height - 0.02)))
     return Thing(
-        "recycling bin",
-        (body, lid, slot, *wheels, feet, turned(sign, "x", -lean, (0, front + 0.0005, height * 0.45))),
+        "recycling bin", (body, lid, slot, *wheels, feet, turned(sign, "x", -lean, (0, front + 0.0005, height * 0.45)))
     )
 
 

@@ -229,8 +229,7 @@ def test_frames_are_the_same_in_any_order_and_differ_between_seeds() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong",
-    [{"axial_noise": -1.0}, {"edge_dropout": 1.5}, {"range_m": (3.0, 2.0)}, {"colour_noise": float("nan")}],
+    "wrong", [{"axial_noise": -1.0}, {"edge_dropout": 1.5}, {"range_m": (3.0, 2.0)}, {"colour_noise": float("nan")}]
 )
 def test_impossible_sensors_are_refused(wrong: dict) -> None:
     with pytest.raises(BadInput, match=next(iter(wrong)).split("_")[0]):

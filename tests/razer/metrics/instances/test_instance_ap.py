@@ -76,11 +76,7 @@ def slow_truths(
 
 
 def slow_wrong(
-    truths: dict[int, set[int]],
-    prediction: set[int],
-    void: set[int],
-    threshold: float,
-    min_region: int,
+    truths: dict[int, set[int]], prediction: set[int], void: set[int], threshold: float, min_region: int
 ) -> bool:
     """Whether an unmatched prediction counts as wrong."""
     if any(overlap(t, prediction) > threshold for t in truths.values()):

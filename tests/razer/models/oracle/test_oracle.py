@@ -71,8 +71,7 @@ def test_instances_without_a_class_are_unknown() -> None:
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{"noise": "some"}, {"drop": 1.5}, {"split": -0.1}, {"hold": 0}, {"split_frames": 0}, {"jitter_px": 99}],
+    "options", [{"noise": "some"}, {"drop": 1.5}, {"split": -0.1}, {"hold": 0}, {"split_frames": 0}, {"jitter_px": 99}]
 )
 def test_impossible_noise_is_refused(options: dict) -> None:
     with pytest.raises(BadInput):
