@@ -24,7 +24,6 @@ class AppearanceEmbedder:
     near a cosine of zero; blocks are weighted and the whole has unit length.
     """
 
-    has_text = False
     dimension = _CHROMA_BINS**2 + _LIGHT_BINS + _TEXTURE_BINS + _SIZE_BINS + 2 * _SHAPE_BINS
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
