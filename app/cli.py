@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import metadata
@@ -68,14 +69,21 @@ _add_verbs(app)
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and exit: 0 done, 2 unusable input or usage (one plain line), 130 interrupted."""
+    # What lies in the working directory is data: helper processes must not import it as modules.
+    os.environ["PYTHONSAFEPATH"] = "1"
     try:
         code = app(arguments, exit_on_error=False, result_action="return_value")
     except CycloptsError:
         sys.exit(BAD_INPUT)
     except BadInput as error:
-        print(f"razer: {error}", file=sys.stderr)
+        print(f"razer: {_plain(str(error))}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code)
+
+
+def _plain(message: str) -> str:
+    """A message on one line, without characters that a terminal obeys: names from files are part of it."""
+    return "".join(c if c.isprintable() else " " for c in message)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,10 @@ class BadInput(RazerError):
     """Input that cannot be used; the message is one plain line that names the thing and the fix."""
 
 
+class UntrustedPlugin(BadInput):
+    """Code from outside that data names; it is not loaded."""
+
+
 class UnusableFrame(BadInput):
     """One frame that cannot be used; the message says why. The rest of the sequence may be fine."""
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from razer.arrays import Pose
 from razer.config import MapperConfig
 from razer.detection.perception import Observation, Perception
+from razer.errors import BadInput
 from razer.frame import Frame
 from razer.models import Embedder, Segmenter, unrelated_cosine
 from razer.models.model_choice import choose_models
@@ -58,6 +60,7 @@ class Mapper:
         tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self._integrator = PanopticIntegrator(config, VoxelMap(config.voxels, device), tracker)
         self.reintegrator = Reintegrator(config) if config.reintegration.enabled else None
+        self._n_frames = 0
         self._camera_up = np.zeros(3)  # summed over frames: cameras are mostly held upright
 
     @property
@@ -83,6 +86,7 @@ class Mapper:
         """Map what was perceived of one frame: integrate its depth, associate its detections with tracks, vote for
         labels, maintain the tracks, and reintegrate a few earlier frames where poses were corrected."""
         self._camera_up -= observation.frame.pose[:3, 1]
+        self._n_frames += 1
         step = self._integrator.fuse(observation, spare_confirmed=self._is_behind)
         if self.reintegrator is None:
             return step
@@ -121,10 +125,17 @@ class Mapper:
     def snapshot(self) -> PanopticMap:
         """The map as it is now: confirmed instances and the labelled mesh."""
         mesh = extract_mesh(self.voxels)
+        up = up_direction(mesh, self._camera_up)
         panoptic = PanopticMap.of([t for t in self.tracks if t.confirmed], mesh, self._text_queries)
         return replace(
             panoptic,
-            up=up_direction(mesh, self._camera_up),
+            up=up if up.any() else None,
             config_text=toml_text(list_settings(self.config), "Settings of a map."),
-            open_volume=lambda: self.voxels,
+            open_volume=partial(self._volume_of, self._n_frames),
         )
+
+    def _volume_of(self, n_frames: int) -> VoxelMap:
+        """The volume of a snapshot that was taken after so many frames: it is not copied, and goes on changing."""
+        if n_frames != self._n_frames:
+            raise BadInput("frames were mapped since this snapshot was taken: take another, or save it at once")
+        return self.voxels

@@ -2,12 +2,13 @@
 
 A name is code: "os:system" is as good a `module:Class` as any. So names that come with data (a run folder's
 config.toml, a --config file) choose among the parts that ship, and outside code is loaded only where the one who
-started the program, or the program that calls this library, named it.
+started the program named it. A program that calls this library passes the object itself.
 """
 
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,7 +17,7 @@ from typing import Any, Self
 
 from pydantic import Field, PrivateAttr
 
-from razer.errors import BadInput
+from razer.errors import BadInput, UntrustedPlugin, one_line
 from razer.settings import Settings
 
 
@@ -70,7 +71,14 @@ def load(
         with _trusting(trust):
             return make(**options)
     except TypeError as error:
-        raise BadInput(f"{kind} '{name}' does not take these options: {error}") from error
+        raise BadInput(f"{kind} '{name}' does not take these options: {_about_options(error)}") from error
+    except OSError as error:
+        raise BadInput(f"{kind} '{name}' cannot be made: {one_line(error)}") from error
+
+
+def _about_options(error: TypeError) -> str:
+    """What is wrong with the options, without the names of the code that says so."""
+    return re.sub(r"^[\w.]+\(\) ", "", one_line(error)).replace("required positional argument", "option")
 
 
 def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str], trust: Trust) -> Callable[..., Any]:
@@ -79,7 +87,7 @@ def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str]
     if not separator:
         raise BadInput(f"unknown {kind} '{name}': choose one of {', '.join(sorted(table))}, or module:Class")
     if name not in table and not trust.covers(name):
-        raise BadInput(
+        raise UntrustedPlugin(
             f"{kind} '{name}' is code from outside, named by data: it is not loaded. If you know it, name it on the "
             f"command line yourself or add --trust-plugins (from Python: pass the object)"
         )

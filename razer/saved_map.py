@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
-from razer.errors import BadInput
+from razer.errors import BadInput, one_line
 from razer.models import Embedder, make_embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
@@ -24,6 +23,8 @@ from razer.storage.instances_json import read_instances_json
 from razer.storage.map_folder import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS, is_map_folder
 from razer.storage.ply import read_mesh_ply
 from razer.storage.volume_npz import load_voxels
+
+_DAMAGED = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile)
 
 
 def load_map(
@@ -55,8 +56,9 @@ def load_map(
     try:
         objects, up = read_instances_json(folder / INSTANCES)
         banks = read_embeddings_npz(folder / EMBEDDINGS)
-    except (OSError, EOFError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise BadInput(f"{folder}: {INSTANCES} or {EMBEDDINGS} is missing or damaged ({error}); run again") from error
+    except (*_DAMAGED, AttributeError, RecursionError) as error:
+        problem = f"{INSTANCES} or {EMBEDDINGS} is missing or damaged ({one_line(error)})"
+        raise BadInput(f"{folder}: {problem}; run again") from error
     n_vertices = Counter(mesh.instances.tolist())
     nothing = (np.zeros((0, 0), np.float32), np.zeros(0))
     completed = []
@@ -86,7 +88,7 @@ def saved_embedder(folder: Path) -> EmbedderSettings:
     """The embedder that a map was made with; raises BadInput."""
     try:
         return EmbedderSettings.model_validate(tomllib.loads(_config_text(folder)).get("embedder", {}))
-    except (tomllib.TOMLDecodeError, ValidationError) as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput(f"{folder / CONFIG} is damaged: {error}; name the embedder yourself") from error
 
 

@@ -14,7 +14,7 @@ from app.settings.run_config import InputSettings
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Uint8Array
 from razer.detection.best_views import BestView
-from razer.errors import BadInput, UnusableFrame
+from razer.errors import BadInput, UntrustedPlugin, UnusableFrame
 from razer.map_object import MapObject
 from razer.storage.atomic_files import replace_file
 
@@ -49,7 +49,9 @@ class ViewCrops:
             if not Path(settings.folder).exists():
                 raise BadInput(f"the recording {settings.folder} is not there any more")
             return open_unchecked(Path(settings.folder), settings)
-        except BadInput as error:
+        except UntrustedPlugin:
+            raise
+        except (BadInput, OSError) as error:
             self.notes.append(f"no crops: {error}")
             return None
 

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from app.settings.assignments import parse_value, split_assignment
 from app.settings.renamed_settings import RENAMED, with_new_names
 from app.settings.run_config import RunConfig
-from razer.errors import BadInput
+from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
 from razer.storage.settings_list import list_settings
 
@@ -85,8 +85,8 @@ def _read_toml(file: Path) -> dict[str, Any]:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise BadInput(f"{file}: cannot be read ({error.strerror}); give an existing TOML file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{file}: not TOML: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"{file}: not TOML: {one_line(error)}") from error
 
 
 def _texts(value: Any) -> list[str]:

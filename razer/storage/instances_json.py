@@ -15,6 +15,8 @@ from razer.detection.best_views import BestView, Region
 from razer.map_object import MapObject
 
 FORMAT = 1
+_BOX_SHAPES = {"center": (3,), "extent": (3,), "rotation": (3, 3)}
+_MAX_NUMBER = 1e7  # metres: what is farther is no place
 
 
 def write_instances_json(
@@ -44,11 +46,29 @@ def read_instances_json(path: Path) -> tuple[tuple[MapObject, ...], Float64Array
     if content["format"] != FORMAT:
         raise ValueError(f"format {content['format']}, this version reads {FORMAT}")
     up = content.get("up")
-    return tuple(_object(entry) for entry in content["instances"]), None if up is None else np.array(up, np.float64)
+    objects = tuple(_object(entry) for entry in content["instances"])
+    return objects, None if up is None else _unit(_numbers(up, (3,)))
+
+
+def _numbers(value: Any, shape: tuple[int, ...]) -> Float64Array:
+    array = np.array(value, np.float64)
+    if array.shape != shape or not (np.abs(array) < _MAX_NUMBER).all():
+        raise ValueError(f"{value} is not {' x '.join(map(str, shape))} finite numbers")
+    return array
+
+
+def _unit(vector: Float64Array) -> Float64Array:
+    if not 0.5 < np.linalg.norm(vector) < 2:
+        raise ValueError(f"{vector.tolist()} is no direction")
+    return vector
 
 
 def _object(entry: Mapping[str, Any]) -> MapObject:
-    center, rotation, extent = (np.array(entry[part], np.float64) for part in ("center", "rotation", "extent"))
+    if not isinstance(entry["class"], str | None):
+        raise ValueError(f"the class of instance {entry['id']} is no text")
+    center, extent, rotation = (_numbers(entry[part], shape) for part, shape in _BOX_SHAPES.items())
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3) or (extent < 0).any():
+        raise ValueError(f"the box of instance {entry['id']} is none")
     return MapObject(
         id=int(entry["id"]),
         class_name=entry["class"],

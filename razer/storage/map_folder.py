@@ -22,6 +22,7 @@ EMBEDDINGS = "embeddings.npz"
 INSTANCES = "instances.json"
 MESH_PLY = "mesh.ply"
 VOXELS = "map.npz"
+FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS}
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,13 @@ def is_map_folder(folder: Path) -> bool:
 
 def save_map(folder: Path, parts: SavedParts) -> None:
     """Write a map into a folder, which is made if need be; none of the files takes its place before all are complete.
+    An older map is replaced; a run is not, as its trajectory and timeline are of another map.
 
     Raises:
         BadInput: if the folder holds something else, or cannot be written.
     """
-    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not is_map_folder(folder))):
-        raise BadInput(f"{folder} is there and holds no map: choose another folder")
+    if folder.exists() and (not folder.is_dir() or {path.name for path in folder.iterdir()} - FILES):
+        raise BadInput(f"{folder} is there and holds something else than a saved map: choose another folder")
     writers = {
         MESH_PLY: lambda path: write_mesh_ply(path, parts.mesh),
         EMBEDDINGS: lambda path: write_embeddings_npz(path, parts.objects),
@@ -61,5 +63,7 @@ def save_map(folder: Path, parts: SavedParts) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         replace_files({folder / name: writer for name, writer in writers.items()})
+        if volume is None:
+            (folder / VOXELS).unlink(missing_ok=True)  # that of an older map
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}): choose another folder") from error

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,9 +75,54 @@ def test_saving_replaces_a_map_and_nothing_else(live, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "thesis.tex").write_text("years of work")
-    with pytest.raises(razer.BadInput, match="holds no map"):
+    with pytest.raises(razer.BadInput, match="holds something else"):
         live.save(other)
     assert [path.name for path in other.iterdir()] == ["thesis.tex"]
+    run = shutil.copytree(FORMAT_1, other / "run")
+    with pytest.raises(razer.BadInput, match="holds something else"):
+        live.save(run)
+    assert (run / "trajectory.txt").is_file()
+
+
+def test_a_map_without_a_volume_leaves_none_of_an_older_map(live, tmp_path):
+    live.save(tmp_path)
+    replace(live, open_volume=None).save(tmp_path)
+    assert not (tmp_path / "map.npz").exists()
+
+
+def test_a_snapshot_is_saved_before_the_map_goes_on(tmp_path):
+    mapper, room = razer.Mapper(segmenter="oracle", embedder="oracle"), SyntheticRoom(0, 4, 160, 120)
+    mapper.step(room[0])
+    snapshot = mapper.snapshot()
+    snapshot.save(tmp_path / "first")
+    mapper.step(room[1])
+    with pytest.raises(razer.BadInput, match="since this snapshot"):
+        _ = replace(snapshot).volume
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        {"class": ["chair"]}, {"class": 5}, {"center": [1.0]}, {"center": [1.0, 2.0, float("nan")]},
+        {"extent": [1, 1, -1]}, {"rotation": [[1e308, 0, 0], [0, 1, 0], [0, 0, 1]]}, {"extent": [1e30, 1, 1]},
+    ],
+)  # fmt: skip
+def test_instances_that_cannot_be_are_refused(tmp_path, fault):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    content = json.loads((folder / "instances.json").read_text())
+    content["instances"][0] |= fault
+    (folder / "instances.json").write_text(json.dumps(content))
+    with pytest.raises(razer.BadInput, match="instances"):
+        razer.load_map(folder)
+
+
+@pytest.mark.parametrize("up", [[0, 0, 0], [float("nan"), 0, 1], [1, 0], "up"])
+def test_a_direction_that_is_none_is_refused(tmp_path, up):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    content = json.loads((folder / "instances.json").read_text()) | {"up": up}
+    (folder / "instances.json").write_text(json.dumps(content))
+    with pytest.raises(razer.BadInput, match="instances"):
+        razer.load_map(folder)
 
 
 def test_the_volume_is_opened_when_it_is_needed(tmp_path):

@@ -14,6 +14,7 @@ from safetensors import SafetensorError
 from razer.arrays import Float32Array
 from razer.errors import BadInput, one_line
 from razer.models.clip.image_input import ImageInput
+from razer.models.clip.open_clip_config import check_open_clip_config
 from razer.models.clip.open_clip_training import model_arguments
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
@@ -56,6 +57,7 @@ class OpenClipTowers:
 def _loaded(weights: Path, architecture: str | None) -> tuple[Any, Any]:
     try:
         if weights.is_dir():
+            check_open_clip_config(weights)
             name = f"local-dir:{weights}"
             return open_clip.create_model(name, require_pretrained=True), open_clip.get_tokenizer(name)
         choices = model_arguments(architecture or "")

@@ -80,9 +80,10 @@ def _loaded(folder: Path) -> Any:
     logging.set_verbosity_error()
     logging.disable_progress_bar()
     # The library fills what is missing or does not fit with random numbers, and says so in a table.
-    choices = {"local_files_only": True, "ignore_mismatched_sizes": True, "output_loading_info": True}
+    # Code that a checkpoint brings along is never run, nor is anybody asked whether to.
+    choices = {"local_files_only": True, "trust_remote_code": False, "ignore_mismatched_sizes": True}
     try:
-        model, info = AutoModel.from_pretrained(folder, dtype=torch.float32, **choices)
+        model, info = AutoModel.from_pretrained(folder, dtype=torch.float32, output_loading_info=True, **choices)
     except _DAMAGED as error:
         raise BadInput(f"{folder} cannot be loaded as an image-text model: {one_line(error)}") from error
     if not (hasattr(model, "get_image_features") and hasattr(model, "get_text_features")):
@@ -98,7 +99,7 @@ def _loaded(folder: Path) -> Any:
 
 def _tokenizer(folder: Path) -> Any:
     try:
-        return AutoTokenizer.from_pretrained(folder, local_files_only=True)
+        return AutoTokenizer.from_pretrained(folder, local_files_only=True, trust_remote_code=False)
     except (*_DAMAGED, ImportError) as error:
         raise BadInput(f"the tokenizer of {folder} cannot be loaded: {one_line(error)}") from error
 

@@ -77,7 +77,9 @@ class Checkpoint:
         transformers.utils.logging.set_verbosity_error()
         transformers.utils.logging.disable_progress_bar()
         try:
-            return getattr(transformers, loader).from_pretrained(self.folder, local_files_only=True, **options)
+            # Code that a checkpoint brings along is never run, nor is anybody asked whether to.
+            options |= {"local_files_only": True, "trust_remote_code": False}
+            return getattr(transformers, loader).from_pretrained(self.folder, **options)
         except (OSError, ValueError, KeyError, RuntimeError, ImportError, TypeError, SafetensorError) as error:
             first = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
             raise BadInput(f"{self.folder} cannot be loaded as {loader}: {first}") from error
