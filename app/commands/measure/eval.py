@@ -34,7 +34,7 @@ class SceneListOptions:
     """A missing scene is an error instead of a note."""
 
     def jobs(self, run: Path | None, truth: Path, notes: list[str]) -> list[tuple[str, Path, Path]]:
-        """(name, prediction, truth folder) of the run or all scenes; missing ones are added to `notes`; raises BadInput."""
+        """(name, prediction, truth folder) of the run or all scenes listed; notes those missing; raises BadInput."""
         if self.scenes is None:
             if run is None:
                 raise BadInput("give a run to evaluate, or --scenes LIST with --runs DIR")
