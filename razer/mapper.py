@@ -54,7 +54,7 @@ class Mapper:
         config, segmenter, embedder = choose_models(config or MapperConfig(), segmenter, embedder)
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
-        self._words = TextQueryEncoder(embedder)
+        self._text_queries = TextQueryEncoder(embedder)
         tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
         self._integrator = PanopticIntegrator(config, VoxelMap(config.voxels, device), tracker)
         self.reintegrator = Reintegrator(config) if config.reintegration.enabled else None
@@ -121,7 +121,7 @@ class Mapper:
     def snapshot(self) -> PanopticMap:
         """The map as it is now: confirmed instances and the labelled mesh."""
         mesh = extract_mesh(self.voxels)
-        panoptic = PanopticMap.of([t for t in self.tracks if t.confirmed], mesh, self._words)
+        panoptic = PanopticMap.of([t for t in self.tracks if t.confirmed], mesh, self._text_queries)
         return replace(
             panoptic,
             up=up_direction(mesh, self._camera_up),

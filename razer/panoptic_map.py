@@ -23,28 +23,30 @@ from razer.volume.voxel_map import VoxelMap
 
 @dataclass(frozen=True)
 class PanopticMap:
-    """Objects by id, the mesh whose vertices bear their ids, and the words by which they can be asked for.
+    """Objects by id, the mesh whose vertices bear their ids, and what encodes the texts they are queried by.
 
     up (3,): the world's upward direction, where it is known; stamps: seconds of frames by index; config_text: the
     settings that it was made with, as TOML; open_volume: what gives its voxel volume."""
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
-    words: TextQueryEncoder | None = None
+    text_queries: TextQueryEncoder | None = None
     up: Float64Array | None = None
     stamps: Mapping[int, float] = field(default_factory=dict)
     config_text: str = ""
     open_volume: Callable[[], VoxelMap] | None = field(default=None, repr=False, compare=False)
 
     @classmethod
-    def of(cls, tracks: Sequence[Track], mesh: LabelledMesh, words: TextQueryEncoder | None = None) -> PanopticMap:
+    def of(
+        cls, tracks: Sequence[Track], mesh: LabelledMesh, text_queries: TextQueryEncoder | None = None
+    ) -> PanopticMap:
         """Freeze tracks and mesh; vertices of ids that are no object become nobody's."""
         known = np.array(sorted(track.id for track in tracks), dtype=np.int32)
         instances = np.where(np.isin(mesh.instances, known), mesh.instances, 0).astype(np.int32)
         counts = np.bincount(instances, minlength=1)
         objects = [_frozen(t, int(counts[t.id]) if t.id < len(counts) else 0) for t in tracks]
         mesh = LabelledMesh(mesh.vertices, mesh.colors, instances, mesh.triangles)
-        return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, words)
+        return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, text_queries)
 
     @cached_property
     def volume(self) -> VoxelMap:
@@ -67,46 +69,46 @@ class PanopticMap:
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (RAZER section IV-I); raises BadInput where the embedder cannot tell."""
         query, ranking = self.text_vectors([text]), self.text_ranking
-        if not len(self.hypotheses):
+        if not len(self.embedding_table):
             return Answer((), threshold)
         scores = ranking.scores(query)[:, 0]
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
-        """The instances that look like a vector (D,) of unit length, as of `ImageSide.embed_region`; raises BadInput
+        """The instances that look like a vector (D,) of unit length, as of `ImageEncoder.embed_region`; raises BadInput
         for one of another embedder."""
         self._check(len(vector))
-        if not len(self.hypotheses):
+        if not len(self.embedding_table):
             return Answer((), threshold)
-        scores = image_scores(self.hypotheses, vector)
+        scores = image_scores(self.embedding_table, vector)
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, [None] * len(rows))
 
     @cached_property
-    def hypotheses(self) -> EmbeddingTable:
+    def embedding_table(self) -> EmbeddingTable:
         """The embeddings of all objects."""
         return EmbeddingTable.of({o.id: (o.embeddings, o.weights) for o in self.objects})
 
     @cached_property
     def text_ranking(self) -> TextRanking:
         """The objects, ready for texts; raises BadInput where the embedder cannot tell."""
-        words = self._words()
-        self._check(words.negatives.vectors.shape[1])
-        return TextRanking(self.hypotheses, words.negatives)
+        negatives = self._text_queries().negatives
+        self._check(negatives.vectors.shape[1])
+        return TextRanking(self.embedding_table, negatives)
 
     def text_vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts."""
-        return self._words().vectors(texts)
+        return self._text_queries().vectors(texts)
 
-    def _words(self) -> TextQueryEncoder:
-        if self.words is None:
-            raise BadInput("no embedder is known for this map, so that it cannot be asked by words")
-        return self.words
+    def _text_queries(self) -> TextQueryEncoder:
+        if self.text_queries is None:
+            raise BadInput("no embedder is known for this map, so that it cannot be queried by text")
+        return self.text_queries
 
     def _check(self, dimension: int) -> None:
-        own = self.hypotheses.vectors.shape[1]
-        if len(self.hypotheses) and own != dimension:
+        own = self.embedding_table.vectors.shape[1]
+        if len(self.embedding_table) and own != dimension:
             raise BadInput(
                 f"the embedder makes vectors of {dimension} numbers, but those of this map have {own}: "
                 "name the embedder that made them with --embedder and --set"
@@ -116,7 +118,7 @@ class PanopticMap:
         self, scores: Float64Array, rows: IndexArray, threshold: float, guesses: Sequence[str | None]
     ) -> Answer:
         known = {o.id: o for o in self.objects}
-        matches = [known[int(i)] for i in self.hypotheses.ids[rows]]
+        matches = [known[int(i)] for i in self.embedding_table.ids[rows]]
         hits = [
             Hit(o, float(score), o.class_name or guess)
             for o, score, guess in zip(matches, scores[rows], guesses, strict=True)

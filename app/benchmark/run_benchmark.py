@@ -38,7 +38,7 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     require_poses(sequence)  # plain fusion has no others
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
-        _, recorder = map_sequence(sequence, config, mapper, timeline, console)
+        _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console)
         timeline.finish(mapper, mapper.snapshot())
         timings = recorder.timings()
     n_blocks = mapper.voxels.n_blocks

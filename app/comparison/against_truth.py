@@ -61,6 +61,8 @@ def evaluate_run(
     Raises:
         BadInput: if run and truth have fewer than MIN_COMMON_POSES stamps in common.
     """
+    if run.trajectory is None:
+        raise BadInput(f"{folder} has no trajectory.txt to align it to the truth by: use `razer eval`, or no --truth")
     pose = compare_trajectories(truth.trajectory, run.trajectory, "the truth", str(folder))
     scene = truth.scene
     n_vertices, template = len(scene.vertices), preset.text_template

@@ -34,15 +34,15 @@ Numbers = dict[str, Any]
 class Comparison:
     """Run A, and run B in the frame of A.
 
-    pose: B's trajectory against A's. surface: B's against A's, None where either is empty. truth_a, truth_b and
-    truth_trajectory, that in the frame of A: None without a truth. errors: of B's poses against A's, over time.
-    notes: what one should know of the result."""
+    pose: B's trajectory against A's, and errors: of B's poses over time, None where either has no trajectory.
+    surface: B's against A's, None where either is empty. truth_a, truth_b and truth_trajectory, that in the frame of A:
+    None without a truth. notes: what one should know of the result."""
 
     preset: str
     a: MappedRun
     b: MappedRun
-    pose: TrajectoryMetrics
-    errors: PoseErrors
+    pose: TrajectoryMetrics | None
+    errors: PoseErrors | None
     surface: Numbers | None
     instances: Matching
     truth_a: EvaluatedRun | None
@@ -65,8 +65,10 @@ class Comparison:
         }
         return plain_json(compared | results)
 
-    def _pose(self) -> Numbers:
+    def _pose(self) -> Numbers | None:
         numbers = self.pose
+        if numbers is None:
+            return None
         sides = {"truth_from_a": self.truth_a, "truth_from_b": self.truth_b}
         return {
             "ate_rmse_m": numbers.ate_rmse_m,
@@ -93,7 +95,8 @@ def compare_runs(
 ) -> Comparison:
     """Compare two runs, and each with the truth where one is given.
 
-    B is aligned to A, and each to the truth, by the rigid motion between their trajectories (Umeyama).
+    B is aligned to A, and each to the truth, by the rigid motion between their trajectories (Umeyama). Saved maps
+    have none: they are compared as they lie.
 
     Args:
         folder_a: the run folder to compare with.
@@ -106,8 +109,8 @@ def compare_runs(
         BadInput: naming the folder that cannot be read or aligned.
     """
     a, b = read_run(folder_a), read_run(folder_b)
-    pose = compare_trajectories(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
-    moved = b.moved(pose.truth_from_estimate)
+    pose, errors = _aligned(a, b, folder_a, folder_b)
+    moved = b if pose is None else b.moved(pose.truth_from_estimate)
     scene = None if truth is None else open_posed_truth(truth, preset)
     truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
@@ -116,7 +119,7 @@ def compare_runs(
         a=a,
         b=moved,
         pose=pose,
-        errors=errors_over_time(a.trajectory, b.trajectory, pose.truth_from_estimate),
+        errors=errors,
         surface=compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh),
         instances=match_instances(a.panoptic, moved.panoptic),
         truth_a=truth_a,
@@ -124,6 +127,16 @@ def compare_runs(
         truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),
         notes=(*_notes(a, b, pose, truth_a, truth_b), *(scene.notes if scene else ())),
     )
+
+
+def _aligned(
+    a: MappedRun, b: MappedRun, folder_a: Path, folder_b: Path
+) -> tuple[TrajectoryMetrics | None, PoseErrors | None]:
+    """B's trajectory against A's, where both have one."""
+    if a.trajectory is None or b.trajectory is None:
+        return None, None
+    pose = compare_trajectories(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
+    return pose, errors_over_time(a.trajectory, b.trajectory, pose.truth_from_estimate)
 
 
 def _true_trajectory(truth: PosedTruth, run: EvaluatedRun) -> TimedPoses:
@@ -143,10 +156,14 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | 
 
 
 def _notes(
-    a: MappedRun, b: MappedRun, pose: TrajectoryMetrics, truth_a: EvaluatedRun | None, truth_b: EvaluatedRun | None
+    a: MappedRun,
+    b: MappedRun,
+    pose: TrajectoryMetrics | None,
+    truth_a: EvaluatedRun | None,
+    truth_b: EvaluatedRun | None,
 ) -> list[str]:
     """Caveats of the comparison."""
-    alignments = {"B to A": pose}
+    alignments = {} if pose is None else {"B to A": pose}
     if truth_a and truth_b:
         alignments |= {"A to the truth": truth_a.pose, "B to the truth": truth_b.pose}
     notes = [
@@ -154,6 +171,8 @@ def _notes(
         for which, numbers in alignments.items()
         if numbers.basis == "orientations"
     ]
+    if pose is None:
+        notes.append("a map without trajectory.txt cannot be aligned: A and B are compared as they lie")
     for side, run in (("A", a), ("B", b)):
         if surfaceless := [o.id for o in run.panoptic.objects if not o.n_vertices]:
             ids = " ".join(map(str, surfaceless))

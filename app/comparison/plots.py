@@ -16,7 +16,6 @@ from scipy.spatial import ConvexHull, QhullError
 from app.comparison.compare_runs import Comparison
 from app.comparison.top_view import TopView
 from app.evaluation.plots import png
-from app.run_folder.save_run import camera_up
 from razer.arrays import Float64Array, FloatArray, IndexArray
 from razer.map_object import MapObject
 from razer.metrics.trajectory_errors import PoseErrors
@@ -47,9 +46,10 @@ def trajectories(result: Comparison) -> bytes:
             axes.plot(*flat[part].T, color=color, linewidth=width, label=label)
             label = ""
         axes.plot(*flat[0], marker="o", color=color, markersize=6)
-    centimetres = 100 * result.pose.ate_rmse_m
-    axes.set_title(f"trajectories from above, dots at their starts; ATE of B against A {centimetres:.1f} cm")
-    figure.legend(fontsize=8, loc="outside lower center", ncols=3)
+    ate = "" if result.pose is None else f"; ATE of B against A {100 * result.pose.ate_rmse_m:.1f} cm"
+    axes.set_title(f"trajectories from above, dots at their starts{ate}")
+    if axes.lines:
+        figure.legend(fontsize=8, loc="outside lower center", ncols=3)
     return png(figure)
 
 
@@ -57,9 +57,9 @@ def errors(result: Comparison) -> bytes:
     """The errors of position and rotation over time, against the truth or else of B against A, as PNG."""
     figure = Figure(figsize=(8.5, 5.5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    if result.truth_a is None or result.truth_b is None:
+    if result.errors is not None and (result.truth_a is None or result.truth_b is None):
         _draw_errors(upper, lower, result.errors, ORANGE, "B against A")
-    else:
+    elif result.truth_a is not None and result.truth_b is not None:
         _draw_errors(upper, lower, result.truth_a.errors, BLUE, "A against the truth")
         _draw_errors(upper, lower, result.truth_b.errors, ORANGE, "B against the truth")
     upper.set(ylabel="position, cm", title="errors of poses after alignment")
@@ -67,7 +67,8 @@ def errors(result: Comparison) -> bytes:
     for axes in (upper, lower):
         axes.set_ylim(0, 1.25 * axes.get_ylim()[1])  # with room for the legend
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=8, loc="upper left", ncols=2)
+        if axes.lines:
+            axes.legend(fontsize=8, loc="upper left", ncols=2)
     return png(figure)
 
 
@@ -112,7 +113,7 @@ def instances(result: Comparison) -> bytes:
 
 def _top_view_axes(result: Comparison) -> tuple[Figure, Axes, TopView]:
     """An empty plan of the place that holds both maps and trajectories, over the surface of A in grey."""
-    view = TopView.of(camera_up(list(result.a.trajectory.world_from_camera)))
+    view = TopView.of(result.a.panoptic.up_or_z)
     meshes = [view.project(run.panoptic.mesh.vertices.astype(np.float64)) for run in (result.a, result.b)]
     paths = [result.a.trajectory, result.b.trajectory, result.truth_trajectory]
     positions = [view.project(path.world_from_camera[:, :3, 3]) for path in paths if path]

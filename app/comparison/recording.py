@@ -8,9 +8,8 @@ import numpy as np
 
 from app.comparison.compare_runs import Comparison
 from app.render.mesh_decimation import decimated
-from app.render.viewpoint import overview
+from app.render.viewpoint import Viewpoint, overview
 from app.run_folder.mapped_run import MappedRun
-from app.run_folder.save_run import camera_up
 from app.timeline.rerun_log import RerunLog, scene_layout
 from razer.map_object import MapObject
 
@@ -28,8 +27,9 @@ def write_recording(path: Path, result: Comparison) -> None:
     matching = result.instances
     for side, run, color in (("a", result.a, BLUE), ("b", result.b, ORANGE)):
         _log_mesh(log, f"{side}/mesh", run, color)
-        log.line_style(f"{side}/trajectory", color)
-        log.lines(f"{side}/trajectory", [run.trajectory.world_from_camera[:, :3, 3]])
+        if run.trajectory is not None:
+            log.line_style(f"{side}/trajectory", color)
+            log.lines(f"{side}/trajectory", [run.trajectory.world_from_camera[:, :3, 3]])
     if result.truth_trajectory is not None:
         log.line_style("truth/trajectory", GREEN)
         log.lines("truth/trajectory", [result.truth_trajectory.world_from_camera[:, :3, 3]])
@@ -39,10 +39,17 @@ def write_recording(path: Path, result: Comparison) -> None:
     _log_boxes(log, "b/extra", matching.extra, VIOLET)
     log.line_style("pairs", GREY)
     log.lines("pairs", [np.stack([match.a.box.center, match.b.box.center]) for match in matching.matched])
-    poses = result.a.trajectory.world_from_camera
-    points = np.concatenate([result.a.panoptic.mesh.vertices.astype(np.float64), poses[:, :3, 3]])
-    log.show(scene_layout(overview(points, up=camera_up(list(poses)), forward=poses[:, :3, 2].mean(axis=0))))
+    log.show(scene_layout(_viewpoint(result.a)))
     log.close(CLOSE_TIMEOUT_S)
+
+
+def _viewpoint(run: MappedRun) -> Viewpoint:
+    """Above a map, behind where the camera looked on average."""
+    points, up, forward = run.panoptic.mesh.vertices.astype(np.float64), run.panoptic.up_or_z, np.array([1.0, 0.0, 0.0])
+    if run.trajectory is not None:
+        poses = run.trajectory.world_from_camera
+        points, forward = np.concatenate([points, poses[:, :3, 3]]), poses[:, :3, 2].mean(axis=0)
+    return overview(points, up=up, forward=forward)
 
 
 def _log_mesh(log: RerunLog, entity: str, run: MappedRun, color: Color) -> None:

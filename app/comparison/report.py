@@ -37,9 +37,10 @@ def report(result: Comparison, console: Console, folder: Path) -> None:
     if content["a"] is not None:
         console.print(_against_truth(content))
     console.print(_b_against_a(content))
-    console.print("A from B:")
-    for row in content["pose"]["a_from_b"]:
-        console.print("  " + " ".join(f"{value:10.6f}" for value in row))
+    if content["pose"] is not None:
+        console.print("A from B:")
+        for row in content["pose"]["a_from_b"]:
+            console.print("  " + " ".join(f"{value:10.6f}" for value in row))
     _print_instances(result, console)
     console.print(f"outputs: {folder}", soft_wrap=True)
 

@@ -16,7 +16,7 @@ from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.arrays import FloatArray
 from razer.errors import BadInput
 from razer.metrics.scene_pair import PredictedScene, TimedPoses
-from razer.models import NameTable, TextSide, make_embedder
+from razer.models import NameTable, TextEncoder, make_embedder
 from razer.plugins import NO_TRUST, Trust
 from razer.query.embedding_table import EmbeddingTable
 from razer.saved_map import load_map
@@ -72,9 +72,9 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
     panoptic = load_map(folder)
     own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
     needs_text = naming == "text" or (naming == "auto" and not own)
-    by_text = _by_text(folder, panoptic.hypotheses, class_names, template, trust) if needs_text else None
+    by_text = _by_text(folder, panoptic.embedding_table, class_names, template, trust) if needs_text else None
     if naming == "text" and by_text is None:
-        raise BadInput(f"--names text: the embedder of {folder} has no text side; use --names run")
+        raise BadInput(f"--names text: the embedder of {folder} has no text encoder; use --names run")
     return PredictedScene(
         vertices=panoptic.mesh.vertices,
         instances=panoptic.mesh.instances,
@@ -97,7 +97,7 @@ def _by_text(
     """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
     config = read_run_config(folder / names.CONFIG, trust=trust)
     embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    if not isinstance(embedder, TextSide):
+    if not isinstance(embedder, TextEncoder):
         return None
     texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]
     return nearest_names(table, class_names, embedder.embed_texts(texts))

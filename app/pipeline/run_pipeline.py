@@ -29,7 +29,6 @@ from app.timeline.rerun_timeline import Timeline
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.mapper import Mapper
-from razer.models import make_embedder, make_segmenter
 from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
 from slam.system import SlamSystem
@@ -62,10 +61,9 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
-            accounting, recorder = map_sequence(sequence, config, mapper, timeline, console)
+            accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console)
             if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
-            panoptic = mapper.snapshot()
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
         timings = recorder.timings()
@@ -78,7 +76,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
 
 def map_sequence(
     sequence: RgbdSequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NullTimeline, console: Console
-) -> tuple[FrameAccounting, Recorder]:
+) -> tuple[FrameAccounting, Recorder, PanopticMap]:
     """Run the main loop with progress shown; a Ctrl-C ends it early, and `interrupted` of the account says so.
 
     Args:
@@ -106,8 +104,7 @@ def map_sequence(
         accounting.interrupted = stop.requested
     accounting.require_used()
     _catch_up(mapper, recorder, console)
-    mapper.finish()
-    return accounting, recorder
+    return accounting, recorder, mapper.finish()
 
 
 def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
@@ -121,9 +118,7 @@ def make_mapper(config: RunConfig) -> Mapper:
     """The method with the models and on the device that the settings name; raises BadInput."""
     # The method's tensors are small: threads that wait for each other cost more than they bring.
     torch.set_num_threads(1)
-    segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
-    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    return Mapper(config, segmenter, embedder, device=_device(config.run.device))
+    return Mapper(config, device=_device(config.run.device))
 
 
 def selected_frames(n_frames: int, settings: InputSettings) -> range:

@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float32Array, Uint8Array
 from razer.errors import BadInput
-from razer.models import Embedder, ImageSide
+from razer.models import Embedder, ImageEncoder
 
 
 def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
@@ -24,8 +24,8 @@ def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None
     Raises:
         BadInput: if the embedder embeds no images, the file is no image, or the box lies outside it.
     """
-    if not isinstance(embedder, ImageSide):
-        raise BadInput(f"embedder '{name}' has no image side: ask by words, or map with another --embedder")
+    if not isinstance(embedder, ImageEncoder):
+        raise BadInput(f"embedder '{name}' has no image encoder: ask by words, or map with another --embedder")
     rgb = _read(path)
     return embedder.embed_region(rgb, _mask(box, rgb.shape, path))
 

@@ -50,5 +50,7 @@ def open_queryable_map(
     named = {"embedder.name": embedder}
     config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
     model = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    words = TextQueryEncoder(model, negative_prompts_of(TextQueryEncoder(model), config.embedder)) if by_text else None
-    return QueryableMap(folder, config, model, replace(panoptic, words=words), panoptic.up_or_z)
+    encoder = (
+        TextQueryEncoder(model, negative_prompts_of(TextQueryEncoder(model), config.embedder)) if by_text else None
+    )
+    return QueryableMap(folder, config, model, replace(panoptic, text_queries=encoder), panoptic.up_or_z)

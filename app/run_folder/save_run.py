@@ -13,7 +13,7 @@ from app.render.glb import instance_names, write_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
-from data_tools.recordings.trajectories import read_trajectory, tum_line
+from data_tools.recordings.trajectories import tum_line
 from razer.arrays import Float64Array
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
@@ -77,11 +77,6 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
         world_from_camera=graph.world_from_camera[rows],
         covariances=np.array([graph.covariances[int(graph.frames[row])] for row in rows]).reshape(-1, 6, 6),
     )
-
-
-def read_tum(path: Path) -> list[Float64Array]:
-    """The poses (4, 4) of a trajectory that `tum_text` wrote."""
-    return list(read_trajectory(path).matrices())
 
 
 def camera_up(poses: list[Float64Array]) -> Float64Array:

@@ -41,7 +41,7 @@ class Embedder(Protocol):
 
 
 @runtime_checkable
-class TextSide(Protocol):
+class TextEncoder(Protocol):
     """An embedder whose vectors can be queried by text: the paper's phi_text (RAZER section IV-I)."""
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
@@ -49,8 +49,8 @@ class TextSide(Protocol):
 
 
 @runtime_checkable
-class NameTable(TextSide, Protocol):
-    """A text side that knows names and no sentences, and so is queried without prompt templates."""
+class NameTable(TextEncoder, Protocol):
+    """A text encoder that knows names and no sentences, and so is queried without prompt templates."""
 
     @property
     def known_names(self) -> Sequence[str]:
@@ -58,7 +58,7 @@ class NameTable(TextSide, Protocol):
 
 
 @runtime_checkable
-class ImageSide(Protocol):
+class ImageEncoder(Protocol):
     """An embedder whose vectors can be queried by an image (RAZER section IV-I)."""
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:

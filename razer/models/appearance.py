@@ -19,12 +19,11 @@ class AppearanceEmbedder:
     """Soft histograms of colour (Lab), lightness and gradient, and of size and proportions in metres.
 
     It separates masks of one recording and ranks by likeness, so it serves association and queries by
-    image. It knows no language: there is no text side. Each block of the vector is the square root of a histogram
+    image. It knows no language: there is no text encoder. Each block of the vector is the square root of a histogram
     (so that a product is the Bhattacharyya coefficient) less that of an even one, which keeps unrelated masks
     near a cosine of zero; blocks are weighted and the whole has unit length.
     """
 
-    has_text = False
     dimension = _CHROMA_BINS**2 + _LIGHT_BINS + _TEXTURE_BINS + _SIZE_BINS + 2 * _SHAPE_BINS
 
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from razer.arrays import Float32Array
 from razer.errors import BadInput
-from razer.models import NameTable, TextSide
+from razer.models import NameTable, TextEncoder
 from razer.query.ranking import NegativePrompts
 from razer.vocabulary import vocabulary
 
@@ -25,7 +25,7 @@ _ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
 
 
 class TextQueryEncoder:
-    """The text side of an embedder. It may have none: what needs text then raises BadInput."""
+    """The text encoder of an embedder. It may have none: what needs text then raises BadInput."""
 
     def __init__(self, embedder: object, negatives: NegativePrompts | None = None) -> None:
         """`negatives`, where they are known already, need not be embedded."""
@@ -44,11 +44,11 @@ class TextQueryEncoder:
         return self._make()
 
     @property
-    def text_side(self) -> TextSide:
+    def text_encoder(self) -> TextEncoder:
         """The embedder; raises BadInput if it knows no words."""
-        if not isinstance(self._embedder, TextSide):
+        if not isinstance(self._embedder, TextEncoder):
             raise BadInput(
-                f"{type(self._embedder).__name__} has no text side, so that its vectors cannot be asked for by words: "
+                f"{type(self._embedder).__name__} has no text encoder, so that its vectors cannot be queried by text: "
                 "map with another --embedder, or ask with --image"
             )
         return self._embedder
@@ -56,11 +56,11 @@ class TextQueryEncoder:
     @property
     def is_table(self) -> bool:
         """Whether only the names of a table are known, whose vectors are at hand."""
-        return isinstance(self.text_side, NameTable) and not getattr(self.text_side, "takes_any_name", False)
+        return isinstance(self.text_encoder, NameTable) and not getattr(self.text_encoder, "takes_any_name", False)
 
     def vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts; raises BadInput for a text that a table of names does not have."""
-        side = self.text_side
+        side = self.text_encoder
         if not texts or not all(text.strip() for text in texts):
             raise BadInput("an empty text means nothing: give a name or a short description")
         bare = [_ARTICLE.sub("", text.strip()) for text in texts]
@@ -83,7 +83,7 @@ class TextQueryEncoder:
     @property
     def negative_names(self) -> tuple[str, ...]:
         """The names of the negative prompts: all that a table has, or else names of LVIS."""
-        side = self.text_side
+        side = self.text_encoder
         if isinstance(side, NameTable):
             return tuple(side.known_names) or vocabulary("lvis").names
         return (*vocabulary("lvis").names[::EVERY_NAME], *NEUTRAL)

@@ -35,9 +35,9 @@ class Segment:
 
 def known_categories(panoptic: PanopticMap, vocabulary: Vocabulary) -> list[Category]:
     """The classes whose names the embedder of a map knows; raises BadInput if there is none."""
-    if panoptic.words is None:
+    if panoptic.text_queries is None:
         raise BadInput("no embedder is known for this map, so that names mean nothing")
-    known = [category for category in vocabulary.categories if panoptic.words.knows(category.name)]
+    known = [category for category in vocabulary.categories if panoptic.text_queries.knows(category.name)]
     if not known:
         raise BadInput(f"the embedder knows no name of the vocabulary {vocabulary.name}: choose another of either")
     return known
@@ -47,11 +47,11 @@ def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
     """The nearest of the given classes for each instance that has an embedding, by id. Raises BadInput."""
     texts = panoptic.text_vectors([category.name for category in categories])
     ranking = panoptic.text_ranking
-    if not len(panoptic.hypotheses):
+    if not len(panoptic.embedding_table):
         return []
     logits, scores = ranking.relative_logits(texts), ranking.scores(texts)
     labels = []
-    for row, instance in enumerate(panoptic.hypotheses.ids.tolist()):
+    for row, instance in enumerate(panoptic.embedding_table.ids.tolist()):
         order = np.argsort(-logits[row], kind="stable")
         best = int(order[0])
         second = categories[order[1]] if len(order) > 1 else None

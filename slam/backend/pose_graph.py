@@ -43,7 +43,6 @@ class PoseGraph:
 
     def __init__(self) -> None:
         self.edges: list[PoseEdge] = []
-        self._starts: dict[int, Float64Array] = {}
         self._guesses: dict[int, Float64Array] = {}
         self._anchors: set[int] = set()
         self._fixed = 0  # the keyframe that is the world

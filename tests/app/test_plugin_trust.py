@@ -134,7 +134,7 @@ def test_an_embedder_planted_in_a_run_folder_is_refused(capsys, made, run, mark,
 @pytest.mark.parametrize(("section", "text"), [*(("embedder", t) for t in EMBEDDERS.values()),
                                                *(("segmenter", t) for t in SEGMENTERS.values()),
                                                ("input", 'reader = "planted:read"')])  # fmt: skip
-@pytest.mark.parametrize("verb", ["run", "bench", "reproduce"])
+@pytest.mark.parametrize("verb", ["run", "reproduce", pytest.param("bench", marks=pytest.mark.full)])
 def test_a_plug_in_that_a_settings_file_names_is_refused(capsys, made, mark, tmp_path, verb, section, text):
     file = tmp_path / "settings.toml"
     file.write_text(f"[{section}]\n{text.format(mark=mark, weights=tmp_path)}\n")

@@ -111,6 +111,7 @@ print(json.dumps([boxes, [hashlib.sha256(part.tobytes()).hexdigest() for part in
 """
 
 
+@pytest.mark.full
 def test_any_number_of_threads_gives_the_same_instances_and_the_same_mesh():
     def run(threads):
         command = [sys.executable, "-c", MAP_AND_HASH, str(threads)]

@@ -100,7 +100,7 @@ def test_another_embedder_can_be_given(tmp_path):
         def embed(self, frame, masks):
             return np.zeros((len(masks), 4), np.float32)
 
-    with pytest.raises(razer.BadInput, match="no text side"):
+    with pytest.raises(razer.BadInput, match="no text encoder"):
         razer.load_map(FORMAT_1, embedder=Silent()).query("a chair")
     with pytest.raises(razer.BadInput, match="trust-plugins"):
         razer.load_map(FORMAT_1, embedder="os:system").query("a chair")

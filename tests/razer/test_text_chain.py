@@ -69,7 +69,7 @@ def test_hits_are_ranked_above_the_threshold(apartment):
     panoptic, _, _ = apartment
     answer = panoptic.query("bed", threshold=0.0)
     scores = [hit.score for hit in answer.hits]
-    assert len(scores) == len(panoptic.hypotheses)
+    assert len(scores) == len(panoptic.embedding_table)
     assert scores == sorted(scores, reverse=True)
     assert panoptic.query("bed", threshold=0.5).hits == tuple(h for h in answer.hits if h.score >= 0.5)
 
@@ -90,5 +90,5 @@ def test_a_map_without_words_says_so(apartment):
     with pytest.raises(BadInput, match="no embedder is known"):
         PanopticMap(panoptic.objects, panoptic.mesh).query("bed")
     nameless = Mapper(MapperConfig(), make_segmenter("geometric", {}), AppearanceEmbedder()).snapshot()
-    with pytest.raises(BadInput, match="no text side"):
+    with pytest.raises(BadInput, match="no text encoder"):
         nameless.query("bed")

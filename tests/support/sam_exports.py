@@ -88,7 +88,7 @@ class Export:
         }[self.family]  # fmt: skip
 
     def encoder_graph(self) -> onnx.ModelProto:
-        """The image side."""
+        """The image encoder."""
         names = list(self.features)
         source = "pixel_values" if self.nested else "image"
         taken = "float[image_height,image_width,3] input_image" if self.raw else f"float[1,3,1024,1024] {source}"

@@ -81,11 +81,11 @@ class ClipEmbedder:
         return self._of_masks(frame.rgb, masks.masks)
 
     def embed_region(self, rgb: Uint8Array, mask: BoolArray) -> Float32Array:
-        """See ImageSide; a mask without pixels counts as the whole image."""
+        """See ImageEncoder; a mask without pixels counts as the whole image."""
         return self._of_masks(rgb, mask[None])[0]
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
-        """See TextSide; raises BadInput where vectors are not aligned with text."""
+        """See TextEncoder; raises BadInput where vectors are not aligned with text."""
         if self.vectors == "tokens":
             raise BadInput(
                 "an image encoder's own tokens cannot be held against text: set embedder option vectors to crops or "

@@ -12,7 +12,7 @@ import numpy as np
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
-from razer.models import Embedder, TextSide, make_embedder
+from razer.models import Embedder, TextEncoder, make_embedder
 from razer.models.name_vectors.name_table import NameVectorTable
 from razer.models.name_vectors.prompt_ensemble import PromptEnsemble
 
@@ -26,7 +26,7 @@ class NamesEmbedder:
 
     Args:
         table: a file of names and their text vectors (see NameVectorTable); other names cannot be queried.
-        embedder: an embedder with a text side, by name or as an object, which takes any name.
+        embedder: an embedder with a text encoder, by name or as an object, which takes any name.
         embedder_options: options of that embedder, where it is given by name.
 
     Raises:
@@ -81,6 +81,8 @@ class NamesEmbedder:
 
 def _encoder(name_or_embedder: str | Embedder, options: Mapping[str, Any]) -> PromptEnsemble:
     embedder = make_embedder(name_or_embedder, options) if isinstance(name_or_embedder, str) else name_or_embedder
-    if not isinstance(embedder, TextSide):
-        raise BadInput(f"embedder '{name_or_embedder}' has no text side: the names embedder needs one that knows words")
+    if not isinstance(embedder, TextEncoder):
+        raise BadInput(
+            f"embedder '{name_or_embedder}' has no text encoder: the names embedder needs one that knows words"
+        )
     return PromptEnsemble(embedder)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from razer.arrays import Float32Array
-from razer.models import TextSide
+from razer.models import TextEncoder
 from razer.models.name_vectors.name_table import bare_name, median_cosine
 
 # The mean over captions cancels what the captions themselves add.
@@ -21,7 +21,7 @@ class PromptEnsemble:
 
     names: tuple[str, ...] = ()
 
-    def __init__(self, encoder: TextSide) -> None:
+    def __init__(self, encoder: TextEncoder) -> None:
         self._encoder = encoder
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:

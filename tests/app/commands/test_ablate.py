@@ -11,6 +11,7 @@ from app.settings.config_file import read_config
 from tests.support.cli import call
 
 
+@pytest.mark.full
 def test_a_line_of_numbers_for_each_variant_and_seed(capsys):
     chosen = ("as is", "no fusion of duplicates")
     code = call("ablate", "--scene", "tabletop", "--seeds", "1", "--frames", "24", "--variants", *chosen, "--json")

@@ -35,7 +35,7 @@ def run(made, tmp_path):
         (("label", "RUN", "--vocabulary", "nonsense"), "is no vocabulary"),
         (("label", "RUN", "--vocabulary", "BAD"), "is no vocabulary"),
         (("label", "RUN", "--vocabulary", "EMPTY"), "knows no name"),
-        (("label", "RUN", "--vocabulary", "nyu40", "--embedder", "appearance"), "no text side"),
+        (("label", "RUN", "--vocabulary", "nyu40", "--embedder", "appearance"), "no text encoder"),
         (("label", "NONE", "--vocabulary", "nyu40"), "is no run folder"),
     ],
 )

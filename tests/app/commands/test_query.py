@@ -132,7 +132,7 @@ def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):
     assert json.loads(text)["hits"][0]["class"] == "couch"
     code, _, err = razer(capsys, "query", out, "couch")
     assert code == 2
-    assert "no text side" in err
+    assert "no text encoder" in err
 
 
 @pytest.mark.parametrize(
@@ -145,13 +145,13 @@ def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):
         (("query", "RUN", "chair", "--min-score", "2"), "--min-score from 0 to 1"),
         (("query", "RUN", "chair", "--box", "1,2,3,4"), "--image"),
         (("query", "NONE", "chair"), "is no run folder"),
-        (("query", "RUN", "--image", "BAD"), "no image side"),
+        (("query", "RUN", "--image", "BAD"), "no image encoder"),
         (("query", "RUN", "--image", "BAD", "--embedder", "appearance"), "is no image"),
         (("query", "RUN", "--image", "NONE", "--embedder", "appearance"), "cannot be read"),
         (("query", "RUN", "--image", "GOOD", "--box", "1,2,3", "--embedder", "appearance"), "x,y,width,height"),
         (("query", "RUN", "--image", "GOOD", "--box", "0,0,50,9", "--embedder", "appearance"), "does not lie in"),
         (("query", "RUN", "--image", "GOOD", "--embedder", "appearance"), "vectors of"),
-        (("query", "RUN", "chair", "--embedder", "appearance"), "no text side"),
+        (("query", "RUN", "chair", "--embedder", "appearance"), "no text encoder"),
         (("query", "RUN", "chair", "--embedder", "nonsense"), "unknown embedder"),
         (("query", "RUN", "chair", "--set", "embedder.options.dimension=32"), "vectors of 32 numbers"),
         (("query", "RUN", "chair", "--render", "NONE/x/y.png"), "cannot be written"),

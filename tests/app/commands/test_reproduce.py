@@ -52,6 +52,7 @@ def test_each_layout_gives_a_row_as_long_as_the_papers(data, tmp_path, capsys, t
     assert result["evaluation"]["surface"]["accuracy_m"] < 0.03
 
 
+@pytest.mark.full
 def test_what_is_mapped_is_not_mapped_again_and_what_is_not_is(data, tmp_path, capsys):
     out = tmp_path / "out"
     reproduce(capsys, "scenenn", data, out)
@@ -97,6 +98,7 @@ def test_tables_are_as_wide_as_their_columns_and_means_are_those_of_the_rows():
             assert sum(row[:-1]) / 10 == pytest.approx(row[-1], abs=0.5), method
 
 
+@pytest.mark.full
 def test_both_poses_are_two_rows(tmp_path, capsys):
     room = SyntheticRoom(0, 120, 320, 240)
     write_recording(room, tmp_path / "data" / "scenenn" / "016", "scenenn", truth=room.truth(0.05))

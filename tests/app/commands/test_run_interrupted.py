@@ -62,6 +62,7 @@ def wait_for_frames(process, log, frames):
     pytest.fail(f"the run ended early: {process.communicate()}")
 
 
+@pytest.mark.full
 def test_a_killed_run_leaves_nothing_under_a_final_name(recording, tmp_path):
     process, log = start_slow_run(recording, tmp_path, wait_s=0.2)
     wait_for_frames(process, log, 3)
@@ -99,6 +100,7 @@ def test_a_run_stopped_before_its_first_frame_leaves_nothing(recording, tmp_path
     assert listing(tmp_path / "runs") == []
 
 
+@pytest.mark.full
 def test_an_unknown_error_keeps_its_traceback_and_leaves_nothing(recording, tmp_path):
     process, _ = start_slow_run(recording, tmp_path, fail_at=2)
     _, err = process.communicate()

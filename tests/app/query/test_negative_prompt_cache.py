@@ -15,7 +15,7 @@ from tests.support.named_vectors import unit_rows
 
 
 class Encoder:
-    """A text side that counts what it is asked."""
+    """A text encoder that counts what it is asked."""
 
     def __init__(self):
         self.n_asked = 0
@@ -103,5 +103,5 @@ def test_a_cache_that_cannot_be_written_is_done_without(cache):
 def test_tables_are_not_kept_and_those_without_words_refuse(cache):
     negative_prompts_of(TextQueryEncoder(OracleEmbedder()), EmbedderSettings(name="oracle"))
     assert not cache.exists()
-    with pytest.raises(BadInput, match="no text side"):
+    with pytest.raises(BadInput, match="no text encoder"):
         negative_prompts_of(TextQueryEncoder(AppearanceEmbedder()), EmbedderSettings())

@@ -10,7 +10,7 @@ import pytest
 from data_tools import open_sequence
 from razer.frame import Frame, Masks
 from razer.geometry import back_project, inverse, project, transform_points
-from razer.models import make_embedder
+from razer.models import TextEncoder, make_embedder
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.geometric.segmenter import GeometricSegmenter
 from tests.support.depth_scenes import frame_of
@@ -36,7 +36,7 @@ def test_vectors_have_unit_length_and_one_size() -> None:
     assert vectors.dtype == np.float32
     assert vectors.shape == (2, AppearanceEmbedder.dimension)
     np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1, atol=1e-6)
-    assert not AppearanceEmbedder.has_text
+    assert not isinstance(AppearanceEmbedder(), TextEncoder)
 
 
 def test_the_place_in_the_image_does_not_matter_and_the_colour_does() -> None:

@@ -127,7 +127,7 @@ def test_in_a_map_without_instances_nothing_is_found():
     panoptic = PanopticMap.of([], mesh, TextQueryEncoder(TwoNames()))
     assert panoptic.query("a").hits == panoptic.query_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
     assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
-    assert nearest_names(panoptic.hypotheses, ["a"], np.ones((1, DIMENSION))) == {}
+    assert nearest_names(panoptic.embedding_table, ["a"], np.ones((1, DIMENSION))) == {}
 
 
 def test_an_image_is_nearest_to_the_instance_it_shows():

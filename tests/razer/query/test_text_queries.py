@@ -15,7 +15,7 @@ from tests.support.named_vectors import unit_rows
 
 
 class Encoder:
-    """A text side that notes what it is asked, and turns letters into numbers."""
+    """A text encoder that notes what it is asked, and turns letters into numbers."""
 
     def __init__(self):
         self.asked = []
@@ -69,7 +69,7 @@ def test_the_oracle_knows_any_name():
 
 
 def test_an_embedder_without_a_text_side_says_so():
-    with pytest.raises(BadInput, match=r"AppearanceEmbedder has no text side.*--image"):
+    with pytest.raises(BadInput, match=r"AppearanceEmbedder has no text encoder.*--image"):
         TextQueryEncoder(AppearanceEmbedder()).vectors(["chair"])
 
 

@@ -107,6 +107,7 @@ class _Anew(SurfaceCache):
         return SurfaceCache().renew(volume)
 
 
+@pytest.mark.full
 def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monkeypatch) -> None:
     room = SyntheticScene("room", 2, 90, 320, 240, sensor=SensorModel.kinect())
     tracks = []

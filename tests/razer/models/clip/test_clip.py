@@ -10,7 +10,7 @@ import pytest
 
 from razer.errors import BadInput
 from razer.frame import Masks
-from razer.models import ImageSide, TextSide, make_embedder
+from razer.models import ImageEncoder, TextEncoder, make_embedder
 from razer.models.clip.embedder import ClipEmbedder
 from tests.support import clip_checkpoints as tiny
 
@@ -55,8 +55,8 @@ def batch_of(pictures):
 
 def test_it_has_both_sides_and_unit_vectors(folder, frame, masks):
     embedder = make_embedder("clip", {"weights": str(folder)})
-    assert isinstance(embedder, TextSide)
-    assert isinstance(embedder, ImageSide)
+    assert isinstance(embedder, TextEncoder)
+    assert isinstance(embedder, ImageEncoder)
     vectors, texts = embedder.embed(frame, masks), embedder.embed_texts(TEXTS)
     assert vectors.shape == (5, texts.shape[1])
     assert vectors.dtype == texts.dtype == np.float32

@@ -11,7 +11,7 @@ import pytest
 
 from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics, Masks
-from razer.models import TextSide, make_embedder, unrelated_cosine
+from razer.models import TextEncoder, make_embedder, unrelated_cosine
 from razer.models.name_vectors.embedder import NamesEmbedder
 from razer.models.name_vectors.name_table import bare_name, median_cosine
 from razer.plugins import FULL_TRUST
@@ -57,7 +57,7 @@ def test_masks_get_the_vector_of_their_name(table: Path) -> None:
     assert vectors.dtype == np.float32
     np.testing.assert_allclose(vectors, unit(TEXT.astype(np.float64))[[3, 0, 3, 1]], atol=1e-6)
     assert embedder.embed(FRAME, Masks.none(4, 5)).shape == (0, 64)
-    assert isinstance(embedder, TextSide)
+    assert isinstance(embedder, TextEncoder)
     assert embedder.known_names == NAMES
 
 
@@ -151,7 +151,7 @@ def test_it_travels_to_another_process(table: Path) -> None:
         ({}, "either option table"),
         ({"table": "t.npz", "embedder": "oracle"}, "either option table"),
         ({"table": "nowhere.npz"}, r"nowhere\.npz"),
-        ({"embedder": "appearance"}, "'appearance' has no text side"),
+        ({"embedder": "appearance"}, "'appearance' has no text encoder"),
         ({"embedder": "nobody"}, "unknown embedder 'nobody'"),
         ({"tables": "t.npz"}, "tables"),
     ],
