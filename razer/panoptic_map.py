@@ -118,10 +118,10 @@ class PanopticMap:
         self, scores: Float64Array, rows: IndexArray, threshold: float, guesses: Sequence[str | None]
     ) -> Answer:
         known = {o.id: o for o in self.objects}
-        found = [known[int(i)] for i in self.embedding_table.ids[rows]]
+        matches = [known[int(i)] for i in self.embedding_table.ids[rows]]
         hits = [
             Hit(o, float(score), o.class_name or guess)
-            for o, score, guess in zip(found, scores[rows], guesses, strict=True)
+            for o, score, guess in zip(matches, scores[rows], guesses, strict=True)
         ]
         return Answer(tuple(hits), threshold)
 

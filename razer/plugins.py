@@ -82,8 +82,7 @@ def _about_options(error: TypeError) -> str:
 
 
 def _part(kind: str, name: str, table: Mapping[str, str], methods: Sequence[str], trust: Trust) -> Callable[..., Any]:
-    target = table.get(name, name)
-    module_name, separator, class_name = target.partition(":")
+    module_name, separator, class_name = table.get(name, name).partition(":")
     if not separator:
         raise BadInput(f"unknown {kind} '{name}': choose one of {', '.join(sorted(table))}, or module:Class")
     if name not in table and not trust.covers(name):

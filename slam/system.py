@@ -92,8 +92,7 @@ class SlamSystem:
     def _track(self, view: View) -> FrameTracker | None:
         """Follow the camera to the view, or resume tracking with it, or begin a new submap."""
         tracker, submaps = self._tracker, self.config.submaps
-        followed = None if tracker is None else tracker.follow(view, self.calibration)
-        if tracker is not None and followed is not None:
+        if tracker is not None and (followed := tracker.follow(view, self.calibration)) is not None:
             return self._advance(tracker, *followed)
         self._n_missed += 1
         if tracker is not None and self._n_missed <= submaps.resume_frames:
@@ -146,8 +145,7 @@ class SlamSystem:
                 changed[index] = located.reported = None
         for index, pose in poses.items():
             located = self._located[index]
-            offset = None if located.reported is None else inverse(located.reported) @ pose
-            if offset is None or length_m(offset) > MIN_CORRECTION_M or angle_deg(offset) > MIN_CORRECTION_DEG:
+            if located.reported is None or _has_moved(located.reported, pose):
                 changed[index] = located.reported = pose
         return changed
 
@@ -186,3 +184,8 @@ class SlamSystem:
         newest = len(self.keyframes) - 1
         covariance = self.graph.covariance(newest)
         return {} if covariance is None else {newest: covariance}
+
+
+def _has_moved(reported: Pose, pose: Pose) -> bool:
+    offset = inverse(reported) @ pose
+    return length_m(offset) > MIN_CORRECTION_M or angle_deg(offset) > MIN_CORRECTION_DEG

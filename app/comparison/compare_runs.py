@@ -53,11 +53,8 @@ class Comparison:
     def as_json(self) -> Numbers:
         """The machine-readable contract: plain JSON values only, null where a part does not apply or is no number."""
         a, b = (None if side is None else side.evaluation.as_json() for side in (self.truth_a, self.truth_b))
-        parts = {
-            "format": 1,
-            "run_a": self.a.name,
-            "run_b": self.b.name,
-            "preset": self.preset,
+        compared = {"format": 1, "run_a": self.a.name, "run_b": self.b.name, "preset": self.preset}
+        results = {
             "a": a,
             "b": b,
             "delta": None if a is None or b is None else differences(_metrics(a), _metrics(b)),
@@ -66,7 +63,7 @@ class Comparison:
             "instances": self.instances.as_json(),
             "notes": self.notes,
         }
-        return plain_json(parts)
+        return plain_json(compared | results)
 
     def _pose(self) -> Numbers | None:
         numbers = self.pose

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,9 @@ def evaluate_jobs(
         BadInput: naming the prediction that does not fit its truth.
     """
     current = ""
+    read = partial(
+        read_prediction, naming=naming, template=preset.text_template, scene=scene, labels=labels, trust=trust
+    )
 
     def pairs() -> Iterator[Pair]:
         nonlocal current
@@ -56,16 +60,7 @@ def evaluate_jobs(
             current = f"{prediction} does not fit {truth_folder}"
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
-            predicted = read_prediction(
-                prediction,
-                truth.class_names,
-                len(truth.vertices),
-                naming=naming,
-                template=preset.text_template,
-                scene=scene,
-                labels=labels,
-                trust=trust,
-            )
+            predicted = read(prediction, truth.class_names, len(truth.vertices))
             yield name, truth_scene(truth, true_poses(truth_folder)), predicted
 
     try:

@@ -71,9 +71,8 @@ def read_prediction(
 def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str, trust: Trust) -> PredictedScene:
     panoptic = load_map(folder)
     own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
-    by_text = None
-    if naming == "text" or (naming == "auto" and not own):
-        by_text = _by_text(folder, panoptic.embedding_table, class_names, template, trust)
+    needs_text = naming == "text" or (naming == "auto" and not own)
+    by_text = _by_text(folder, panoptic.embedding_table, class_names, template, trust) if needs_text else None
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text encoder; use --names run")
     return PredictedScene(

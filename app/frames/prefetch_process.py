@@ -66,16 +66,21 @@ def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
     # Taken in at once: two sides that both send what fills the pipe would wait for each other.
     Thread(target=_receive, args=(connection, items), daemon=True).start()
     while (item := items.get()) is not HUNG_UP:
-        try:
-            answer = (True, work(item))
-        except Exception as error:
-            error.add_note("raised in a process that works ahead")
-            answer = (False, error)
+        answer = _answer(work, item)
         try:
             connection.send(answer)
         except (BrokenPipeError, ConnectionResetError):
             break
     sys.exit(0)
+
+
+def _answer(work: Callable[[Any], Any], item: Any) -> tuple[bool, Any]:
+    """Whether the work succeeded, and what it returned or raised."""
+    try:
+        return True, work(item)
+    except Exception as error:
+        error.add_note("raised in a process that works ahead")
+        return False, error
 
 
 def _receive(connection: Connection, items: SimpleQueue[Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.table import Table
@@ -35,18 +36,22 @@ def print_answer(result: dict[str, Any]) -> None:
     if not result["found"]:
         console.print(f"not in this map: {result['query']}", soft_wrap=True)
         return
+    console.print(_table(result["hits"]))
+    crops = [frame["crop"] for hit in result["hits"] for frame in hit["best_frames"] if frame["crop"]]
+    if crops:
+        console.print(f"crops: {crops[0].rpartition('/')[0]}", soft_wrap=True)
+
+
+def _table(hits: Sequence[dict[str, Any]]) -> Table:
     table = Table()
     table.add_column("id", justify="right")
     table.add_column("score", justify="right")
     table.add_column("class")
     for name in ("centre, m", "size, m", "best seen in frames"):
         table.add_column(name, justify="right")
-    for hit in result["hits"]:
+    for hit in hits:
         table.add_row(*_row(hit))
-    console.print(table)
-    crops = [frame["crop"] for hit in result["hits"] for frame in hit["best_frames"] if frame["crop"]]
-    if crops:
-        console.print(f"crops: {crops[0].rpartition('/')[0]}", soft_wrap=True)
+    return table
 
 
 def _row(hit: dict[str, Any]) -> tuple[str, ...]:

@@ -68,11 +68,8 @@ class LabelledRun:
             }
             for label in self.labels
         ]
-        stuff = [
-            {"id": s.id, "class": s.category.name, "instances": list(s.instances)}
-            for s in self.segments
-            if s.category.stuff
-        ]
+        segments = [segment for segment in self.segments if segment.category.stuff]
+        stuff = [{"id": s.id, "class": s.category.name, "instances": list(s.instances)} for s in segments]
         return {"vocabulary": self.vocabulary, "instances": instances, "stuff": stuff}
 
     def report(self) -> None:

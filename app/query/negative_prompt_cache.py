@@ -25,8 +25,7 @@ FORMAT = 1
 
 
 def negative_prompts_of(encoder: TextQueryEncoder, settings: EmbedderSettings) -> NegativePrompts:
-    """The negative prompts of an embedder made by these settings, from the user's cache where they are; raises BadInput
-    if it has no text encoder."""
+    """The negative prompts of an embedder, cached by its settings; raises BadInput if it has no text encoder."""
     if encoder.is_table:
         return encoder.negatives
     names, path = encoder.negative_names, _folder() / f"contrast-{_key(encoder, settings)}.npz"

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from razer.arrays import Float32Array, Uint8Array
+from razer.arrays import BoolArray, Float32Array, Uint8Array
 from razer.errors import BadInput
 from razer.models import Embedder, ImageEncoder
 
@@ -27,9 +27,7 @@ def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None
     if not isinstance(embedder, ImageEncoder):
         raise BadInput(f"embedder '{name}' has no image encoder: ask by words, or map with another --embedder")
     rgb = _read(path)
-    mask = np.zeros(rgb.shape[:2], np.bool_)
-    mask[_window(box, rgb.shape, path)] = True
-    return embedder.embed_region(rgb, mask)
+    return embedder.embed_region(rgb, _mask(box, rgb.shape, path))
 
 
 def _read(path: Path) -> Uint8Array:
@@ -42,6 +40,12 @@ def _read(path: Path) -> Uint8Array:
         raise BadInput(f"{path} is no image, or is damaged: give a .png or .jpg")
     rgb: Uint8Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
     return rgb
+
+
+def _mask(box: str | None, shape: tuple[int, ...], path: Path) -> BoolArray:
+    mask = np.zeros(shape[:2], np.bool_)
+    mask[_window(box, shape, path)] = True
+    return mask
 
 
 def _window(box: str | None, shape: tuple[int, ...], path: Path) -> tuple[slice, slice]:

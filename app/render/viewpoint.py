@@ -34,13 +34,18 @@ def overview(points: Float64Array, up: Float64Array, forward: Float64Array, pitc
         pitch_deg: how steeply it looks down, degrees.
     """
     up = up / np.linalg.norm(up)
-    horizontal = forward - (forward @ up) * up
-    length = np.linalg.norm(horizontal)
-    horizontal = horizontal / length if length > 1e-6 else _any_normal_to(up)
+    horizontal = _horizontal(forward, up)
     low, high = np.percentile(points, [3, 97], axis=0)
     target, size_m = (low + high) / 2, float(np.linalg.norm(high - low))
     pitch = np.radians(pitch_deg)
     return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * horizontal), target, up)
+
+
+def _horizontal(forward: Float64Array, up: Float64Array) -> Float64Array:
+    """The direction (3,) of the horizontal part; any horizontal one where there is none."""
+    horizontal = forward - (forward @ up) * up
+    length = np.linalg.norm(horizontal)
+    return horizontal / length if length > 1e-6 else _any_normal_to(up)
 
 
 def _any_normal_to(vector: Float64Array) -> Float64Array:

@@ -41,11 +41,15 @@ def save_run(
     folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
     up = up_direction(panoptic.mesh, camera_up(outcome.poses))
     stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
-    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
-    folder.write(names.MESH_GLB, lambda path: write_glb(path, panoptic.mesh, up, node_names))
+    folder.write(names.MESH_GLB, lambda path: _write_glb(path, panoptic, up))
     folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps))
     folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, panoptic.objects))
     folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
+
+
+def _write_glb(path: Path, panoptic: PanopticMap, up: Float64Array) -> None:
+    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
+    write_glb(path, panoptic.mesh, up, node_names)
 
 
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:

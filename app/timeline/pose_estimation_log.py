@@ -25,6 +25,14 @@ LINE_COLORS = {
     entities.AFTER: (31, 111, 180),
 }
 EDGES = (entities.ODOMETRY, entities.CLOSURES)
+SERIES = {
+    entities.TRACKED: ["tracked"],
+    entities.DEPTH_FOUND: ["score", "agreement"],
+    entities.FEATURES_FOUND: ["features that agree"],
+    entities.SIGMA: ["rotation, mrad", "shift, mm"],
+    entities.GRAPH_SIZE: ["keyframes", "edges", "loops", "keyframes unanchored"],
+    entities.TRACKING_MS: ["tracking, ms"],
+}
 PATH_RADIUS_POINTS, EDGE_RADIUS_POINTS = 1.5, 0.5  # there are many edges, and they lie on each other
 KEYFRAME_COLOR, UNCERTAIN_COLOR = (255, 230, 60), (80, 200, 255)
 KEYFRAME_RADIUS_POINTS = 2.5
@@ -44,12 +52,8 @@ class PoseEstimationLog:
         self._covariances: dict[int, Float64Array] = {}
         for entity, color in LINE_COLORS.items():
             log.line_style(entity, color, EDGE_RADIUS_POINTS if entity in EDGES else PATH_RADIUS_POINTS)
-        log.name_series(entities.TRACKED, ["tracked"])
-        log.name_series(entities.DEPTH_FOUND, ["score", "agreement"])
-        log.name_series(entities.FEATURES_FOUND, ["features that agree"])
-        log.name_series(entities.SIGMA, ["rotation, mrad", "shift, mm"])
-        log.name_series(entities.GRAPH_SIZE, ["keyframes", "edges", "loops", "keyframes unanchored"])
-        log.name_series(entities.TRACKING_MS, ["tracking, ms"])
+        for entity, names in SERIES.items():
+            log.name_series(entity, names)
 
     def add_frame(self, index: int, report: PoseReport, given: Pose | None, pose_ms: float) -> None:
         """Log how a further frame was tracked.

@@ -61,11 +61,13 @@ class Timeline:
         self._poses: list[Float64Array] = []
         self._raster_step = subsampling_step(intrinsics, config.raster_max_edge)
         self._color_camera = scaled_to(intrinsics, config.image_max_edge)
-        raster_camera = every_nth(intrinsics, self._raster_step)
-        for entity, camera in ((COLOR, self._color_camera), (DEPTH, raster_camera), (IDS, raster_camera)):
-            self._log.camera(entity, camera)
+        self._log_cameras(every_nth(intrinsics, self._raster_step))
         self._log.name_series(INSTANCES, ["confirmed", "all live"])
         self._log.name_series(MEMORY, ["process MB", "voxels MB"])
+
+    def _log_cameras(self, raster_camera: Intrinsics) -> None:
+        for entity, camera in ((COLOR, self._color_camera), (DEPTH, raster_camera), (IDS, raster_camera)):
+            self._log.camera(entity, camera)
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Log one mapped frame.
@@ -143,10 +145,8 @@ class Timeline:
         if self._pose_log is None:  # it shows estimated poses as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [poses[:, :3, 3]])
-        view = overview(
-            mesh.vertices.astype(np.float64), up=-poses[:, :3, 1].mean(axis=0), forward=poses[:, :3, 2].mean(axis=0)
-        )
-        self._lay_out(view)
+        up, forward = -poses[:, :3, 1].mean(axis=0), poses[:, :3, 2].mean(axis=0)
+        self._lay_out(overview(mesh.vertices.astype(np.float64), up, forward))
 
     def close(self) -> None:
         """Write out what is still pending, for `close_timeout_s` at most; more calls do nothing."""

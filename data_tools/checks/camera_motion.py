@@ -54,8 +54,7 @@ def find_landmarks(frame: Frame) -> Landmarks:
 
 
 def measure_motion(a: Landmarks, b: Landmarks, camera: Intrinsics) -> Motion | None:
-    """The motion that makes a's points project where b sees them (PnP with RANSAC); None where too few
-    features agree."""
+    """The motion that projects a's points where b sees them (PnP with RANSAC); None where too few features agree."""
     if min(len(a.pixels), len(b.pixels)) < _MIN_INLIERS:  # OpenCV cannot match none
         return None
     matches = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True).match(a.descriptors, b.descriptors)

@@ -88,14 +88,8 @@ def check_depth_scale(sequence: RgbdSequence, sample: Sample | None = None) -> D
 
 def _judge(declared: float, moved: Estimate | None, steps: Estimate | None, median_m: float) -> DepthScaleReport:
     median_text = f"the median depth is {median_m:.3g} m"
-    if moved and not moved.contradicts:
-        return DepthScaleReport("ok", declared, None, "depth agrees with the motion of the poses")
     if moved:
-        reason = f"images and depth show {1 / moved.factor:.2g} times the motion that the poses claim; {median_text}"
-        if steps and abs(np.log(steps.factor)) < np.log(_LIKELY_TOLERANCE):
-            reason += "; the steps between depth readings fit, so perhaps the poses are not in metres"
-            return DepthScaleReport("suspicious", declared, None, reason)
-        return DepthScaleReport("suspicious", declared, _likely_scale(declared, moved), reason)
+        return _judge_by_motion(declared, moved, steps, median_text)
     if steps and steps.contradicts and (stepped := _known_scale(declared / steps.factor)):
         reason = f"the steps between depth readings fit a structured-light camera at another scale; {median_text}"
         return DepthScaleReport("suspicious", declared, stepped, reason)
@@ -103,6 +97,16 @@ def _judge(declared: float, moved: Estimate | None, steps: Estimate | None, medi
         guess = _plausible_scale(declared * median_m)
         return DepthScaleReport("suspicious", declared, guess, f"{median_text}, which no room is")
     return DepthScaleReport("ok", declared, None, f"{median_text}; no motion to measure it by")
+
+
+def _judge_by_motion(declared: float, moved: Estimate, steps: Estimate | None, median_text: str) -> DepthScaleReport:
+    if not moved.contradicts:
+        return DepthScaleReport("ok", declared, None, "depth agrees with the motion of the poses")
+    reason = f"images and depth show {1 / moved.factor:.2g} times the motion that the poses claim; {median_text}"
+    if steps and abs(np.log(steps.factor)) < np.log(_LIKELY_TOLERANCE):
+        reason += "; the steps between depth readings fit, so perhaps the poses are not in metres"
+        return DepthScaleReport("suspicious", declared, None, reason)
+    return DepthScaleReport("suspicious", declared, _likely_scale(declared, moved), reason)
 
 
 def factor_from_motion(sample: Sample) -> Estimate | None:

@@ -42,9 +42,8 @@ def read_submission(path: Path) -> Submission:
     labels: dict[int, int] = {}
     scores: dict[int, float] = {}
     length = 0
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
-        if not line.strip():
-            continue
+    numbered = [(n, line) for n, line in enumerate(path.read_text().splitlines(), start=1) if line.strip()]
+    for number, line in numbered:
         name, label, score = _fields(path, number, line)
         mask = _read_mask(path.parent / name)
         if masks and len(mask) != length:

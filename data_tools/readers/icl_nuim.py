@@ -71,13 +71,18 @@ def _associations(folder: Path) -> list[tuple[float, str, str]]:
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
-            first, a, second, b = line.split()
-            stamps = {a.split("/")[0]: float(first), b.split("/")[0]: float(second)}
-            files = {a.split("/")[0]: a, b.split("/")[0]: b}
-            rows.append((stamps["depth"], files["rgb"], files["depth"]))
+            rows.append(_association(line))
         except (ValueError, KeyError):
             raise BadInput(f"{path}, line {number}: expected `n depth/n.png n rgb/n.png`, got '{line}'") from None
     return rows
+
+
+def _association(line: str) -> tuple[float, str, str]:
+    """(stamp of depth, colour file, depth file) of a line; raises ValueError or KeyError."""
+    first, a, second, b = line.split()
+    stamps = {a.split("/")[0]: float(first), b.split("/")[0]: float(second)}
+    files = {a.split("/")[0]: a, b.split("/")[0]: b}
+    return stamps["depth"], files["rgb"], files["depth"]
 
 
 def _same_names(folder: Path) -> list[tuple[float, str, str]]:

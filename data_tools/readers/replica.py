@@ -53,20 +53,24 @@ def is_replica(folder: Path) -> bool:
 def read_replica(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout; the camera is in cam_params.json here or one folder up, or else NICE-SLAM's; raises
     BadInput. Stamps are number / 30 s."""
+    images = _images(folder)
+    path = folder / "traj.txt"
+    poses = PoseLines(path.name, _lines(path), tuple(images)) if use_poses and path.is_file() else None
+    return file_sequence(folder, tuple(images.values()), declared.or_else(_camera(folder)), poses)
+
+
+def _images(folder: Path) -> dict[int, ImagePaths]:
+    """Number -> images of each frame that has at least one of the two; a missing one is named like the others."""
     colors, depths = _numbered(folder, "frame"), _numbered(folder, "depth")
-    numbers = sorted(colors.keys() | depths.keys())
     results = folder / "results"
-    paths = tuple(
-        ImagePaths(
+    return {
+        n: ImagePaths(
             colors.get(n, results / f"frame{n:06d}.jpg"),
             depths.get(n, results / f"depth{n:06d}.png"),
             n / FRAMES_PER_SECOND,
         )
-        for n in numbers
-    )
-    path = folder / "traj.txt"
-    poses = PoseLines(path.name, _lines(path), tuple(numbers)) if use_poses and path.is_file() else None
-    return file_sequence(folder, paths, declared.or_else(_camera(folder)), poses)
+        for n in sorted(colors.keys() | depths.keys())
+    }
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:

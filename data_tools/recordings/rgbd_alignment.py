@@ -105,9 +105,8 @@ class RgbdAlignment:
 
 def make_rgbd_alignment(declared: Declared, color_size: Size, depth_size: Size) -> RgbdAlignment:
     """The alignment that follows from what is declared; raises BadInput when it does not follow."""
-    if declared.depth_camera is None:
+    if (depth_camera := declared.depth_camera) is None:
         raise BadInput(f"the camera is unknown: give {HOW_TO_DECLARE}")
-    depth_camera = declared.depth_camera
     target = _depth_grid(depth_camera, depth_size, color_size)
     depth_map = _undistortion(depth_camera, target, target)
     if declared.color_from_depth is not None:

@@ -99,13 +99,7 @@ def _binary_table(data: bytes, start: int, element: _Element, order: str) -> tup
     """The columns of one element and where the next begins. Lists are read as all of one length first, as those of
     a triangle mesh are; where they are not, row by row."""
     lengths = {name: _first_length(data, start, element, order) for name, *kinds in element.properties if kinds[1:]}
-    fields: list[tuple] = []
-    for name, *kinds in element.properties:
-        if len(kinds) == 1:
-            fields.append((name, order + kinds[0]))
-        else:
-            fields += [(f"count of {name}", order + kinds[0]), (name, order + kinds[1], (lengths[name],))]
-    row = np.dtype(fields)
+    row = _row_dtype(element, lengths, order)
     if len(data) >= start + element.count * row.itemsize:
         table = np.frombuffer(data, row, element.count, start)
         if all((table[f"count of {name}"] == length).all() for name, length in lengths.items()):
@@ -113,6 +107,17 @@ def _binary_table(data: bytes, start: int, element: _Element, order: str) -> tup
     if not lengths:
         raise ValueError(f"{element.count} of {element.name} expected")
     return _ragged_table(data, start, element, order)
+
+
+def _row_dtype(element: _Element, lengths: Mapping[str, int], order: str) -> np.dtype[np.void]:
+    """A row of an element whose lists are of these lengths."""
+    fields: list[tuple] = []
+    for name, *kinds in element.properties:
+        if len(kinds) == 1:
+            fields.append((name, order + kinds[0]))
+        else:
+            fields += [(f"count of {name}", order + kinds[0]), (name, order + kinds[1], (lengths[name],))]
+    return np.dtype(fields)
 
 
 def _first_length(data: bytes, start: int, element: _Element, order: str) -> int:

@@ -139,11 +139,10 @@ def _categories(
 ) -> tuple[dict[str, Category | None], tuple[str, ...]]:
     """The class of each label, and notes on labels that are unknown."""
     counts = Counter(each.label for each in objects)
-    notes = []
+    notes = [f"no {FILE_NAME} in the folder or above it: classes by their names alone"] if label_map is None else []
     if label_map is None:
         category_by_label = {label: category_of(label, classes) for label in counts}
         unknown, source = [label for label in counts if not category_by_label[label]], classes.name
-        notes.append(f"no {FILE_NAME} in the folder or above it: classes by their names alone")
     else:
         category_by_label = {label: label_map.category(label, classes) for label in counts if label in label_map.rows}
         unknown, source = [label for label in counts if label not in category_by_label], label_map.path.name

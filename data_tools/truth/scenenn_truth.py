@@ -45,8 +45,7 @@ def is_scenenn_truth(folder: Path) -> bool:
 def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTruth:
     """The labelled mesh of a scene; raises BadInput. Classes are those of the vocabulary that carry an object's NYU40
     name or its free name, or else the only ones with its NYU40 number; where there is none the class is 0."""
-    scene = _scene(folder)
-    if scene is None:
+    if (scene := _scene(folder)) is None:
         raise BadInput(f"{folder} has no mesh with an .xml of the same name, as SceneNN's ground truth has")
     mesh = read_ply(scene)
     labels = read_labels(scene.with_suffix(".xml"))

@@ -11,6 +11,7 @@ from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_objects, write_truth
 from data_tools.writers.frame_files import frames_to_write, write_color, write_depth, write_ids
 from data_tools.writers.unfinished import unfinished
+from razer.arrays import Pose
 from razer.frame import Frame
 
 MILLIMETRES_PER_M = 1000.0
@@ -45,16 +46,14 @@ def write_folder(
 
 def _write_frames(sequence: RgbdSequence, folder: Path, suffix: str) -> list[tuple[int, str]]:
     skipped: list[tuple[int, str]] = []
-    stamps: list[str] = []
-    poses: list[str] = []
+    stamped_poses: list[tuple[float, Pose | None]] = []
     classes: dict[int, str] = {}
     for frame in frames_to_write(sequence, skipped):
-        _write_images(frame, folder, f"{len(stamps):06d}", suffix)
-        stamps.append(f"{frame.stamp:.6f}")
+        _write_images(frame, folder, f"{len(stamped_poses):06d}", suffix)
+        stamped_poses.append((frame.stamp, frame.world_from_camera))
         classes.update(frame.instance_classes)
-        if frame.world_from_camera is not None:
-            poses.append(tum_line(frame.stamp, frame.world_from_camera))
-    (folder / "stamps.txt").write_text("".join(f"{stamp}\n" for stamp in stamps))
+    (folder / "stamps.txt").write_text("".join(f"{stamp:.6f}\n" for stamp, _ in stamped_poses))
+    poses = [tum_line(stamp, pose) for stamp, pose in stamped_poses if pose is not None]
     if poses:
         (folder / "trajectory.txt").write_text("".join(f"{line}\n" for line in poses))
     if classes:

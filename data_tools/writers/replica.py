@@ -73,8 +73,7 @@ def _write_truth(truth: GroundTruth, folder: Path) -> None:
     for instance in np.unique(truth.instances[truth.instances > 0]).tolist():
         name = truth.instance_classes.get(instance, "undefined")
         box = _box(truth.vertices[truth.instances == instance])
-        number = numbers.get(name, -1)
-        objects.append({"id": instance, "class_id": number, "class_name": name, "oriented_bbox": box})
+        objects.append({"id": instance, "class_id": numbers.get(name, -1), "class_name": name, "oriented_bbox": box})
     classes = [{"id": number, "name": name} for name, number in numbers.items()]
     labels = np.full(truth.instances.max(initial=0) + 1, -1)
     for each in objects:

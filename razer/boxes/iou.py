@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.boxes.oriented_box import OrientedBox
 
 MAX_CORNERS = 10  # a rectangle clipped by six half-spaces
@@ -107,11 +107,15 @@ def _clip_by_plane(polygons: Float64Array, inside: Float64Array) -> Float64Array
     # Padding repeats a corner: only the last of equal corners counts.
     distinct = (polygons != following).any(axis=2)
     kept = np.stack([(inside >= 0) & distinct, crosses], axis=2).reshape(len(polygons), -1)
+    result = np.take_along_axis(points, _padded_columns(kept)[..., None], axis=1)
+    result[~kept.any(axis=1)] = 0.0
+    return result
+
+
+def _padded_columns(kept: BoolArray) -> IndexArray:
+    """The columns (M, MAX_CORNERS) that are kept in each row, in order."""
     order = np.argsort(~kept, axis=1, kind="stable")[:, :MAX_CORNERS]
     count = kept.sum(axis=1)
     # Repeating the last kept corner adds edges of no length, and so no area.
     last = np.take_along_axis(order, np.maximum(count - 1, 0)[:, None], axis=1)
-    order = np.where(np.arange(MAX_CORNERS) < count[:, None], order, last)
-    result = np.take_along_axis(points, order[..., None], axis=1)
-    result[count == 0] = 0.0
-    return result
+    return np.where(np.arange(MAX_CORNERS) < count[:, None], order, last)

@@ -80,10 +80,7 @@ def shrink(masks: BoolArray, pixels: int) -> BoolArray:
         if len(rows):
             part = slice(rows[0], rows[-1] + 1)
             border = cv2.copyMakeBorder(source[part], 1, 1, 0, 0, cv2.BORDER_CONSTANT, value=0)
-            if rows[0] == 0:
-                border[0] = 1
-            if rows[-1] == len(source) - 1:
-                border[-1] = 1
+            border[0], border[-1] = rows[0] == 0, rows[-1] == len(source) - 1
             target[part] = cv2.erode(border, kernel, borderValue=1)[1:-1]
     return shrunk
 

@@ -51,10 +51,9 @@ def confusion(truth: IntArray, predicted: IntArray, names: Mapping[int, str]) ->
 def semantic_metrics(
     counts: Confusion, is_kept: Callable[[str], bool], count_ignored_points: bool = True
 ) -> SemanticMetrics:
-    """With n right, t true and p predicted vertices of a class: IoU = n / (t + p - n); mIoU = sum IoU / C and
-    mAcc = sum (n / t) / C over the C kept classes that the truth has; F-mIoU = sum t IoU / sum t; pixel accuracy =
-    sum n / sum t. p counts predictions on all vertices, or only on those of kept true classes.
-    Source: HOV-SG's metrics, where classes left out do not count in C and sum t."""
+    """HOV-SG's metrics. With n right, t true and p predicted vertices of a class: IoU = n / (t + p - n); mIoU =
+    sum IoU / C and mAcc = sum (n / t) / C over the C kept classes that the truth has; F-mIoU = sum t IoU / sum t;
+    pixel accuracy = sum n / sum t. p counts predictions on all vertices, or only on those of kept true classes."""
     truth: Counter[str] = Counter()
     predicted: Counter[str] = Counter()
     for (true_name, predicted_name), count in counts.items():

@@ -30,12 +30,8 @@ def write_instances_json(
         up: the world's upward direction (3,), where it is known.
         stamps: seconds of frames by their index; others keep the stamp that their view has.
     """
-    content = {
-        "format": FORMAT,
-        "frame": "world, metres, right-handed",
-        "up": None if up is None else _rounded(up),
-        "instances": [_instance_entry(o, stamps or {}) for o in objects],
-    }
+    header = {"format": FORMAT, "frame": "world, metres, right-handed", "up": None if up is None else _rounded(up)}
+    content = {**header, "instances": [_instance_entry(o, stamps or {}) for o in objects]}
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 

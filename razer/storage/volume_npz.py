@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
@@ -31,6 +33,10 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
     arrays["keys"], arrays["used"] = keys, np.packbits(used.cpu().numpy())
     arrays["format"], arrays["newest_id"] = np.array(FORMAT), np.array(voxels.newest_id)
     arrays["settings"] = np.array(voxels.settings.model_dump_json())
+    _write_npz(path, arrays)
+
+
+def _write_npz(path: Path, arrays: Mapping[str, NDArray]) -> None:
     # zlib's fastest level: the higher ones take five times as long to save a tenth.
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, array in arrays.items():

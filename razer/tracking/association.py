@@ -11,9 +11,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.boxes.iou import box_containment, box_iou
 from razer.boxes.iou_bounds import iou_bounds, tight_iou_bounds
+from razer.boxes.oriented_box import OrientedBox
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings
 from razer.detection.lifting import Detection
@@ -79,13 +80,19 @@ def _candidate_pairs(
     pairs = [(i, t) for i, d in enumerate(detections) for t in index.near(d.box, settings.search_margin_m)]
     if settings.geometry_distance != "visible" or not pairs:
         return pairs
-    ids = sorted({t for _, t in pairs})
-    boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
-    first = np.array([i for i, _ in pairs])
-    second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
+    boxes, first, second = _boxes_of_pairs(detections, tracks, pairs)
     min_iou = 1 - settings.gate / max(settings.weight_geometry, 1e-9)
     likely = np.flatnonzero(iou_bounds(boxes, settings.box_margin_m, first, second) > min_iou)
     return sorted({pairs[i] for i in likely} | {pair for pair in overlap.shared if pair[1] in tracks})
+
+
+def _boxes_of_pairs(
+    detections: Sequence[Detection], tracks: Mapping[int, Track], pairs: Sequence[tuple[int, int]]
+) -> tuple[list[OrientedBox], IndexArray, IndexArray]:
+    """The boxes of all detections and of the paired tracks, and the two of each pair as indices of them."""
+    ids = sorted({t for _, t in pairs})
+    boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
+    return boxes, np.array([i for i, _ in pairs]), len(detections) + np.searchsorted(ids, [t for _, t in pairs])
 
 
 def _overlaps(
@@ -97,15 +104,12 @@ def _overlaps(
     settings: AssociationSettings,
 ) -> Float64Array:
     """1 - V_ij (P,) of each pair, by the chosen measure; `min_overlap` (P,) is what it takes to pass the gate."""
-    ids = sorted({t for _, t in pairs})
     if settings.geometry_distance == "paper":
         margin_m, measure = 0.0, box_iou
     else:
         margin_m = settings.box_margin_m
         measure = box_iou if settings.geometry_distance == "visible" else box_containment
-    boxes = [d.box for d in detections] + [tracks[t].box for t in ids]
-    first = np.array([i for i, _ in pairs])
-    second = len(detections) + np.searchsorted(ids, [t for _, t in pairs])
+    boxes, first, second = _boxes_of_pairs(detections, tracks, pairs)
     result = np.zeros(len(pairs))
     if settings.geometry_distance == "visible":
         result[:] = [overlap.visible_iou(i, t) for i, t in pairs]

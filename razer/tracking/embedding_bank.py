@@ -66,23 +66,24 @@ class EmbeddingBank:
         self.outliers += other.outliers
 
     def _take(self, new: EmbeddingClusters) -> None:
+        self._clusters = self._with(new) if len(self._clusters) else new
+
+    def _with(self, new: EmbeddingClusters) -> EmbeddingClusters:
+        """The clusters after one more: merged with one of them, beside them, in place of one, or an outlier."""
         clusters = self._clusters
-        if len(clusters) == 0:
-            self._clusters = new
-            return
         cosines = clusters.directions @ new.directions[0]
         nearest = int(cosines.argmax())
         if cosines[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
-            self._clusters = clusters.merged(nearest, new)
-        elif cosines[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
+            return clusters.merged(nearest, new)
+        if cosines[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
             self.outliers += 1
-        elif len(clusters) < self.settings.hypotheses:
-            self._clusters = clusters.joined(new)
-        elif new.masses[0] > clusters.masses.min():
-            self._clusters = clusters.select(np.arange(len(clusters)) != clusters.masses.argmin()).joined(new)
-        else:
-            # By the mean cosine to a cluster's observations: that to their mean is higher, the more they are.
-            self._clusters = clusters.merged(int(clusters.mean_cosines(new).argmax()), new)
+            return clusters
+        if len(clusters) < self.settings.hypotheses:
+            return clusters.joined(new)
+        if new.masses[0] > clusters.masses.min():
+            return clusters.select(np.arange(len(clusters)) != clusters.masses.argmin()).joined(new)
+        # By the mean cosine to a cluster's observations: that to their mean is higher, the more they are.
+        return clusters.merged(int(clusters.mean_cosines(new).argmax()), new)
 
 
 def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:

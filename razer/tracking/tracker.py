@@ -39,8 +39,7 @@ class Tracker:
         self._note_rivals(decisions, detections, mask_of)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
-        born = {d.track_id: detections[d.detection].mask for d in decisions if d.outcome == "born"}
-        self._consensus.add(overlap, born)
+        self._consensus.add(overlap, _born_masks(decisions, detections))
         self._count_misses(overlap, frame_index)
         return decisions
 
@@ -56,11 +55,10 @@ class Tracker:
         if assigned is not None:
             return "matched", assigned
         owner = self._owner(i, detection, candidates, overlap)
-        if owner is None:
-            return "born", self._next_id()
         # One mask in several clusters is one thing; two masks over one track, frame after frame, are two things.
-        rival = mask_of.get(owner, detection.mask) != detection.mask
-        return ("born", self._next_id()) if rival and self.tracks[owner].is_contested else ("joined", owner)
+        if owner is None or (mask_of.get(owner, detection.mask) != detection.mask and self.tracks[owner].is_contested):
+            return "born", self._next_id()
+        return "joined", owner
 
     def _note_rivals(
         self, decisions: Sequence[Decision], detections: Sequence[Detection], mask_of: Mapping[int, int]
@@ -187,3 +185,8 @@ class Tracker:
         del self.tracks[gone]
         self._index.drop(gone)
         self._consensus.replace(gone, survivor)
+
+
+def _born_masks(decisions: Iterable[Decision], detections: Sequence[Detection]) -> dict[int, int]:
+    """The mask of each track that was born, by track."""
+    return {d.track_id: detections[d.detection].mask for d in decisions if d.outcome == "born"}

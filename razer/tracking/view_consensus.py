@@ -26,12 +26,7 @@ class ViewConsensus:
 
     def add(self, overlap: LabelOverlap, born: Mapping[int, int]) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it."""
-        mask_of = {
-            track: mask
-            for (mask, track), n in sorted(overlap.in_mask.items())
-            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]
-        }
-        mask_of.update(born)
+        mask_of = self._covering_masks(overlap) | dict(born)
         tracks_of: dict[int, list[int]] = defaultdict(list)
         for track in sorted(mask_of):
             tracks_of[mask_of[track]].append(track)
@@ -41,6 +36,15 @@ class ViewConsensus:
         for pair in combinations(sorted(mask_of), 2):
             if mask_of[pair[0]] != mask_of[pair[1]]:
                 self._apart[pair] += 1
+
+    @staticmethod
+    def _covering_masks(overlap: LabelOverlap) -> dict[int, int]:
+        """The mask that covers the visible part of a track, by track."""
+        return {
+            track: mask
+            for (mask, track), n in sorted(overlap.in_mask.items())
+            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]
+        }
 
     def agreed(self, min_frames: int, min_share: float, prior: float = 0.0) -> list[tuple[int, int]]:
         """Pairs (older id, newer id) that are one thing, those most often in one mask first; `prior` is how

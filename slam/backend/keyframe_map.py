@@ -67,9 +67,8 @@ class KeyframeMap:
         pose = self.pose(before.number, result.target_from_source)
         keyframe = self.keyframes.add(view, pose, before.submap, travelled_m)
         self.graph.add_keyframe(keyframe.number, pose)
-        self.graph.add_edge(
-            PoseEdge(before.number, keyframe.number, result.target_from_source, result.information, is_odometry=True)
-        )
+        edge = PoseEdge(before.number, keyframe.number, result.target_from_source, result.information, is_odometry=True)
+        self.graph.add_edge(edge)
         self._loops.add(keyframe)
         self._optimise()
         return keyframe
@@ -187,14 +186,16 @@ class KeyframeMap:
             self._loops.queue_neighbors()
         self.close_loops(calibration)
         self._optimise()
-        poses = self.graph.smooth()
-        consistent = [
-            edge for edge in self.graph.edges if edge.is_odometry or mahalanobis(edge, poses) <= MAX_MAHALANOBIS
-        ]
-        if len(consistent) < len(self.graph.edges):
-            self.graph.replace(consistent)
-            poses = self.graph.smooth()
-        self._set_poses(poses)
+        self._set_poses(self._smooth_without_outliers())
+
+    def _smooth_without_outliers(self) -> Mapping[int, Float64Array]:
+        """The smoothed poses, once more where they contradict loop closures, without these."""
+        poses, edges = self.graph.smooth(), self.graph.edges
+        consistent = [edge for edge in edges if edge.is_odometry or mahalanobis(edge, poses) <= MAX_MAHALANOBIS]
+        if len(consistent) == len(edges):
+            return poses
+        self.graph.replace(consistent)
+        return self.graph.smooth()
 
     def make_world(self, submap: int) -> None:
         """Let an unanchored submap be the world, and the world unanchored."""

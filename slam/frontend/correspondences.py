@@ -152,8 +152,7 @@ class Correspondences:
         jacobian = part._jacobian(target_from_source, parameters) / (parameters[SCALE] * part.sigma[:, None, None])
         jacobian[:, :, 6 + SCALE] -= residual / parameters[SCALE]
         squared = (residual**2).sum(axis=1)
-        weight = 1 / (1 + squared / 4)
-        weighted = jacobian * weight[:, None, None]
+        weighted = jacobian * (1 / (1 + squared / 4))[:, None, None]
         flat = jacobian.reshape(-1, jacobian.shape[2])
         information = weighted.reshape(flat.shape).T @ flat
         gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
@@ -189,8 +188,7 @@ def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:
 
 
 def solve_pnp(correspondences: Correspondences, calibration: ColorCalibration, tries: int) -> Float64Array | None:
-    """target_from_source by RANSAC over at most so many minimal sets of correspondences (PnP); None where too few
-    agree."""
+    """target_from_source by PnP with RANSAC over at most so many minimal sets; None where too few agree."""
     if len(correspondences) < MIN_INLIERS:
         return None
     points = correspondences.points(calibration.parameters)

@@ -135,11 +135,7 @@ def _joint(
 
 
 def _result(
-    pose: Float64Array,
-    depth: _DepthTerm,
-    color: ColorTerm,
-    calibration: ColorCalibration,
-    calibration_step: Float64Array,
+    pose: Float64Array, depth: _DepthTerm, color: ColorTerm, calibration: ColorCalibration, step: Float64Array
 ) -> IcpResult:
     of_pose = color.information[:6, :6] + DEPTH_SHARE * depth.information
     cross, of_camera = color.information[:6, 6:], color.information[6:, 6:]
@@ -147,7 +143,7 @@ def _result(
     # What the features know of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
     if depth.agreement >= MIN_CALIBRATION_AGREEMENT:
-        calibration = calibration.updated(calibration_step, (likelihood + likelihood.T) / 2)
+        calibration = calibration.updated(step, (likelihood + likelihood.T) / 2)
     information = (information + information.T) / 2
     figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
     return IcpResult(pose, information, *figures, calibration)

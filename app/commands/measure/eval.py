@@ -34,8 +34,7 @@ class SceneListOptions:
     """A missing scene is an error instead of a note."""
 
     def jobs(self, run: Path | None, truth: Path, notes: list[str]) -> list[tuple[str, Path, Path]]:
-        """What to evaluate, (name, prediction, folder with the truth): the run, or all scenes listed; adds those that
-        are missing to `notes`. Raises BadInput."""
+        """(name, prediction, truth folder) of the run or all scenes listed; notes those missing; raises BadInput."""
         if self.scenes is None:
             if run is None:
                 raise BadInput("give a run to evaluate, or --scenes LIST with --runs DIR")

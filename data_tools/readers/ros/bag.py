@@ -132,11 +132,7 @@ def _stamps(entries: tuple[Entry, ...]) -> Float64Array:
 
 def _cameras(bag: Bag, color: str, depth: str, apart: bool) -> Declared:
     """The cameras in the bag; colour's only where it is another camera or size than that of depth."""
-    infos = {
-        topic: info
-        for topic, kind in bag.topics.items()
-        if kind == _CAMERA_INFO and (info := next((message for _, message in bag.messages(topic)), None)) is not None
-    }
+    infos = _camera_infos(bag)
     color_info, depth_info = infos.get(_info_topic(color)), infos.get(_info_topic(depth))
     if depth_info is None and len(infos) == 1:
         depth_info = next(iter(infos.values()))
@@ -148,6 +144,13 @@ def _cameras(bag: Bag, color: str, depth: str, apart: bool) -> Declared:
     if color_info is None or not (apart or (color_info.width, color_info.height) != depth_camera.size):
         return Declared(depth_camera)
     return Declared(depth_camera, _camera(color_info, "rect" in color))
+
+
+def _camera_infos(bag: Bag) -> dict[str, Any]:
+    """Topic -> its first CameraInfo message."""
+    topics = [topic for topic, kind in bag.topics.items() if kind == _CAMERA_INFO]
+    first = {topic: next((message for _, message in bag.messages(topic)), None) for topic in topics}
+    return {topic: info for topic, info in first.items() if info is not None}
 
 
 def _info_topic(topic: str) -> str:

@@ -131,10 +131,8 @@ def door_frame(door: Doorway, near: float, far: float, material: Material, floor
         floor: of the threshold.
     """
     middle, thick, width = (near + far) / 2, far - near + 0.03, door.end - door.start
-    posts = [
-        block(x, middle, 0.0, (_FRAME_M, thick, DOOR_HEIGHT_M), material)
-        for x in (door.start + _FRAME_M / 2 - 0.02, door.end - _FRAME_M / 2 + 0.02)
-    ]
+    sides = door.start + _FRAME_M / 2 - 0.02, door.end - _FRAME_M / 2 + 0.02
+    posts = [block(x, middle, 0.0, (_FRAME_M, thick, DOOR_HEIGHT_M), material) for x in sides]
     head = block((door.start + door.end) / 2, middle, DOOR_HEIGHT_M - 0.02, (width + 0.04, thick, _FRAME_M), material)
     threshold = flat((door.start, near, 0), (width, 0, 0), (0, far - near, 0), floor)
     return Thing("doorframe", (*posts, head)), threshold

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.scenes import apartment_rooms as rooms
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.materials import lacquer
+from data_tools.synthetic.shapes.solids import Material
 from data_tools.synthetic.shapes.thing import Thing
 
 _WALL_M = 0.2  # between two rooms; thinner ones let a Kinect's noise reach through
@@ -78,11 +80,8 @@ def _plan(rng: np.random.Generator) -> Plan:
 def _build(plan: Plan, placer: Placer) -> None:
     rng = placer.rng
     floors = {n: (tiled_floor if n in _TILED else warm_floor)(rng) for n in plan.rooms}
-    into_hall = tuple(_seen_from_hall(door) for door in plan.doors.values())
     frame = lacquer(rng)
-    shells: list[Thing] = []
-    for name, room in plan.rooms.items():
-        shells += shell(room, into_hall if name == "hall" else (plan.doors[name],), finish(floors[name], rng))
+    shells = _shells(plan, floors, rng)
     hall_floor = 6 * list(plan.rooms).index("hall")
     for name, door in plan.doors.items():
         room, hall = plan.rooms[name], plan.rooms["hall"]
@@ -93,6 +92,15 @@ def _build(plan: Plan, placer: Placer) -> None:
         placer.keep_free((door.start, near - 0.7, 0), (door.end, far + 0.7, DOOR_HEIGHT_M))
     for thing in shells:
         placer.add(thing)
+
+
+def _shells(plan: Plan, floors: Mapping[str, Material], rng: np.random.Generator) -> list[Thing]:
+    """Floor, ceiling and four walls of each room, in the order of the rooms."""
+    into_hall = tuple(_seen_from_hall(door) for door in plan.doors.values())
+    shells: list[Thing] = []
+    for name, room in plan.rooms.items():
+        shells += shell(room, into_hall if name == "hall" else (plan.doors[name],), finish(floors[name], rng))
+    return shells
 
 
 def _seen_from_hall(door: Doorway) -> Doorway:

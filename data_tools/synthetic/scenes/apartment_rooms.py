@@ -79,11 +79,7 @@ def _kitchen_row(room: Room, placer: Placer) -> dict[str, Thing]:
 
 def bedroom(room: Room, placer: Placer) -> None:
     """A bed with nightstands, wardrobe, dresser and mirror."""
-    bed = against(placer, room, "west", 0.55, "bed")
-    if bed is not None:
-        head, rest = strip(bed, "west", 0.02, 0.36), strip(bed, "west", 0.4, 1.0)
-        load(placer, bed, "pillow", "pillow", yaw_deg=YAW_DEG["west"], area=head)
-        load(placer, bed, "blanket", "stuffed animal", area=rest)
+    _made_bed(room, placer)
     for share in (0.1, 0.92):
         load(placer, against(placer, room, "west", share, "nightstand"), "lamp", "alarm clock", "book", "cup")
     against(placer, room, "east", 0.75, "wardrobe")
@@ -95,6 +91,15 @@ def bedroom(room: Room, placer: Placer) -> None:
     against(placer, room, "east", 0.2, "poster", z=1.2)
     against(placer, room, "south", 0.2, "clock", z=1.8)
     scatter(placer, room, "laundry basket", "suitcase", "backpack", "ottoman", "lamp")
+
+
+def _made_bed(room: Room, placer: Placer) -> None:
+    """A bed with pillows at its head and a blanket on the rest."""
+    bed = against(placer, room, "west", 0.55, "bed")
+    if bed is not None:
+        head, rest = strip(bed, "west", 0.02, 0.36), strip(bed, "west", 0.4, 1.0)
+        load(placer, bed, "pillow", "pillow", yaw_deg=YAW_DEG["west"], area=head)
+        load(placer, bed, "blanket", "stuffed animal", area=rest)
 
 
 def bathroom(room: Room, placer: Placer) -> None:

@@ -80,17 +80,16 @@ def _way(leg: Room, side: Side) -> tuple[list[float], list[float]]:
 
 
 def _look_alikes(legs: dict[Side, Room], placer: Placer) -> None:
-    """The same door, picture and plant at the outer walls of three of the four sides, and another door at the
-    fourth."""
+    """The same door, picture and plant at the outer walls of three of the four sides, another door at the fourth."""
     rng = placer.rng
     door, picture, plant = piece("door", placer), piece("picture", placer), piece("plant", placer)
     while np.subtract(*plant.bounds[::-1])[:2].max() > 0.85:
         plant = piece("plant", placer)
-    other = SIDES[int(rng.integers(4))]
+    odd_side = SIDES[int(rng.integers(4))]
     for side, leg in legs.items():
         start, end = leg.along(side)
         middle, forward = (start + end) / 2, _FORWARD[side]
-        if side == other:
+        if side == odd_side:
             placer.against(leg, side, piece("door", placer), middle + 0.4)
             continue
         placer.against(leg, side, door, middle)
@@ -99,22 +98,27 @@ def _look_alikes(legs: dict[Side, Room], placer: Placer) -> None:
 
 
 def _furnish(legs: dict[Side, Room], placer: Placer) -> None:
-    rng = placer.rng
     for names, raised in ((_ON_WALLS, True), (_ON_FLOORS, False)):
-        for name in rng.permutation(names)[: len(names) - 2]:
+        for name in placer.rng.permutation(names)[: len(names) - 2]:
             for _ in range(12):
-                leg_side = SIDES[int(rng.integers(4))]
-                leg = legs[leg_side]
-                side = leg_side if rng.uniform() < 0.5 else _OPPOSITE[leg_side]
-                # The block's wall is shorter than the outer one by a corridor at each end.
-                start, end = np.add(leg.along(side), (_WIDE_M + 0.6, -_WIDE_M - 0.6))
-                z = float(rng.uniform(1.2, 1.5)) if raised else 0.0
-                gap = 0.0 if raised else 0.005
-                put = placer.against(leg, side, PIECES[str(name)](rng), float(rng.uniform(start, end)), z, gap)
+                put = _put_anywhere(legs, placer, str(name), raised)
                 if put is not None:
                     if put.class_name in ("cabinet", "file cabinet", "bench"):
                         load(placer, put, "potted plant", "box", "book")
                     break
+
+
+def _put_anywhere(legs: dict[Side, Room], placer: Placer, name: str, raised: bool) -> Thing | None:
+    """A new piece at a random place of a random wall; None where it has no room there."""
+    rng = placer.rng
+    leg_side = SIDES[int(rng.integers(4))]
+    leg = legs[leg_side]
+    side = leg_side if rng.uniform() < 0.5 else _OPPOSITE[leg_side]
+    # The block's wall is shorter than the outer one by a corridor at each end.
+    start, end = np.add(leg.along(side), (_WIDE_M + 0.6, -_WIDE_M - 0.6))
+    z = float(rng.uniform(1.2, 1.5)) if raised else 0.0
+    gap = 0.0 if raised else 0.005
+    return placer.against(leg, side, PIECES[name](rng), float(rng.uniform(start, end)), z, gap)
 
 
 def _tour(size: tuple[float, float], things: list[Thing]) -> CameraPath:

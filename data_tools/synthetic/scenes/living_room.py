@@ -109,12 +109,11 @@ def _furniture(rng: np.random.Generator) -> list[Thing]:
 
 def _small_things(rng: np.random.Generator) -> list[Thing]:
     """What stands on furniture."""
-    dark = tinted("plaster", (60.0, 60.0, 66.0), 0.5)
     screen = Material("screen", (15, 20, 45), (205, 225, 250), 0.7)
     heights = f.shelf_heights(1.8, 5)
     on_shelf = -_X + 0.165
     return [
-        f.monitor(dark, screen).placed(-1.45, -_Y + 0.25, _CABINET_M),
+        f.monitor(tinted("plaster", (60.0, 60.0, 66.0), 0.5), screen).placed(-1.45, -_Y + 0.25, _CABINET_M),
         f.books(0.8, 0.3, rng).placed(on_shelf, 0.1, float(heights[2]), -90),
         f.books(0.7, 0.3, rng).placed(on_shelf, 0.15, float(heights[1]), -90),
         f.mug(tinted("terrazzo", _colour(rng, (210, 60, 50)), 0.6, 0.4)).placed(-0.1, 0.18, _TABLE_M, 30),

@@ -131,11 +131,16 @@ def rounded(low: Point, high: Point, axis: str, bevel: float, material: Material
     """
     k = "xyz".index(axis)
     a, b = (k + 1) % 3, (k + 2) % 3
-    (u0, v0), (u1, v1) = (low[a], low[b]), (high[a], high[b])
-    outline = [(u0 + bevel, v0), (u1 - bevel, v0), (u1, v0 + bevel), (u1, v1 - bevel)]
-    outline += [(u1 - bevel, v1), (u0 + bevel, v1), (u0, v1 - bevel), (u0, v0 + bevel)]
+    outline = _octagon((low[a], low[b]), (high[a], high[b]), bevel)
     upright = prism(outline, low[k], high[k], material)
     return replace(upright, quads=np.roll(upright.quads, k + 1, axis=2))
+
+
+def _octagon(low: tuple[float, float], high: tuple[float, float], bevel: float) -> list[tuple[float, float]]:
+    """A rectangle with its corners cut off, against the clock."""
+    (u0, v0), (u1, v1) = low, high
+    outline = [(u0 + bevel, v0), (u1 - bevel, v0), (u1, v0 + bevel), (u1, v1 - bevel)]
+    return [*outline, (u1 - bevel, v1), (u0 + bevel, v1), (u0, v1 - bevel), (u0, v0 + bevel)]
 
 
 def soft_box(low: Point, high: Point, bevel: Point, material: Material) -> Solid:

@@ -91,17 +91,18 @@ def pose(results: Sequence[TrajectoryMetrics]) -> Metrics | None:
     """Mean over the scenes."""
     if not results:
         return None
-    each = [
-        {
-            "ate_rmse_m": r.ate_rmse_m,
-            "rotation_rmse_deg": r.rotation_rmse_deg,
-            "rpe_frame_m": r.per_frame.translation_m,
-            "rpe_frame_deg": r.per_frame.rotation_deg,
-            "rpe_second_m": r.per_second.translation_m,
-            "rpe_second_deg": r.per_second.rotation_deg,
-            "tracked": r.tracked,
-        }
-        for r in results
-    ]
-    means: Metrics = {key: nanmean(one[key] for one in each) for key in each[0]}
+    each = [_pose_of_scene(result) for result in results]
+    means: Metrics = {key: nanmean(scene[key] for scene in each) for key in each[0]}
     return means | {"compared": sum(r.compared for r in results)}
+
+
+def _pose_of_scene(result: TrajectoryMetrics) -> dict[str, float]:
+    return {
+        "ate_rmse_m": result.ate_rmse_m,
+        "rotation_rmse_deg": result.rotation_rmse_deg,
+        "rpe_frame_m": result.per_frame.translation_m,
+        "rpe_frame_deg": result.per_frame.rotation_deg,
+        "rpe_second_m": result.per_second.translation_m,
+        "rpe_second_deg": result.per_second.rotation_deg,
+        "tracked": result.tracked,
+    }

@@ -33,7 +33,7 @@ class SurfaceMetrics:
 def surface_metrics(truth: TruthScene, predicted: PredictedScene) -> SurfaceMetrics | None:
     """Compare the surfaces; None where the prediction is masks only, or where either side has no vertex.
 
-    Vertices that no frame observed do not have to be complete, but a prediction may lie on them. Labels on the truth's
+    Vertices that no frame observed need not be complete, but a prediction may lie on them. Labels on the truth's
     vertices have the truth's surface, which is 0 from itself."""
     if not truth.counts.any():
         return None
@@ -43,11 +43,9 @@ def surface_metrics(truth: TruthScene, predicted: PredictedScene) -> SurfaceMetr
         return replace(metrics_of_distances(zeros, zeros), on_truth=True) if is_labelled else None
     if len(predicted.vertices) == 0:
         return None
-    true_surface = TriangleSurface(truth.vertices, truth.triangles)
-    predicted_surface = TriangleSurface(predicted.vertices, predicted.triangles)
-    return metrics_of_distances(
-        true_surface.distances(predicted.vertices), predicted_surface.distances(truth.vertices[truth.counts])
-    )
+    to_truth = TriangleSurface(truth.vertices, truth.triangles).distances(predicted.vertices)
+    to_prediction = TriangleSurface(predicted.vertices, predicted.triangles).distances(truth.vertices[truth.counts])
+    return metrics_of_distances(to_truth, to_prediction)
 
 
 def metrics_of_distances(to_truth_m: FloatArray, to_predicted_m: FloatArray) -> SurfaceMetrics:

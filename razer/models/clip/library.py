@@ -12,6 +12,8 @@ from razer.models.clip.towers import Towers
 from razer.models.hub.sidecar_files import read_json
 from razer.models.runtime.device import Device
 
+_NEEDED_FILES = "config.json of CLIP or SigLIP with its weights, open_clip_config.json, or vision_model.onnx"
+
 Library = Literal["transformers", "open_clip", "onnx"]
 
 
@@ -72,10 +74,7 @@ def _library_of_folder(folder: Path) -> Library:
     if has_both_sides:
         raise BadInput(f"{folder} describes an image-text model, but has no weights: model.safetensors is missing")
     kind = f" but a {settings['model_type']}" if "model_type" in settings else ""
-    raise BadInput(
-        f"{folder} is no image-text model{kind}: it needs config.json of CLIP or SigLIP with its weights, "
-        "open_clip_config.json, or vision_model.onnx"
-    )
+    raise BadInput(f"{folder} is no image-text model{kind}: it needs {_NEEDED_FILES}")
 
 
 def _has_weights(folder: Path) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -88,13 +88,16 @@ def _loaded(folder: Path) -> Any:
         raise BadInput(f"{folder} cannot be loaded as an image-text model: {one_line(error)}") from error
     if not (hasattr(model, "get_image_features") and hasattr(model, "get_text_features")):
         raise BadInput(f"{folder} is a {model.config.model_type}, which does not bring images and texts together")
+    _check_weights(folder, info)
+    return model
+
+
+def _check_weights(folder: Path, info: Mapping[str, Any]) -> None:
     if info["missing_keys"]:
         raise BadInput(f"{folder} lacks weights of the model, among them {min(info['missing_keys'])}")
     if info["mismatched_keys"]:
-        raise BadInput(
-            f"{folder}: weights are not of the size that config.json says, {min(info['mismatched_keys'])[0]}"
-        )
-    return model
+        name = min(info["mismatched_keys"])[0]
+        raise BadInput(f"{folder}: weights are not of the size that config.json says, {name}")
 
 
 def _tokenizer(folder: Path) -> Any:

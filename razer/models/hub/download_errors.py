@@ -48,8 +48,12 @@ def _line(entry: CatalogueEntry, error: Exception) -> str:
         return f"{endpoint} answers with an error ({one_line(error)}); {_RESUMED}"
     if isinstance(error, HTTPError):
         return f"{endpoint} cannot be reached ({one_line(error)}): is there a network? {_RESUMED}"
-    if isinstance(error, OSError) and error.errno in _NO_ROOM:
-        return f"no room left at {cache_folder()}: free some, or set HF_HOME; {_RESUMED}"
     if isinstance(error, OSError) and error.errno:
-        return f"{cache_folder()} cannot be written: {error.strerror}; set HF_HOME to a folder that can"
+        return _disk_line(error)
     return f"the download was cut short ({one_line(error)}); {_RESUMED}"
+
+
+def _disk_line(error: OSError) -> str:
+    if error.errno in _NO_ROOM:
+        return f"no room left at {cache_folder()}: free some, or set HF_HOME; {_RESUMED}"
+    return f"{cache_folder()} cannot be written: {error.strerror}; set HF_HOME to a folder that can"

@@ -69,11 +69,10 @@ class MaskNoise:
             rng = np.random.default_rng([self.seed, _MERGE, frame_index, instance])
             if instance in absorbing or rng.random() >= self.merge:
                 continue
-            free = sorted(
-                n for n in neighbours.get(instance, ()) if n in instances - absorbing.keys() - set(absorbing.values())
-            )
-            if free:
-                absorbing[free[rng.integers(len(free))]] = instance
+            unmerged = instances - absorbing.keys() - set(absorbing.values())
+            absorbable = sorted(unmerged & neighbours.get(instance, set()))
+            if absorbable:
+                absorbing[absorbable[rng.integers(len(absorbable))]] = instance
         return absorbing
 
     def split_parts(self, frame_index: int, instance: int, mask: BoolArray) -> list[BoolArray]:

@@ -78,11 +78,9 @@ class SamDecoder:
             part = slice(start, start + self.batch)
             n = len(coordinates[part])
             size = self.n_prompts or n
-            prompts = self._prompts(
-                _padded(coordinates[part], size, axis=0, value=0),
-                _padded(labels[part], size, axis=0, value=NO_POINT),
-                layout,
-            )
+            part_coordinates = _padded(coordinates[part], size, axis=0, value=0)
+            part_labels = _padded(labels[part], size, axis=0, value=NO_POINT)
+            prompts = self._prompts(part_coordinates, part_labels, layout)
             masks, scores = self._masks_and_scores(self.graph({**inputs, **prompts}), size, layout)
             yield masks[:n], scores[:n]
 

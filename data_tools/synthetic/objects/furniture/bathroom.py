@@ -24,16 +24,9 @@ def sink(rng: np.random.Generator) -> Thing:
     """A washbasin on a pedestal, with a tap behind its hollow."""
     height, stretch = rng.uniform(0.8, 0.88), rng.uniform(1.15, 1.4)
     white, chrome = m.ceramic(rng), tinted("smooth", (205.0, 208.0, 212.0), 0.3)
-    profile = [
-        (0, height - 0.2),
-        (0.1, height - 0.2),
-        (0.22, height - 0.05),
-        (0.23, height),
-        (0.19, height),
-        (0.1, height - 0.11),
-        (0, height - 0.12),
-    ]
-    basin = stretched(lathe(profile, white, sides=16), (stretch, 1, 1))
+    outside = [(0, height - 0.2), (0.1, height - 0.2), (0.22, height - 0.05), (0.23, height)]
+    hollow = [(0.19, height), (0.1, height - 0.11), (0, height - 0.12)]
+    basin = stretched(lathe([*outside, *hollow], white, sides=16), (stretch, 1, 1))
     foot = tapered((-0.11, -0.09, 0.11, 0.09), (-0.07, -0.06, 0.07, 0.06), 0, height - 0.19, white)
     ledge = rounded((-0.2, -0.26, height - 0.12), (0.2, -0.16, height + 0.004), "z", 0.03, white)
     drain = cylinder(0.02, height - 0.121, height - 0.116, chrome, 8)
@@ -93,10 +86,8 @@ def _front_loader(name: str, rng: np.random.Generator, glass: Material) -> Thing
     ring, dark = m.metal(rng), m.dark_plastic(rng)
     front = depth / 2
     solids = [block(s * (width / 2 - 0.05), 0, 0, (0.05, depth - 0.08, 0.02), dark) for s in (-1, 1)]
-    solids += [
-        block(0, 0, 0.02, (width, depth, height - 0.05), skin),
-        block(0, 0, height - 0.03, (width + 0.01, depth + 0.02, 0.03), skin),
-    ]
+    solids.append(block(0, 0, 0.02, (width, depth, height - 0.05), skin))
+    solids.append(block(0, 0, height - 0.03, (width + 0.01, depth + 0.02, 0.03), skin))
     solids.append(disc(0.2, 0.025, (0, front, 0.42), ring, 18))
     solids.append(disc(0.155, 0.02, (0, front + 0.025, 0.42), glass, 18))
     solids.append(block(0.175, front + 0.03, 0.4, (0.03, 0.02, 0.06), dark))

@@ -71,10 +71,8 @@ def ladder(rng: np.random.Generator) -> Thing:
 
 def guitar(rng: np.random.Generator) -> Thing:
     """An acoustic guitar standing upright on its lower end."""
-    wood, dark = (
-        tinted("wood", m.around(rng, ((215, 150, 80), (170, 80, 45), (235, 195, 130))), 0.35),
-        m.dark_plastic(rng),
-    )
+    wood = tinted("wood", m.around(rng, ((215, 150, 80), (170, 80, 45), (235, 195, 130))), 0.35)
+    dark = m.dark_plastic(rng)
     k = rng.uniform(0.92, 1.05)
     lower = turned(stretched(cylinder(0.19, -0.05, 0.05, wood, 16), (1, 0.95, 1)), "x", -90, (0, 0, 0.18))
     upper = turned(stretched(cylinder(0.135, -0.0495, 0.0495, wood, 16), (1, 1, 1)), "x", -90, (0, 0, 0.37))

@@ -18,11 +18,8 @@ def chair(rng: np.random.Generator) -> Thing:
     frame = m.wood(rng)
     cloth = m.fabric(rng) if rng.uniform() < 0.5 else frame
     solids = [*legs(width, depth, seat - 0.04, 0.04, frame), block(0, 0, seat - 0.04, (width, depth, 0.03), frame)]
-    solids.append(
-        soft_box(
-            (-width / 2, -depth / 2 + 0.05, seat - 0.01), (width / 2, depth / 2, seat + 0.02), (0.02, 0.02, 0.01), cloth
-        )
-    )
+    low, high = (-width / 2, -depth / 2 + 0.05, seat - 0.01), (width / 2, depth / 2, seat + 0.02)
+    solids.append(soft_box(low, high, (0.02, 0.02, 0.01), cloth))
     lean = -depth / 2 - rng.uniform(0.02, 0.07)
     for side in (-1, 1):
         x = side * (width / 2 - 0.02)
@@ -109,17 +106,21 @@ def stool(rng: np.random.Generator) -> Thing:
     frame, seat = m.wood(rng), m.wood(rng)
     angles = [2 * np.pi * (i + 0.5) / count for i in range(count)]
     solids = [cylinder(radius, height - 0.04, height, seat, 16)]
-    for angle in angles:
-        c, s = float(np.cos(angle)), float(np.sin(angle))
-        out, reach = radius * 0.7, radius * 1.05
-        foot = tapered((-0.015, -0.015, 0.015, 0.015), (-0.018, -0.018, 0.018, 0.018), 0, height - 0.03, frame)
-        shear = np.eye(4)
-        shear[:2, 3] = reach * c, reach * s
-        shear[:2, 2] = np.array([c, s]) * (out - reach) / height
-        solids.append(foot.moved(shear))
+    solids += [_splayed_leg(angle, radius, height, frame) for angle in angles]
     ring = [(radius * 0.93 * float(np.cos(a)), radius * 0.93 * float(np.sin(a)), height * 0.3) for a in angles]
     solids += [tube(a, b, 0.01, frame) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
     return Thing("stool", tuple(solids))
+
+
+def _splayed_leg(angle: float, radius: float, height: float, frame: Material) -> Solid:
+    """A leg under a seat of this radius that leaves the middle in this direction."""
+    c, s = float(np.cos(angle)), float(np.sin(angle))
+    out, reach = radius * 0.7, radius * 1.05
+    foot = tapered((-0.015, -0.015, 0.015, 0.015), (-0.018, -0.018, 0.018, 0.018), 0, height - 0.03, frame)
+    shear = np.eye(4)
+    shear[:2, 3] = reach * c, reach * s
+    shear[:2, 2] = np.array([c, s]) * (out - reach) / height
+    return foot.moved(shear)
 
 
 def bench(rng: np.random.Generator) -> Thing:

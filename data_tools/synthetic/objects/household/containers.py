@@ -17,11 +17,9 @@ def box(rng: np.random.Generator) -> Thing:
     board = m.cardboard(rng)
     tape = tinted("smooth", (225.0, 200.0, 150.0), 0.15)
     if rng.uniform() < 0.6:
-        tapes = [
-            block(0, 0, height, (width, 0.05, 0.0015), tape),
-            block(width / 2 + 0.0006, 0, height * 0.7, (0.0012, 0.05, height * 0.3), tape),
-        ]
-        return Thing("box", (block(0, 0, 0, (width, depth, height), board), *tapes))
+        tape_on_top = block(0, 0, height, (width, 0.05, 0.0015), tape)
+        tape_down = block(width / 2 + 0.0006, 0, height * 0.7, (0.0012, 0.05, height * 0.3), tape)
+        return Thing("box", (block(0, 0, 0, (width, depth, height), board), tape_on_top, tape_down))
     solids = _open_box((width, depth, height), 0.006, board)
     for side in (-1, 1):
         edge = (0.0, side * (depth / 2 - 0.003), height)
@@ -145,36 +143,23 @@ def basket(rng: np.random.Generator) -> Thing:
     """A wicker basket with a handle arched over it."""
     radius, height = rng.uniform(0.15, 0.22), rng.uniform(0.14, 0.22)
     wicker = tinted("fabric", m.around(rng, ((190, 145, 90), (150, 105, 65))), 0.65, 0.25)
-    profile = [
-        (0, 0),
-        (radius * 0.75, 0),
-        (radius, height),
-        (radius - 0.012, height),
-        (radius * 0.72, 0.012),
-        (0, 0.012),
-    ]
+    outside = [(0, 0), (radius * 0.75, 0), (radius, height)]
+    inside = [(radius - 0.012, height), (radius * 0.72, 0.012), (0, 0.012)]
     angles = np.linspace(0, np.pi, 7)
     arch = [
         (1.25 * radius * 0.96 * float(np.cos(a)), 0.0, height - 0.01 + 0.9 * height * float(np.sin(a))) for a in angles
     ]
     handle = bars(arch, 0.025, 0.01, wicker)
-    return Thing("basket", (stretched(lathe(profile, wicker, sides=14), (1.25, 1, 1)), *handle))
+    return Thing("basket", (stretched(lathe([*outside, *inside], wicker, sides=14), (1.25, 1, 1)), *handle))
 
 
 def laundry_basket(rng: np.random.Generator) -> Thing:
     """An open tub with a rim and two grips, clothes inside."""
     radius, height = rng.uniform(0.19, 0.24), rng.uniform(0.35, 0.55)
     weave = m.plastic(rng) if rng.uniform() < 0.5 else m.wood(rng)
-    profile = [
-        (0, 0),
-        (radius * 0.8, 0),
-        (radius, height),
-        (radius + 0.02, height),
-        (radius + 0.02, height + 0.02),
-        (radius - 0.01, height + 0.02),
-        (radius * 0.78, 0.02),
-        (0, 0.02),
-    ]
-    body = stretched(lathe(profile, weave, sides=14), (1.25, 1, 1))
+    outside = [(0, 0), (radius * 0.8, 0), (radius, height)]
+    rim = [(radius + 0.02, height), (radius + 0.02, height + 0.02), (radius - 0.01, height + 0.02)]
+    inside = [(radius * 0.78, 0.02), (0, 0.02)]
+    body = stretched(lathe([*outside, *rim, *inside], weave, sides=14), (1.25, 1, 1))
     heap = ball((0, 0, height - 0.05), (1.25 * 0.93 * radius, 0.93 * radius, 0.08), m.fabric(rng), 14, 4)
     return Thing("laundry basket", (body, heap))
