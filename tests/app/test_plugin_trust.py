@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -230,3 +233,43 @@ def test_the_embedder_that_the_command_line_names_also_compares_the_runs_under_b
     comparison = json.loads((out / "compare" / "compare.json").read_text())
     assert comparison["a"]["class_agnostic"] is not None
     assert mark.exists()
+
+
+def test_a_reader_planted_in_a_run_folder_ends_the_query(capsys, run, mark, tmp_path):
+    config = run / "config.toml"
+    config.write_text(config.read_text().replace("[input]\n", '[input]\nreader = "planted:read"\n'))
+    assert_refused(*razer(capsys, "query", run, "a chair"), mark)
+
+
+def test_what_lies_in_the_working_directory_is_not_imported(made, tmp_path):
+    """Helper processes start with the working directory on their path unless they are told not to."""
+    for module in ("pickle", "rerun_cli", "signal", "selectors"):
+        (tmp_path / f"{module}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\nraise SystemExit(3)\n")
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "app.cli",
+        "run",
+        made[1],
+        "-o",
+        tmp_path / "out",
+        "--max-frames",
+        "2",
+        *QUICK,
+    ]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    done = subprocess.run(
+        [str(part) for part in command], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert not (tmp_path / "mark").exists()
+
+
+def test_a_message_is_one_line_without_commands_for_the_terminal(capsys, run, mark, tmp_path):
+    file = tmp_path / "settings.toml"
+    file.write_text('[segmenter]\nname = "planted:Segmenter\\nrazer: all is well\\u001b[2J"\n')
+    code, _, err = razer(capsys, "run", tmp_path, "-o", tmp_path / "out", "--config", file)
+    assert code == 2
+    assert len(err.splitlines()) == 1
+    assert "\x1b" not in err

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -140,3 +142,27 @@ def test_options_are_checked(options, message):
 def test_a_device_that_is_not_there(intact):
     with pytest.raises(BadInput, match="no CUDA device"):
         ClipEmbedder(intact, device="cuda").embed_texts(["a chair"])
+
+
+EVIL = "open({mark!r}, 'w')\nraise SystemExit\n"
+
+
+@pytest.mark.parametrize(
+    ("file", "entries"),
+    [
+        ("config.json", {"auto_map": {"AutoConfig": "evil.Config", "AutoModel": "evil.Model"}, "model_type": "evil"}),
+        ("tokenizer_config.json", {"auto_map": {"AutoTokenizer": ["evil.T", "evil.T"]}, "tokenizer_class": "EvilT"}),
+    ],
+)
+def test_code_that_a_checkpoint_brings_along_is_not_run_even_if_someone_agrees(
+    folder, tmp_path, monkeypatch, file, entries
+):
+    mark = tmp_path / "mark"
+    (folder / "evil.py").write_text(EVIL.format(mark=str(mark)))
+    content = json.loads((folder / file).read_text()) if (folder / file).exists() else {}
+    (folder / file).write_text(json.dumps(content | entries | {"trust_remote_code": True}))
+    monkeypatch.setattr("builtins.input", lambda *_: "y")
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n" * 9))
+    with suppress(BadInput):  # a tokenizer of another name may still be read as the one that it is
+        used(folder)
+    assert not mark.exists()
