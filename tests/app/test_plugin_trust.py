@@ -243,25 +243,14 @@ def test_a_reader_planted_in_a_run_folder_ends_the_query(capsys, run, mark, tmp_
 
 def test_what_lies_in_the_working_directory_is_not_imported(made, tmp_path):
     """Helper processes start with the working directory on their path unless they are told not to."""
-    for module in ("pickle", "rerun_cli", "signal", "selectors"):
-        (tmp_path / f"{module}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\nraise SystemExit(3)\n")
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "app.cli",
-        "run",
-        made[1],
-        "-o",
-        tmp_path / "out",
-        "--max-frames",
-        "2",
-        *QUICK,
-    ]
+    place, program = tmp_path / "downloaded", tmp_path / "razer.py"
+    place.mkdir()
+    for module in ("pickle", "signal", "selectors"):
+        (place / f"{module}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\nraise SystemExit(3)\n")
+    program.write_text("from app.cli import main\n\nif __name__ == '__main__':\n    main()\n")  # as pip installs it
+    command = [sys.executable, program, "run", made[1], "-o", tmp_path / "out", "--max-frames", "2", *QUICK]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-    done = subprocess.run(
-        [str(part) for part in command], cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
+    done = subprocess.run([str(part) for part in command], cwd=place, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert not (tmp_path / "mark").exists()
 
