@@ -243,7 +243,7 @@ def test_a_reader_planted_in_a_run_folder_ends_the_query(capsys, run, mark, tmp_
 
 def test_what_lies_in_the_working_directory_is_not_imported(made, tmp_path):
     """Helper processes start with the working directory on their path unless they are told not to."""
-    place, program = tmp_path / "downloaded", tmp_path / "razer.py"
+    place, program = tmp_path / "downloaded", tmp_path / "program.py"
     place.mkdir()
     for module in ("pickle", "signal", "selectors"):
         (place / f"{module}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\nraise SystemExit(3)\n")
