@@ -173,7 +173,7 @@ class MaintenanceSettings(Settings):
         description="Frames in one mask that a pair is credited with beforehand: a track observed a few times beside a "
         "larger one is more often a part of it than a thing. Larger: fewer fragments, small things vanish.",
     )
-    fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Least cosine of two tracks that are fused.")
+    fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Minimum cosine of two tracks that are fused.")
 
 
 class ReintegrationSettings(Settings):

@@ -141,7 +141,7 @@ class LoopClosureSettings(Settings):
         0.15,
         ge=0,
         le=1,
-        description="Least similarity of the bags of words of a place worth checking (cosine). Smaller: more checks "
+        description="Minimum similarity of the bags of words of a place worth checking (cosine). Smaller: more checks "
         "that come to nothing; larger: loops from another side are missed.",
     )
     min_submap_similarity: float = Field(
@@ -191,7 +191,7 @@ class DepthSettings(Settings):
         0.0012,
         gt=0,
         le=0.5,
-        description="Least standard deviation of depth, metres. Smaller: depth outweighs features, and readings "
+        description="Minimum standard deviation of depth, metres. Smaller: depth outweighs features, and readings "
         "are outliers sooner; larger: features decide.",
     )
     sigma_per_m2: float = Field(

@@ -30,8 +30,8 @@ def packet_stream(
         make_poses: makes the source of poses, in the first process.
         perception: the 2D models and the lifting, which travel to the second process.
     """
-    locating = prefetch(Locator(sequence, make_poses), _requests(indices), ahead=LOCATED_AHEAD)
-    perceiving = prefetch(Perceiver(perception), _until_nothing_recovered(locating), ahead=PERCEIVED_AHEAD)
+    locating = prefetch(Locator(sequence, make_poses), _requests(indices), depth=LOCATED_AHEAD)
+    perceiving = prefetch(Perceiver(perception), _until_nothing_recovered(locating), depth=PERCEIVED_AHEAD)
     with closing(locating), closing(perceiving):
         yield perceiving
 

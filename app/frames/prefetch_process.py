@@ -21,14 +21,14 @@ T = TypeVar("T")
 HUNG_UP = object()
 
 
-def prefetch(work: Callable[[S], T], items: Iterable[S], ahead: int = 2) -> Generator[T]:
-    """`work(item)` for each item, in order, at most `ahead` of them asked for before they are needed.
+def prefetch(work: Callable[[S], T], items: Iterable[S], depth: int = 2) -> Generator[T]:
+    """`work(item)` for each item, in order, at most `depth` of them asked for before they are needed.
 
     `work`, items and what is made of them travel by pickle. What `work` raises is raised here, at that item's turn.
     """
     context = get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs, work), name="ahead", daemon=True)
+    process = context.Process(target=_serve, args=(theirs, work), name="prefetch", daemon=True)
     process.start()
     theirs.close()
     n_sent = n_received = 0
@@ -36,7 +36,7 @@ def prefetch(work: Callable[[S], T], items: Iterable[S], ahead: int = 2) -> Gene
         with closing(ours):
             for n_sent, item in enumerate(items, start=1):
                 ours.send(item)
-                if n_sent - n_received > ahead:
+                if n_sent - n_received > depth:
                     yield _received(ours, n_received)
                     n_received += 1
             while n_received < n_sent:
@@ -53,7 +53,7 @@ def _received(connection: Connection, number: int) -> Any:
     try:
         succeeded, result = connection.recv()
     except (EOFError, ConnectionResetError):
-        raise RuntimeError(f"a process that works ahead ended while it worked on its item {number}") from None
+        raise RuntimeError(f"a prefetch process ended while it worked on its item {number}") from None
     if succeeded:
         return result
     raise result
@@ -79,7 +79,7 @@ def _answer(work: Callable[[Any], Any], item: Any) -> tuple[bool, Any]:
     try:
         return True, work(item)
     except Exception as error:
-        error.add_note("raised in a process that works ahead")
+        error.add_note("raised in a prefetch process")
         return False, error
 
 

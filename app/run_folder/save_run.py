@@ -30,17 +30,17 @@ POSE_COVARIANCES_FORMAT = 1
 
 
 def save_run(
-    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, outcome: FrameAccounting
+    folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, accounting: FrameAccounting
 ) -> None:
     """Write every file of a run but the timeline and the timings."""
     header = f"Settings of a run over {name}; `razer run --config` reads this file."
     folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
-    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(outcome.stamps, outcome.poses)))
-    if (graph := outcome.graph) is not None:
+    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(accounting.stamps, accounting.poses)))
+    if (graph := accounting.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
-    up = up_direction(panoptic.mesh, camera_up(outcome.poses))
-    stamps = dict(zip(outcome.indices, outcome.stamps, strict=True))
+    up = up_direction(panoptic.mesh, camera_up(accounting.poses))
+    stamps = dict(zip(accounting.indices, accounting.stamps, strict=True))
     folder.write(names.MESH_GLB, lambda path: _write_glb(path, panoptic, up))
     folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps))
     folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, panoptic.objects))

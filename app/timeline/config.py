@@ -48,7 +48,7 @@ class TimelineConfig(Settings):
     shown_move_m: float = Field(
         0.01,
         ge=0,
-        description="Least move of a keyframe, metres, for an optimisation of poses to be shown before and after.",
+        description="Minimum move of a keyframe, metres, for an optimisation of poses to be shown before and after.",
     )
     close_timeout_s: float = Field(
         20.0, gt=0, description="Longest wait, seconds, for the file to be written out at the end of a run."

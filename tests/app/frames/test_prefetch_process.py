@@ -22,7 +22,7 @@ class Note:
 
 
 def test_working_ahead_is_bounded(tmp_path):
-    results = prefetch(Note(tmp_path), range(100), ahead=3)
+    results = prefetch(Note(tmp_path), range(100), depth=3)
     assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
     results.close()
     assert 5 <= len(list(tmp_path.iterdir())) <= 5 + 3
