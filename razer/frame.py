@@ -80,7 +80,7 @@ class Frame:
     def pose(self) -> Float64Array:
         """world_from_camera of a posed frame; raises UnusableFrame where there is none."""
         if self.world_from_camera is None:
-            raise UnusableFrame("the frame has no pose")
+            raise UnusableFrame("the frame has no pose: give one, or estimate it with slam.SlamSystem")
         return self.world_from_camera
 
 

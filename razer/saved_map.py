@@ -19,8 +19,8 @@ from razer.panoptic_map import PanopticMap
 from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.embeddings_npz import read_embeddings_npz
+from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS, is_map_folder
 from razer.storage.instances_json import read_instances_json
-from razer.storage.map_folder import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS, is_map_folder
 from razer.storage.ply import read_mesh_ply
 from razer.storage.volume_npz import load_voxels
 

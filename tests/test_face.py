@@ -52,3 +52,36 @@ def test_errors_are_kin():
 
     assert issubclass(razer.UnusableFrame, razer.BadInput)
     assert issubclass(razer.BadInput, razer.RazerError)
+
+
+VERBS = [
+    "run",
+    "track",
+    "demo",
+    "query",
+    "label",
+    "view",
+    "inspect",
+    "config",
+    "eval",
+    "compare",
+    "reproduce",
+    "ablate",
+    "bench",
+    "convert",
+    "synth",
+]
+LOADED_BY_HELP = """
+import contextlib, io, sys
+from app.cli import main
+for verb in sys.argv[1:]:
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+        main([verb, "--help"])
+    print(verb, [m for m in ("open3d", "torch", "matplotlib", "rerun") if m in sys.modules])
+"""
+
+
+def test_the_help_of_a_verb_loads_nothing_heavy():
+    """What a verb imports at its top is loaded before it can say how many cores Open3D may take."""
+    done = subprocess.run([sys.executable, "-c", LOADED_BY_HELP, *VERBS], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [f"{verb} []" for verb in VERBS]

@@ -20,7 +20,7 @@ from razer.models import NameTable, TextEncoder, make_embedder
 from razer.plugins import NO_TRUST, Trust
 from razer.query.embedding_table import EmbeddingTable
 from razer.saved_map import load_map
-from razer.storage.map_folder import is_map_folder
+from razer.storage.file_names import is_map_folder
 from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]

@@ -26,7 +26,7 @@ from razer.errors import BadInput
 from razer.metrics.presets import PRESETS, Preset
 from razer.metrics.protocol.evaluation import Evaluation
 from razer.storage.atomic_files import replace_content
-from razer.storage.map_folder import is_map_folder
+from razer.storage.file_names import is_map_folder
 
 Row = tuple[float | None, ...]
 

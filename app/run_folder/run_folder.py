@@ -11,11 +11,11 @@ from types import TracebackType
 
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_file
-from razer.storage.map_folder import CONFIG as CONFIG
-from razer.storage.map_folder import EMBEDDINGS as EMBEDDINGS
-from razer.storage.map_folder import INSTANCES as INSTANCES
-from razer.storage.map_folder import MESH_PLY as MESH_PLY
-from razer.storage.map_folder import VOXELS as VOXELS
+from razer.storage.file_names import CONFIG as CONFIG
+from razer.storage.file_names import EMBEDDINGS as EMBEDDINGS
+from razer.storage.file_names import INSTANCES as INSTANCES
+from razer.storage.file_names import MESH_PLY as MESH_PLY
+from razer.storage.file_names import VOXELS as VOXELS
 
 TRAJECTORY = "trajectory.txt"
 POSE_COVARIANCES = "pose_covariances.npz"

@@ -1,4 +1,4 @@
-"""The files of a saved map, by name, and writing them."""
+"""Writing a saved map: all of its files, or none."""
 
 from __future__ import annotations
 
@@ -11,18 +11,12 @@ from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.storage.atomic_files import replace_files
 from razer.storage.embeddings_npz import write_embeddings_npz
+from razer.storage.file_names import CONFIG, EMBEDDINGS, FILES, INSTANCES, MESH_PLY, VOXELS
 from razer.storage.instances_json import write_instances_json
 from razer.storage.ply import write_mesh_ply
 from razer.storage.volume_npz import save_voxels
 from razer.volume.mesh_extraction import LabelledMesh
 from razer.volume.voxel_map import VoxelMap
-
-CONFIG = "config.toml"
-EMBEDDINGS = "embeddings.npz"
-INSTANCES = "instances.json"
-MESH_PLY = "mesh.ply"
-VOXELS = "map.npz"
-FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS}
 
 
 @dataclass(frozen=True)
@@ -36,11 +30,6 @@ class SavedParts:
     stamps: Mapping[int, float]
     config_text: str
     volume: VoxelMap | None
-
-
-def is_map_folder(folder: Path) -> bool:
-    """Whether a folder holds a saved map, be it the result of a run or of `PanopticMap.save`."""
-    return (folder / INSTANCES).is_file() and (folder / MESH_PLY).is_file()
 
 
 def save_map(folder: Path, parts: SavedParts) -> None:

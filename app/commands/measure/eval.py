@@ -104,7 +104,7 @@ def evaluate(
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
     from app.evaluation.rules import choose_rules
-    from razer.storage.map_folder import is_map_folder
+    from razer.storage.file_names import is_map_folder
 
     rules = choose_rules(preset, set)
     notes: list[str] = []

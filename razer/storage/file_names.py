@@ -1,0 +1,17 @@
+"""The files of a saved map, by name. Imports nothing heavy, so that verbs can check folders before they load Open3D."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+CONFIG = "config.toml"
+EMBEDDINGS = "embeddings.npz"
+INSTANCES = "instances.json"
+MESH_PLY = "mesh.ply"
+VOXELS = "map.npz"
+FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS}
+
+
+def is_map_folder(folder: Path) -> bool:
+    """Whether a folder holds a saved map, be it the result of a run or of `PanopticMap.save`."""
+    return (folder / INSTANCES).is_file() and (folder / MESH_PLY).is_file()
