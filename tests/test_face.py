@@ -54,7 +54,10 @@ def test_errors_are_kin():
     assert issubclass(razer.BadInput, razer.RazerError)
 
 
-VERBS = [
+VERBS = (
+    "run", "track", "demo", "query", "label", "view", "inspect", "config",
+    "eval", "compare", "reproduce", "ablate", "bench", "convert", "synth",
+)  # fmt: skip
     "run",
     "track",
     "demo",
