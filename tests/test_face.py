@@ -58,22 +58,6 @@ VERBS = (
     "run", "track", "demo", "query", "label", "view", "inspect", "config",
     "eval", "compare", "reproduce", "ablate", "bench", "convert", "synth",
 )  # fmt: skip
-    "run",
-    "track",
-    "demo",
-    "query",
-    "label",
-    "view",
-    "inspect",
-    "config",
-    "eval",
-    "compare",
-    "reproduce",
-    "ablate",
-    "bench",
-    "convert",
-    "synth",
-]
 LOADED_BY_HELP = """
 import contextlib, io, sys
 from app.cli import main
