@@ -79,17 +79,17 @@ def load_map(
 
 def _embedder(folder: Path, chosen: str | Embedder | None, options: Mapping[str, Any], trust: Trust) -> Embedder:
     if chosen is None:
-        settings = saved_embedder(folder)
+        settings = _saved_embedder(folder)
         return make_embedder(settings.name, settings.options, trust)
     return make_embedder(chosen, options, trust) if isinstance(chosen, str) else chosen
 
 
-def saved_embedder(folder: Path) -> EmbedderSettings:
+def _saved_embedder(folder: Path) -> EmbedderSettings:
     """The embedder that a map was made with; raises BadInput."""
     try:
         return EmbedderSettings.model_validate(tomllib.loads(_config_text(folder)).get("embedder", {}))
     except (ValueError, RecursionError) as error:
-        raise BadInput(f"{folder / CONFIG} is damaged: {error}; name the embedder yourself") from error
+        raise BadInput(f"{folder / CONFIG} is damaged ({one_line(error)}): name the embedder yourself") from error
 
 
 def _config_text(folder: Path) -> str:

@@ -162,3 +162,11 @@ def test_models_are_objects_names_or_settings():
     assert razer.Mapper().config.segmenter.name == "geometric"
     with pytest.raises(razer.BadInput, match="unknown segmenter"):
         razer.Mapper(segmenter="no such")
+
+
+def test_damaged_settings_are_one_plain_line_when_the_embedder_is_needed(tmp_path):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    (folder / "config.toml").write_text("[embedder]\nname = 5\noptions = 7\n")
+    with pytest.raises(razer.BadInput, match=r"config\.toml is damaged") as refused:
+        razer.load_map(folder).query("a chair")
+    assert "\n" not in str(refused.value)
