@@ -48,7 +48,8 @@ class Frame:
     rgb (H, W, 3) uint8; depth (H, W) float32 metres along the optical axis, 0 = no reading;
     world_from_camera (4, 4) float64 with OpenCV axes (x right, y down, z forward), or None when
     unknown; instance_ids (H, W) int32, 0 = nobody, with instance_classes naming them, only where the
-    source knows them (synthetic rooms, annotated data); notes say what a reader had to repair.
+    source knows them (synthetic rooms, annotated data); notes say what a reader had to repair; has_color (H, W) bool
+    is false where a colour camera beside the depth camera does not see what depth shows, None = everywhere true.
     """
 
     index: int
@@ -60,6 +61,7 @@ class Frame:
     instance_ids: Int32Array | None = None
     instance_classes: Mapping[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    has_color: BoolArray | None = None
 
     def __post_init__(self) -> None:
         shape = (self.intrinsics.height, self.intrinsics.width)
@@ -69,6 +71,8 @@ class Frame:
             raise UnusableFrame(f"depth is {self.depth.shape} {self.depth.dtype}, expected {shape} float32")
         if self.instance_ids is not None and self.instance_ids.shape != shape:
             raise UnusableFrame(f"instance ids are {self.instance_ids.shape}, expected {shape}")
+        if self.has_color is not None and self.has_color.shape != shape:
+            raise UnusableFrame(f"the pixels with colour are {self.has_color.shape}, expected {shape}")
         if self.world_from_camera is not None and not is_rigid(self.world_from_camera):
             raise UnusableFrame("the pose is not a rigid transform")
 

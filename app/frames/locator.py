@@ -18,9 +18,11 @@ from app.frames.frame_packet import (
     Unusable,
 )
 from app.profiling.stage_timer import time_stages
+from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Pose
 from razer.errors import UnusableFrame
+from razer.frame import Frame
 from razer.stages import stage
 from slam.poses import Poses
 
@@ -32,6 +34,7 @@ class Locator:
 
     sequence: RgbdSequence
     make_poses: Callable[[], Poses]
+    color_warp: ColorWarp | None = None  # poses are estimated from colour as it was recorded
     _lost: set[int] = field(default_factory=set)
     _recovered: dict[int, Pose] = field(default_factory=dict)
 
@@ -61,7 +64,7 @@ class Locator:
                     pose = self.poses.locate(frame)
                     pose_update = self._pose_update(frame.world_from_camera)
                 if pose is not None:
-                    return Located(frame.at(pose), pose_update=pose_update, stage_ms=stage_ms)
+                    return Located(self._registered(frame).at(pose), pose_update=pose_update, stage_ms=stage_ms)
             except UnusableFrame as error:
                 return Unusable(index, str(error), pose_update=pose_update, stage_ms=stage_ms)
         self._lost.add(index)
@@ -78,6 +81,14 @@ class Locator:
         if not self._recovered:
             return NothingRecovered()
         index = min(self._recovered)
-        with time_stages() as stage_ms, stage("decode"):
-            frame = self.sequence[index].at(self._recovered.pop(index))
+        with time_stages() as stage_ms:
+            with stage("decode"):
+                frame = self.sequence[index].at(self._recovered.pop(index))
+            frame = self._registered(frame)
         return Located(frame, stage_ms=stage_ms, is_late=True)
+
+    def _registered(self, frame: Frame) -> Frame:
+        if self.color_warp is None:
+            return frame
+        with stage("register"):
+            return self.color_warp.registered(frame)

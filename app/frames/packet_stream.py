@@ -10,6 +10,7 @@ from app.frames.frame_packet import AfterLastFrame, FramePacket, LocatedPacket, 
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
 from app.frames.prefetch_process import prefetch
+from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.detection.perception import Perception
 from slam.poses import Poses
@@ -20,7 +21,11 @@ LOCATED_AHEAD, PERCEIVED_AHEAD = 4, 2
 
 @contextmanager
 def packet_stream(
-    sequence: RgbdSequence, indices: Iterable[int], make_poses: Callable[[], Poses], perception: Perception
+    sequence: RgbdSequence,
+    indices: Iterable[int],
+    make_poses: Callable[[], Poses],
+    perception: Perception,
+    color_warp: ColorWarp | None = None,
 ) -> Iterator[Iterator[FramePacket]]:
     """Within this context: the packets of all frames, PosesFinal, and the frames that came to be known late.
 
@@ -29,8 +34,9 @@ def packet_stream(
         indices: of the frames, ascending.
         make_poses: makes the source of poses, in the first process.
         perception: the 2D models and the lifting, which travel to the second process.
+        color_warp: brings colour onto depth once frames are located; None = it lies there.
     """
-    locating = prefetch(Locator(sequence, make_poses), _requests(indices), depth=LOCATED_AHEAD)
+    locating = prefetch(Locator(sequence, make_poses, color_warp), _requests(indices), depth=LOCATED_AHEAD)
     perceiving = prefetch(Perceiver(perception), _until_nothing_recovered(locating), depth=PERCEIVED_AHEAD)
     with closing(locating), closing(perceiving):
         yield perceiving

@@ -14,6 +14,7 @@ import torch
 from rich.console import Console
 
 from app.console.progress import show_progress
+from app.frames.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import prefetch
@@ -22,10 +23,11 @@ from app.pipeline.main_loop import map_frames
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
-from app.run_folder.save_run import save_run, save_timings
+from app.run_folder.save_run import save_registration, save_run, save_timings
 from app.settings.run_config import InputSettings, RunConfig
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
+from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.mapper import Mapper
@@ -41,9 +43,16 @@ class RunResult:
     accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
+    registration: ColorRegistration | None = None
 
 
-def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
+def run_to_folder(
+    sequence: RgbdSequence,
+    config: RunConfig,
+    folder: RunFolder,
+    console: Console,
+    registration: ColorRegistration | None = None,
+) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
     Args:
@@ -51,6 +60,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
+        registration: how colour lies to depth; None = they share one camera.
 
     Raises:
         BadInput: for input or settings that cannot be used.
@@ -61,21 +71,29 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
-            accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console)
+            warp = None if registration is None else registration.warp
+            accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
+        if registration is not None:
+            save_registration(folder, registration)
         timings = recorder.timings()
         if mapper.reintegrator is not None:
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
-    return RunResult(accounting, panoptic, timings)
+    return RunResult(accounting, panoptic, timings, registration)
 
 
 def map_sequence(
-    sequence: RgbdSequence, config: RunConfig, mapper: Mapper, timeline: Timeline | NullTimeline, console: Console
+    sequence: RgbdSequence,
+    config: RunConfig,
+    mapper: Mapper,
+    timeline: Timeline | NullTimeline,
+    console: Console,
+    color_warp: ColorWarp | None = None,
 ) -> tuple[FrameAccounting, Recorder, PanopticMap]:
     """Run the main loop with progress shown; a Ctrl-C ends it early, and `interrupted` of the account says so.
 
@@ -85,6 +103,7 @@ def map_sequence(
         mapper: the method, which takes in the frames and is finished then.
         timeline: where it is shown.
         console: where progress is shown.
+        color_warp: brings colour onto depth; None = it lies there.
 
     Raises:
         BadInput: where too many frames cannot be used, or none was located.
@@ -97,7 +116,7 @@ def map_sequence(
         confirmed = sum(track.confirmed for track in mapper.tracks)
         return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
-    stream = packet_stream(sequence, indices, poses_of(config), mapper.perception)
+    stream = packet_stream(sequence, indices, poses_of(config), mapper.perception, color_warp)
     with StopRequest() as stop, stream as packets:
         shown = show_progress(until_interrupted(packets, stop), len(indices), status, console)
         map_frames(shown, mapper, timeline, recorder, accounting)

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from app.console.streams import result_console
+from app.frames.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import RunResult
 from razer.map_object import MapObject
@@ -24,7 +25,7 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     """Print what a run mapped and where it lies: tables, or one line of JSON (format 1)."""
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
-        print(dumps(run_json(folder, accounting, len(panoptic.objects), timings)))
+        print(dumps(run_json(folder, accounting, len(panoptic.objects), timings) | _rgbd_json(result.registration)))
         return
     console = result_console()
     print_instances(panoptic, console)
@@ -53,6 +54,11 @@ def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timing
         "instances": n_instances,
         "timings": timings,
     }
+
+
+def _rgbd_json(registration: ColorRegistration | None) -> dict[str, Any]:
+    """`rgbd`: whether colour was brought onto depth, and the estimate, null where none was made."""
+    return {"rgbd": None if registration is None else registration.to_json()}
 
 
 def print_instances(panoptic: PanopticMap, console: Console) -> None:

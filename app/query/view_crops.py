@@ -9,8 +9,10 @@ from typing import Any
 import cv2
 import numpy as np
 
+from app.frames.color_registration import registration_of_run
 from app.frames.open_recording import open_unchecked
 from app.settings.run_config import InputSettings
+from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Uint8Array
 from razer.detection.best_views import BestView
@@ -28,7 +30,8 @@ class ViewCrops:
     def __init__(self, run: Path, settings: InputSettings) -> None:
         self.notes: list[str] = []
         self._folder = run / CROPS
-        self._sequence = self._open(settings)
+        self._color_warp: ColorWarp | None = None
+        self._sequence = self._open(run, settings)
 
     def of(self, instance: MapObject) -> list[dict[str, Any]]:
         """frame, stamp (seconds), box [x, y, width, height] and crop, the path of a picture or None, the best first."""
@@ -42,13 +45,15 @@ class ViewCrops:
             for view in instance.views
         ]
 
-    def _open(self, settings: InputSettings) -> RgbdSequence | None:
+    def _open(self, run: Path, settings: InputSettings) -> RgbdSequence | None:
         try:
             if settings.folder is None:
                 raise BadInput("the run does not say where its recording lies")
             if not Path(settings.folder).exists():
                 raise BadInput(f"the recording {settings.folder} is not there any more")
-            return open_unchecked(Path(settings.folder), settings)
+            sequence = open_unchecked(Path(settings.folder), settings)
+            self._color_warp = registration_of_run(run, sequence.intrinsics)
+            return sequence
         except UntrustedPlugin:
             raise
         except (BadInput, OSError) as error:
@@ -63,6 +68,8 @@ class ViewCrops:
             return None
         try:
             frame = self._sequence[view.frame]
+            if self._color_warp is not None:
+                frame = self._color_warp.registered(frame)
             self._folder.mkdir(exist_ok=True)
             crop = cv2.cvtColor(crop_view(frame.rgb, view), cv2.COLOR_RGB2BGR)
             replace_file(path, lambda part: cv2.imwrite(str(part), crop))

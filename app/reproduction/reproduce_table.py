@@ -13,6 +13,7 @@ from rich.console import Console
 
 from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
+from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording, open_unchecked
 from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.published_tables import PublishedTable
@@ -110,7 +111,9 @@ class Reproduction:
             console.print("  mapped already with these settings")
             return
         target = RunFolder(folder, overwrite=True)
-        finished = run_to_folder(open_recording(scene_folder, config.input, console), config, target, console)
+        sequence = open_recording(scene_folder, config.input, console)
+        registration = register_color(sequence, config.input.rgbd_calibration, console)
+        finished = run_to_folder(sequence, config, target, console, registration)
         if finished.accounting.interrupted:
             raise KeyboardInterrupt
 

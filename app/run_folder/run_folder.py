@@ -17,6 +17,7 @@ from razer.storage.file_names import INSTANCES as INSTANCES
 from razer.storage.file_names import MESH_PLY as MESH_PLY
 from razer.storage.file_names import VOXELS as VOXELS
 
+RGBD_CALIBRATION = "rgbd_calibration.json"
 TRAJECTORY = "trajectory.txt"
 POSE_COVARIANCES = "pose_covariances.npz"
 MESH_GLB = "mesh.glb"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from app.frames.color_registration import ColorRegistration, json_text
 from app.frames.frame_accounting import FrameAccounting
 from app.render.glb import instance_names, write_glb
 from app.run_folder import run_folder as names
@@ -50,6 +51,11 @@ def save_run(
 def _write_glb(path: Path, panoptic: PanopticMap, up: Float64Array) -> None:
     node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
     write_glb(path, panoptic.mesh, up, node_names)
+
+
+def save_registration(folder: RunFolder, registration: ColorRegistration) -> None:
+    """Write rgbd_calibration.json."""
+    folder.write(names.RGBD_CALIBRATION, lambda path: _write_text(path, json_text(registration)))
 
 
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:

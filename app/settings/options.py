@@ -99,6 +99,8 @@ class RunOptions(RecordingOptions, SettingOptions):
     """given with the recording, estimated by slam, or auto: given if there are any; both: two runs, compared."""
     max_bad: float | None = None
     """Largest share of unusable frames before the run is given up."""
+    rgbd_calibration: str | None = None
+    """auto: where colour does not fit depth, its camera is estimated; off; or a file of `razer inspect --write`."""
     segmenter: str | None = None
     """2D segmenter: a name or module:Class."""
     embedder: str | None = None

@@ -36,6 +36,11 @@ class InputSettings(PluginSettings):
     depth_scale: float | None = Field(
         None, gt=0, description="Units of the depth images in a metre. Not set: from the folder or its layout."
     )
+    rgbd_calibration: str = Field(
+        "auto",
+        description="Colour camera beside the depth camera: 'auto' estimates it and uses it where colour surely does "
+        "not fit depth, 'off' takes colour as it is, or a file as `razer inspect --write` makes it.",
+    )
     depth_to_color: str | None = Field(
         None, description="File with the 4x4 transform from the depth to the colour camera, if not registered."
     )

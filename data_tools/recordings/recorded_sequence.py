@@ -78,10 +78,10 @@ class RecordedSequence(FrameIteration):
         depth = self._depth(index)
         rgb = self.images.color(index)
         self._check_size(index, "colour", size_of(rgb), self.rgbd_alignment.color_size)
-        rgb = self.rgbd_alignment.color(rgb, depth)
+        rgb, has_color = self.rgbd_alignment.color(rgb, depth)
         ids = self._instance_ids(index)
         names = self.class_names if ids is not None else {}
-        return Frame(index, self.images.stamp(index), rgb, depth, self.intrinsics, pose, ids, names, notes)
+        return Frame(index, self.images.stamp(index), rgb, depth, self.intrinsics, pose, ids, names, notes, has_color)
 
     def _depth(self, index: int) -> Float32Array:
         depth = self.images.depth(index)

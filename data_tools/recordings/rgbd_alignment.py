@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Camera, Declared
-from razer.arrays import Float32Array, Float64Array, Int16Array, Uint8Array, Uint16Array
+from data_tools.recordings.color_warp import ColorWarp
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
+from razer.arrays import BoolArray, Float32Array, Int16Array, Uint8Array, Uint16Array
 from razer.errors import BadInput
 from razer.frame import Intrinsics
 
@@ -48,37 +50,6 @@ class PixelMap:
 
 
 @dataclass(frozen=True)
-class Warp:
-    """Colours of a second camera looked up through depth: pixel p with depth d lies at `rays` p * d + `shift`
-    in homogeneous colour pixels, K_c (R K_d^-1 p d + t)."""
-
-    rays: Float32Array
-    shift: Float32Array
-
-    @classmethod
-    def between(cls, depth: Intrinsics, color: Intrinsics, color_from_depth: Float64Array) -> Warp:
-        """The warp of two pinhole cameras and the pose of the one in the other."""
-        u, v = np.meshgrid(np.arange(depth.width), np.arange(depth.height))
-        pixels = np.stack([u, v, np.ones_like(u)]).reshape(3, -1)
-        rotation, translation = color_from_depth[:3, :3], color_from_depth[:3, 3]
-        rays = color.matrix @ rotation @ np.linalg.inv(depth.matrix) @ pixels
-        shift = color.matrix @ translation
-        return cls(
-            rays.reshape(3, depth.height, depth.width).astype(np.float32), shift.reshape(3, 1, 1).astype(np.float32)
-        )
-
-    def apply(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:
-        """Colour on the grid of `depth`; black where the colour camera does not look. Pixels without depth
-        are taken to be at the median depth; what one camera sees past an edge is left as it is."""
-        filled = np.where(depth > 0, depth, np.median(depth[depth > 0]))
-        x, y, w = self.rays * filled + self.shift
-        ahead = w > 0
-        w = np.where(ahead, w, np.float32(1))
-        x, y = np.where(ahead, x / w, np.float32(-2)), np.where(ahead, y / w, np.float32(-2))
-        return cv2.remap(rgb, x, y, cv2.INTER_LINEAR)
-
-
-@dataclass(frozen=True)
 class RgbdAlignment:
     """How raw images of known sizes become a colour and a depth image on the pinhole grid `intrinsics`."""
 
@@ -87,16 +58,19 @@ class RgbdAlignment:
     depth_size: Size
     color_map: PixelMap | None = None
     depth_map: PixelMap | None = None
-    warp: Warp | None = None
+    warp: ColorWarp | None = None
 
-    def color(self, rgb: Uint8Array, depth: Float32Array) -> Uint8Array:
-        """Colour on the grid of the aligned `depth`."""
+    def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None]:
+        """Colour on the grid of the aligned `depth`, and which pixels have one; None = all."""
         if self.warp is None and self.color_size != self.depth_size:
             shrinks = self.color_size[0] > self.depth_size[0]
             rgb = cv2.resize(rgb, self.depth_size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
         if self.color_map is not None:
             rgb = self.color_map.smooth(rgb)
-        return rgb if self.warp is None else self.warp.apply(rgb, depth)
+        if self.warp is None:
+            return rgb, None
+        registered = self.warp.apply(rgb, depth)
+        return registered.rgb, registered.is_seen
 
     def on_depth_grid(self, image: NDArray) -> NDArray:
         """A depth or id image of the depth camera, undistorted."""
@@ -111,7 +85,7 @@ def make_rgbd_alignment(declared: Declared, color_size: Size, depth_size: Size) 
     depth_map = _undistortion(depth_camera, target, target)
     if declared.color_from_depth is not None:
         camera, pinhole = _color_camera(declared, color_size, depth_size)
-        warp = Warp.between(target, pinhole, declared.color_from_depth)
+        warp = ColorWarp.between(target, RgbdCalibration(pinhole, declared.color_from_depth))
         color_map = _undistortion(camera, pinhole, pinhole)
         return RgbdAlignment(target, color_size, depth_size, color_map, depth_map, warp)
     camera = _shared_rays(declared, color_size, depth_size)

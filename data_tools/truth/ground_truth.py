@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_tools.truth.rgbd_calibration import RgbdCalibration
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.arrays import BoolArray, Float32Array, Int32Array
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.truth import rgbd_calibration
+from data_tools.recordings import rgbd_calibration
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply

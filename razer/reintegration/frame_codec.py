@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array, Uint16Array
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Uint8Array, Uint16Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import VoxelSettings
 from razer.detection.best_views import Region
@@ -35,7 +35,8 @@ class _Packed:
     """An observation without its pose.
 
     `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
-    detection: mask, number of readings, score, quality, class name, region. `rest` are readings, one in each cell, of
+    detection: mask, number of readings, score, quality, class name, region. `has_color` are packed bits, None = all
+    true. `rest` are readings, one in each cell, of
     clusters that are too small to be detections.
     """
 
@@ -43,6 +44,7 @@ class _Packed:
     stamp: float
     intrinsics: Intrinsics
     color: bytes
+    has_color: bytes | None
     depth: bytes
     pixels: bytes
     properties: list[tuple[int, int, float, float, str | None, Region | None]]
@@ -65,6 +67,7 @@ def pack(observation: Observation) -> bytes:
         stamp=frame.stamp,
         intrinsics=Intrinsics(width, height, matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]),
         color=cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes(),
+        has_color=None if frame.has_color is None else _packed_bits(frame.has_color[::stride, ::stride]),
         depth=_delta_coded(_inverse_depth(surface.depth)),
         pixels=_deflated(np.diff(pixels, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
         properties=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
@@ -103,6 +106,7 @@ def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Ob
         depth=depth.astype(np.float32, copy=False),
         intrinsics=kept.intrinsics,
         world_from_camera=world_from_camera,
+        has_color=None if kept.has_color is None else _unpacked_bits(kept.has_color, shape),
     )
     surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
     return Observation(frame, surface.prepared(settings.truncation_m), _lifted(kept, surface))
@@ -146,6 +150,15 @@ def _quantized(embeddings: list[Float32Array]) -> NDArray[np.int8]:
 def _unit(quantized: NDArray[np.int8]) -> Float32Array:
     vectors = quantized.astype(np.float32)
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _packed_bits(image: BoolArray) -> bytes:
+    return zlib.compress(np.packbits(image).tobytes(), 1)
+
+
+def _unpacked_bits(packed: bytes, shape: tuple[int, int]) -> BoolArray:
+    bits = np.frombuffer(zlib.decompress(packed), np.uint8)
+    return np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape).astype(np.bool_)
 
 
 def _inverse_depth(depth: Float32Array) -> Uint16Array:

@@ -22,8 +22,8 @@ from razer.arrays import BoolArray, Int32Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
 from razer.frame import Frame
-from razer.geometry import inverse
 from razer.volume import label_histogram
+from razer.volume.frame_fusion import FrameFusion
 from razer.volume.id_remap import InstanceIdMap
 
 START_BLOCKS = 1024
@@ -61,6 +61,7 @@ class VoxelMap:
             max(START_BLOCKS, n_blocks),
             self.device,
         )
+        self._fusion = FrameFusion(self.grid, settings, self.device)
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._id_map = id_map or InstanceIdMap(self.torch_device)
         self._touched: Tensor | None = None  # which buffer rows, None = any
@@ -103,24 +104,13 @@ class VoxelMap:
     def integrate(self, frame: Frame, surface: ObservedSurface | None = None) -> Int32Array:
         """Fuse a posed frame, of which the observed `surface` may be known already; returns the sorted keys
         (M, 3) of the blocks within the truncation distance of it. Raises UnusableFrame without depth in range.
-
-        d <- (w d + w_obs d_obs) / (w + w_obs), the division being what the paper's line lacks.
         """
         s = self.settings
         if surface is None:
             surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
         block_keys = surface.blocks_within(s.truncation_m)
-        depth = np.where(frame.depth >= s.depth_min_m, frame.depth, np.float32(0)) if s.depth_min_m else frame.depth
-        depth_image = o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(depth)).to(self.device))
-        color = o3c.Tensor(np.multiply(frame.rgb, np.float32(1 / 255), dtype=np.float32)).to(self.device)
-        intrinsic = o3c.Tensor(frame.intrinsics.matrix)
-        extrinsic = o3c.Tensor(inverse(frame.pose))
-        blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
         self._make_room(block_keys)
-        self.grid.integrate(
-            blocks, depth_image, o3d.t.geometry.Image(color), intrinsic, intrinsic, extrinsic,
-            1.0, s.depth_max_m, s.truncation_voxels,
-        )  # fmt: skip
+        self._fusion.fuse(frame, block_keys, self.rows_of)
         self._touch(self.rows_of(block_keys))
         return block_keys
 

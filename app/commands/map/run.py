@@ -59,13 +59,15 @@ def run(
 def _run(folder: Path, config: RunConfig, target: RunFolder) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
+    from app.frames.color_registration import register_color
     from app.frames.open_recording import open_recording
     from app.pipeline.run_pipeline import run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
-    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console)
+    registration = register_color(sequence, config.input.rgbd_calibration, console)
+    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console, registration)
 
 
 def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, json: bool) -> int:

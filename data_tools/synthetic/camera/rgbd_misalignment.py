@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_tools.truth.rgbd_calibration import RgbdCalibration
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.arrays import Float64Array
 from razer.errors import BadInput
 from razer.frame import Intrinsics

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import open3d as o3d
 
-from data_tools.truth.rgbd_calibration import RgbdCalibration
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_tools.recordings.rgbd_alignment import Warp
+from data_tools.recordings.color_warp import ColorWarp
 from data_tools.registry import open_sequence
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.synthetic_room import SyntheticRoom
@@ -36,7 +36,7 @@ def plain() -> SyntheticScene:
 def test_colour_fits_depth_through_the_true_calibration_alone(plain: SyntheticScene, name: str) -> None:
     scene = SyntheticScene("tabletop", 1, 5, *SIZE, misalignment=PLANTED[name])
     assert scene.calibration is not None
-    warp = Warp.between(scene.intrinsics, scene.calibration.color, scene.calibration.color_from_depth)
+    warp = ColorWarp.between(scene.intrinsics, scene.calibration)
     for index in (0, 3):
         frame, right = scene[index], plain[index]
         np.testing.assert_array_equal(frame.depth, right.depth)
@@ -45,7 +45,7 @@ def test_colour_fits_depth_through_the_true_calibration_alone(plain: SyntheticSc
         assert frame.intrinsics == right.intrinsics
         middle = (slice(30, -30), slice(30, -30))  # what both cameras see
         warped, raw, true = (
-            rgb[middle].astype(float) for rgb in (warp.apply(frame.rgb, frame.depth), frame.rgb, right.rgb)
+            rgb[middle].astype(float) for rgb in (warp.apply(frame.rgb, frame.depth).rgb, frame.rgb, right.rgb)
         )
         off, off_raw = np.abs(warped - true).mean(axis=2), np.abs(raw - true).mean(axis=2)
         assert np.median(off) < 3

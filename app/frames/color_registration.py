@@ -1,0 +1,94 @@
+"""Registration of colour to depth for a run: estimated, read from a file, or left as it is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
+from data_tools.recordings.color_warp import ColorWarp
+from data_tools.recordings.recorded_sequence import RecordedSequence
+from data_tools.recordings.rgbd_calibration import FILE_NAME, RgbdCalibration, read_rgbd_calibration
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput
+from razer.frame import Intrinsics
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class ColorRegistration:
+    """The colour camera that a run uses beside the depth camera, None = they are one; `estimate`: what was estimated,
+    None where it was not."""
+
+    depth_camera: Intrinsics
+    calibration: RgbdCalibration | None = None
+    estimate: RgbdEstimate | None = None
+
+    @property
+    def warp(self) -> ColorWarp | None:
+        """What brings colour onto depth; None where it lies there."""
+        return None if self.calibration is None else ColorWarp.between(self.depth_camera, self.calibration)
+
+    def to_json(self) -> dict[str, Any]:
+        """Format 1 of rgbd_calibration.json: `color` and `color_from_depth` are those in use, `rgbd` the estimate."""
+        in_use = self.calibration or RgbdCalibration(self.depth_camera, np.eye(4))
+        estimate = None if self.estimate is None else self.estimate.to_json()
+        return {"format": FORMAT, "applied": self.calibration is not None, **in_use.to_json(), "rgbd": estimate}
+
+
+def register_color(sequence: RgbdSequence, choice: str, console: Console) -> ColorRegistration:
+    """How colour lies to depth in a recording; one line on the console says what was found.
+
+    Args:
+        sequence: the recording.
+        choice: auto, off, or a file as `RgbdCalibration.to_json` describes it.
+        console: where the line goes.
+
+    Raises:
+        BadInput: for a file that cannot be used.
+    """
+    camera = sequence.intrinsics
+    if choice == "off" or (choice == "auto" and _is_declared(sequence)):
+        return ColorRegistration(camera)
+    if choice != "auto":
+        return ColorRegistration(camera, read_calibration_for(Path(choice), camera))
+    estimate = estimate_rgbd_calibration(sequence)
+    if not estimate.matters:
+        return ColorRegistration(camera, None, estimate)
+    console.print(f"{estimate}: corrected (--rgbd-calibration off leaves it)", soft_wrap=True)
+    return ColorRegistration(camera, estimate.calibration, estimate)
+
+
+def read_calibration_for(path: Path, depth_camera: Intrinsics) -> RgbdCalibration | None:
+    """The calibration in a file, for images of a depth camera's size; None where it says that the two are one; raises
+    BadInput."""
+    calibration = read_rgbd_calibration(path)
+    size, color = (depth_camera.width, depth_camera.height), calibration.color
+    if color.width * size[1] != color.height * size[0]:
+        raise BadInput(f"{path} is for colour of {color.width}x{color.height}, but the images are {size[0]}x{size[1]}")
+    calibration = RgbdCalibration(color.resized(*size), calibration.color_from_depth)
+    is_one = calibration.color == depth_camera and bool((calibration.color_from_depth == np.eye(4)).all())
+    return None if is_one else calibration
+
+
+def registration_of_run(run: Path, depth_camera: Intrinsics) -> ColorWarp | None:
+    """What brought colour onto depth in a finished run; None where nothing did."""
+    path = run / FILE_NAME
+    calibration = read_calibration_for(path, depth_camera) if path.is_file() else None
+    return None if calibration is None else ColorWarp.between(depth_camera, calibration)
+
+
+def json_text(registration: ColorRegistration) -> str:
+    """What rgbd_calibration.json holds."""
+    return json.dumps(registration.to_json(), indent=1) + "\n"
+
+
+def _is_declared(sequence: RgbdSequence) -> bool:
+    """Whether the recording, or the user, says where the colour camera stands."""
+    return isinstance(sequence, RecordedSequence) and sequence.rgbd_alignment.warp is not None

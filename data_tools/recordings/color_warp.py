@@ -1,0 +1,91 @@
+"""Colour of a second camera, looked up through depth: each depth pixel's point is projected into the colour image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
+from razer.arrays import BoolArray, Float32Array, Uint8Array
+from razer.frame import Frame, Intrinsics
+
+# What lies behind something nearer by more than this, in the colour camera's view, is hidden from it: what sensors err
+# by and smooth surfaces span within a cell stays below.
+_HIDDEN_SHARE, _HIDDEN_M = 0.02, 0.02
+_CELL_PX = 2  # of the depth buffer: points spread by a zoom leave no gaps in it
+
+
+@dataclass(frozen=True)
+class RegisteredColor:
+    """Colour (H, W, 3) uint8 on the grid of depth, black where the colour camera sees nothing of it, and where it sees
+    it, `is_seen` (H, W)."""
+
+    rgb: Uint8Array
+    is_seen: BoolArray
+
+
+@dataclass(frozen=True)
+class ColorWarp:
+    """The lookup of two pinhole cameras: pixel p with depth d lies at `rays` p * d + `shift` in homogeneous colour
+    pixels, K_c (R K_d^-1 p d + t)."""
+
+    rays: Float32Array
+    shift: Float32Array
+
+    @classmethod
+    def between(cls, depth: Intrinsics, calibration: RgbdCalibration) -> ColorWarp:
+        """The tables of a depth camera and a colour camera beside it."""
+        u, v = np.meshgrid(np.arange(depth.width), np.arange(depth.height))
+        pixels = np.stack([u, v, np.ones_like(u)]).reshape(3, -1)
+        color, rotation = calibration.color.matrix, calibration.color_from_depth[:3, :3]
+        rays = color @ rotation @ np.linalg.inv(depth.matrix) @ pixels
+        shift = color @ calibration.color_from_depth[:3, 3]
+        return cls(
+            rays.reshape(3, depth.height, depth.width).astype(np.float32), shift.reshape(3, 1, 1).astype(np.float32)
+        )
+
+    def apply(self, rgb: Uint8Array, depth: Float32Array) -> RegisteredColor:
+        """Colour on the grid of a depth image (H, W), metres. Pixels without depth take the nearest one's: 2D models
+        look at whole pictures, and nothing is mapped there."""
+        x, y, w = self.rays * _without_gaps(depth) + self.shift
+        ahead = w > 0
+        w = np.where(ahead, w, np.float32(1))
+        x, y = np.where(ahead, x / w, np.float32(-2)), np.where(ahead, y / w, np.float32(-2))
+        height, width = rgb.shape[:2]
+        inside = (x >= -0.5) & (y >= -0.5) & (x <= width - 0.5) & (y <= height - 0.5)
+        is_seen = inside & ~_is_hidden(x, y, w, inside, depth > 0, (width, height))
+        colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return RegisteredColor(np.where(is_seen[..., None], colors, np.uint8(0)), is_seen)
+
+    def registered(self, frame: Frame) -> Frame:
+        """A frame with its colour brought onto its depth."""
+        color = self.apply(frame.rgb, frame.depth)
+        return replace(frame, rgb=color.rgb, has_color=color.is_seen)
+
+
+def _without_gaps(depth: Float32Array) -> Float32Array:
+    """Depth with the reading of the nearest pixel where there is none."""
+    missing = depth <= 0
+    if not missing.any() or missing.all():
+        return np.where(missing, np.float32(1), depth)
+    _, nearest = cv2.distanceTransformWithLabels(
+        missing.astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    reading_of_label = np.zeros(int(nearest.max()) + 1, np.float32)
+    reading_of_label[nearest[~missing]] = depth[~missing]
+    return np.where(missing, reading_of_label[nearest], depth)
+
+
+def _is_hidden(
+    x: Float32Array, y: Float32Array, w: Float32Array, inside: BoolArray, measured: BoolArray, size: tuple[int, int]
+) -> BoolArray:
+    """Which points lie behind others in the colour camera, by a depth buffer of coarse cells."""
+    columns = -(-size[0] // _CELL_PX) + 1
+    cell = ((y + 0.5) // _CELL_PX).astype(np.int32) * columns + ((x + 0.5) // _CELL_PX).astype(np.int32)
+    cell[~inside] = 0
+    nearest = np.full(columns * (-(-size[1] // _CELL_PX) + 1), np.inf, np.float32)
+    seen = inside & measured
+    np.minimum.at(nearest, cell[seen], w[seen])
+    return np.asarray(w > nearest[cell] * (1 + _HIDDEN_SHARE) + _HIDDEN_M)

@@ -1,0 +1,87 @@
+"""TSDF integration of one frame's depth and colour, d <- (w d + w_obs d_obs) / (w + w_obs).
+
+The division is what the paper's line lacks. Readings that the colour camera does not see are fused without colour:
+Open3D then raises the voxel's one weight and leaves its colour as it is, which is right for a voxel that has a colour,
+since it is as if the same had been seen again. One that has none yet would be taken for black from there on; so the
+first colour that it gets is scaled to count in full.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import open3d as o3d
+import open3d.core as o3c
+import torch
+from torch import Tensor
+
+from razer.arrays import Float32Array, Int32Array, Uint8Array
+from razer.config import VoxelSettings
+from razer.detection.observed_surface import BLOCK_VOXELS
+from razer.frame import Frame
+from razer.geometry import inverse
+
+RowsOf = Callable[[Int32Array], Tensor]
+"""Buffer rows of those of the given blocks (B, 3) that a volume has."""
+
+
+class FrameFusion:
+    """Fuses frames into a grid; knows which of its blocks may hold voxels without colour."""
+
+    def __init__(self, grid: o3d.t.geometry.VoxelBlockGrid, settings: VoxelSettings, device: o3c.Device) -> None:
+        self._grid = grid
+        self._settings = settings
+        self._device = device
+        self._maybe_colorless: set[bytes] = set()
+
+    def fuse(self, frame: Frame, block_keys: Int32Array, rows_of: RowsOf) -> None:
+        """Fuse a posed frame into blocks (B, 3), for which the grid must have room."""
+        nearest = self._settings.depth_min_m
+        depth = np.where(frame.depth >= nearest, frame.depth, np.float32(0)) if nearest else frame.depth
+        if frame.has_color is None:
+            self._integrate(frame, block_keys, depth, frame.rgb)
+            return
+        late = self._colorless(block_keys, rows_of)
+        before = self._attribute("weight")[late]
+        self._integrate(frame, block_keys, np.where(frame.has_color, depth, np.float32(0)), frame.rgb)
+        self._count_in_full(late, before)
+        hidden = np.where(frame.has_color, np.float32(0), depth)
+        if hidden.any():
+            self._integrate(frame, block_keys, hidden, None)
+            self._maybe_colorless.update(key.tobytes() for key in np.ascontiguousarray(block_keys, np.int32))
+
+    def _integrate(self, frame: Frame, block_keys: Int32Array, depth: Float32Array, rgb: Uint8Array | None) -> None:
+        blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self._device)
+        intrinsic, extrinsic = o3c.Tensor(frame.intrinsics.matrix), o3c.Tensor(inverse(frame.pose))
+        limits = 1.0, self._settings.depth_max_m, self._settings.truncation_voxels
+        readings = self._image(depth)
+        if rgb is None:
+            self._grid.integrate(blocks, readings, intrinsic, extrinsic, *limits)
+        else:
+            color = self._image(np.multiply(rgb, np.float32(1 / 255), dtype=np.float32))
+            self._grid.integrate(blocks, readings, color, intrinsic, intrinsic, extrinsic, *limits)
+
+    def _image(self, pixels: Float32Array) -> o3d.t.geometry.Image:
+        return o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(pixels)).to(self._device))
+
+    def _colorless(self, block_keys: Int32Array, rows_of: RowsOf) -> Tensor:
+        """Addresses of voxels of these blocks that were observed, and never with a colour."""
+        keys = np.ascontiguousarray(block_keys, np.int32)
+        known = [key for key in keys if key.tobytes() in self._maybe_colorless]
+        rows = rows_of(np.array(known, np.int32).reshape(-1, 3))
+        weight, color = (self._attribute(name).unflatten(0, (-1, BLOCK_VOXELS))[rows] for name in ("weight", "color"))
+        row, place = torch.nonzero((weight[..., 0] > 0) & (color == 0).all(dim=2), as_tuple=True)
+        return rows[row] * BLOCK_VOXELS + place
+
+    def _count_in_full(self, addresses: Tensor, weight_before: Tensor) -> None:
+        """Scale the mean of no colour and the first one to the first one."""
+        weight, color = self._attribute("weight")[addresses], self._attribute("color")
+        gained = torch.nonzero((weight > weight_before)[:, 0]).squeeze(1)
+        scale = weight[gained] / (weight - weight_before)[gained]
+        color[addresses[gained]] = color[addresses[gained]] * scale
+
+    def _attribute(self, name: str) -> Tensor:
+        shared = self._grid.attribute(name)
+        tensor = torch.utils.dlpack.from_dlpack(shared.to_dlpack())
+        return tensor.reshape(shared.shape[0] * BLOCK_VOXELS, -1)
