@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
 from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
 from data_tools.checks.pose_check import PoseCheck, check_poses
 from data_tools.checks.rgbd_alignment_check import RgbdAlignmentReport, check_rgbd_alignment
@@ -19,6 +20,11 @@ from razer.frame import Frame, Intrinsics
 _N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
+_MAX_OFF = 0.01  # mean displacement of colour, share of the image's width
+_CORRECTED = (
+    "`razer run` brings colour onto depth by itself; `razer inspect FOLDER --write FILE.json` writes the colour camera, "
+    "and --rgbd-calibration FILE.json uses it"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +65,7 @@ class Inspection:
     depth_scale: DepthScaleReport
     poses: PoseCheck
     rgbd_alignment: RgbdAlignmentReport
+    rgbd_estimate: RgbdEstimate
     issues: tuple[Issue, ...]
 
 
@@ -69,12 +76,13 @@ def inspect_sequence(sequence: RgbdSequence) -> Inspection:
     poses = check_poses(sample)
     depth_scale = check_depth_scale(sequence, sample.reposed(poses.convention) if poses.wrong else sample)
     rgbd_alignment = check_rgbd_alignment(sample.frames)
+    rgbd_estimate = estimate_rgbd_calibration(sequence)
     posed = [frame for frame in usable if frame.world_from_camera is not None]
     issues = [
         *_frame_issues(bad, len(usable) + len(bad)),
         *_pose_issues(poses),
         *_scale_issues(depth_scale),
-        *_alignment_issues(rgbd_alignment, sequence.intrinsics),
+        *_alignment_issues(rgbd_alignment, rgbd_estimate),
     ]
     return Inspection(
         name=sequence.name,
@@ -90,6 +98,7 @@ def inspect_sequence(sequence: RgbdSequence) -> Inspection:
         depth_scale=depth_scale,
         poses=poses,
         rgbd_alignment=rgbd_alignment,
+        rgbd_estimate=rgbd_estimate,
         issues=tuple(issues),
     )
 
@@ -135,12 +144,18 @@ def _scale_issues(report: DepthScaleReport) -> list[Issue]:
     return [Issue("depth scale", problem, report.advice)]
 
 
-def _alignment_issues(report: RgbdAlignmentReport, camera: Intrinsics) -> list[Issue]:
-    if not report.wrong:
-        return []
-    if report.mirrored:
+def _alignment_issues(report: RgbdAlignmentReport, estimate: RgbdEstimate) -> list[Issue]:
+    camera = estimate.depth_camera
+    if report.wrong and report.mirrored:
         fix = "flip the colour or the depth images left to right"
         return [Issue("registration", "colour and depth are mirror images of each other", fix)]
+    if estimate.confident:
+        far_off = estimate.matters and estimate.mean_px > _MAX_OFF * camera.width
+        return (
+            [Issue("registration", f"colour and depth are not registered: {estimate}", _CORRECTED)] if far_off else []
+        )
+    if not report.wrong:
+        return []
     colour = report.color_camera(camera)
     problem = f"colour and depth are not registered: {report}"
     fix = (

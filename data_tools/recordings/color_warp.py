@@ -14,6 +14,7 @@ from razer.frame import Frame, Intrinsics
 # What lies behind something nearer by more than this, in the colour camera's view, is hidden from it: what sensors err
 # by and smooth surfaces span within a cell stays below.
 _HIDDEN_SHARE, _HIDDEN_M = 0.02, 0.02
+_NEAREST_M = 1e-3  # in front of the colour camera; what is behind it divides nothing
 _CELL_PX = 2  # of the depth buffer: points spread by a zoom leave no gaps in it
 
 
@@ -50,14 +51,16 @@ class ColorWarp:
         """Colour on the grid of a depth image (H, W), metres. Pixels without depth take the nearest one's: 2D models
         look at whole pictures, and nothing is mapped there."""
         x, y, w = self.rays * _without_gaps(depth) + self.shift
-        ahead = w > 0
-        w = np.where(ahead, w, np.float32(1))
-        x, y = np.where(ahead, x / w, np.float32(-2)), np.where(ahead, y / w, np.float32(-2))
+        ahead = w > _NEAREST_M
+        np.maximum(w, np.float32(_NEAREST_M), out=w)
+        x /= w
+        y /= w
         height, width = rgb.shape[:2]
-        inside = (x >= -0.5) & (y >= -0.5) & (x <= width - 0.5) & (y <= height - 0.5)
+        inside = ahead & (x >= -0.5) & (y >= -0.5) & (x <= width - 0.5) & (y <= height - 0.5)
         is_seen = inside & ~_is_hidden(x, y, w, inside, depth > 0, (width, height))
         colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return RegisteredColor(np.where(is_seen[..., None], colors, np.uint8(0)), is_seen)
+        colors[~is_seen] = 0
+        return RegisteredColor(colors, is_seen)
 
     def registered(self, frame: Frame) -> Frame:
         """A frame with its colour brought onto its depth."""
@@ -83,8 +86,9 @@ def _is_hidden(
 ) -> BoolArray:
     """Which points lie behind others in the colour camera, by a depth buffer of coarse cells."""
     columns = -(-size[0] // _CELL_PX) + 1
-    cell = ((y + 0.5) // _CELL_PX).astype(np.int32) * columns + ((x + 0.5) // _CELL_PX).astype(np.int32)
-    cell[~inside] = 0
+    per_px = np.float32(1 / _CELL_PX)
+    row, column = (((where + np.float32(0.5)) * per_px).astype(np.int64) for where in (y, x))
+    cell = np.where(inside, row * columns + column, 0)
     nearest = np.full(columns * (-(-size[1] // _CELL_PX) + 1), np.inf, np.float32)
     seen = inside & measured
     np.minimum.at(nearest, cell[seen], w[seen])

@@ -9,6 +9,7 @@ first colour that it gets is scaled to count in full.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import open3d as o3d
@@ -18,7 +19,8 @@ from torch import Tensor
 
 from razer.arrays import Float32Array, Int32Array, Uint8Array
 from razer.config import VoxelSettings
-from razer.detection.observed_surface import BLOCK_VOXELS
+from razer.detection.observed_surface import BLOCK_VOXELS, ObservedSurface
+from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
 
@@ -46,10 +48,18 @@ class FrameFusion:
         before = self._attribute("weight")[late]
         self._integrate(frame, block_keys, np.where(frame.has_color, depth, np.float32(0)), frame.rgb)
         self._count_in_full(late, before)
-        hidden = np.where(frame.has_color, np.float32(0), depth)
-        if hidden.any():
-            self._integrate(frame, block_keys, hidden, None)
-            self._maybe_colorless.update(key.tobytes() for key in np.ascontiguousarray(block_keys, np.int32))
+        self._fuse_hidden(replace(frame, depth=np.where(frame.has_color, np.float32(0), depth)))
+
+    def _fuse_hidden(self, frame: Frame) -> None:
+        """Fuse the depth of readings that have no colour."""
+        s = self._settings
+        try:
+            surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
+        except UnusableFrame:  # no such reading
+            return
+        block_keys = surface.blocks_within(s.truncation_m)
+        self._integrate(frame, block_keys, frame.depth, None)
+        self._maybe_colorless.update(key.tobytes() for key in np.ascontiguousarray(block_keys, np.int32))
 
     def _integrate(self, frame: Frame, block_keys: Int32Array, depth: Float32Array, rgb: Uint8Array | None) -> None:
         blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self._device)

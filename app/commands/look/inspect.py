@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from app.console.streams import result_console
 from app.settings.options import Flag, SourceOptions
+from razer.errors import BadInput
+from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
+    from data_tools.calibration.rgbd_estimate import RgbdEstimate
     from data_tools.checks.inspection import Inspection
 
 FORMAT = 1
@@ -23,6 +26,7 @@ def inspect(
     /,
     *,
     options: SourceOptions = SourceOptions(),  # noqa: B008
+    write: Path | None = None,
     json: Flag = False,
 ) -> int:
     """Check a recording: layout, frames, rate, poses, depth, and whether poses, depth and colour are consistent.
@@ -33,6 +37,8 @@ def inspect(
     ----------
     folder:
         The recording; its layout is detected.
+    write:
+        A file for the estimated colour camera, which `razer run --rgbd-calibration` reads.
     json:
         One line of JSON.
     """
@@ -44,11 +50,21 @@ def inspect(
     settings = options.input_settings()
     inspection = inspect_sequence(open_unchecked(folder, settings))
     layout = settings.reader or recognise(folder)
+    if write is not None:
+        _write_calibration(write, inspection.rgbd_estimate)
     if json:
         print(dumps(inspect_json(folder, layout, inspection)))
     else:
         _report(layout, inspection)
     return NOTHING_USABLE if len(inspection.bad) == inspection.inspected else 0
+
+
+def _write_calibration(path: Path, estimate: RgbdEstimate) -> None:
+    """The estimated colour camera as a file; raises BadInput where the images do not determine it."""
+    if not estimate.confident:
+        raise BadInput(f"{path} is not written: {estimate}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace_content(path, dumps(estimate.calibration.to_json() | {"rgbd": estimate.to_json()}, indent=1) + "\n")
 
 
 def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str, Any]:
@@ -73,6 +89,7 @@ def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str,
         "depth": None if inspection.depth is None else asdict(inspection.depth),
         "depth_scale": asdict(inspection.depth_scale),
         "registration": asdict(registration) | {"text": str(registration)},
+        "rgbd": inspection.rgbd_estimate.to_json(),
         "findings": [asdict(finding) for finding in inspection.issues],
     }
 
@@ -113,7 +130,10 @@ def _lines(layout: str, inspection: Inspection) -> list[tuple[str, str]]:
     if poses.n_pairs:
         text = f"{poses.agreement[0]:.0%} of the depth agrees over {poses.n_pairs} pairs of frames"
         lines.append(("reprojection", text))
-    lines.append(("registration", str(inspection.rgbd_alignment)))
+    estimate = inspection.rgbd_estimate
+    lines.append(("registration", str(estimate if estimate.confident else inspection.rgbd_alignment)))
+    if not estimate.confident:
+        lines.append(("colour camera", str(estimate)))
     return lines
 
 
