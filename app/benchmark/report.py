@@ -42,6 +42,11 @@ def print_bench(result: dict[str, Any]) -> None:
         f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
         f"map, {describing['crops_ms']:.1f} ms to cut crops"
     )
+    registering = result["registering"]
+    console.print(
+        f"bringing colour onto depth: {registering['median_ms']:.1f} ms a frame, "
+        f"{registering['to_remap']:.1f}x a plain remap"
+    )
     ranking = result["ranking"]
     console.print(f"a query over {ranking['instances']} instances: {ranking['query_ms']:.1f} ms")
 

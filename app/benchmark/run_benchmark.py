@@ -13,6 +13,7 @@ from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
 from app.benchmark.plain_fusion import time_plain_fusion
 from app.benchmark.ranking import measure_ranking
+from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
 from app.frames.open_recording import open_recording
@@ -32,7 +33,8 @@ ROOM_FRAMES = 120
 def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run over a recording, or over a synthetic room where there is none: those of timings.json,
     each stage's share, the time of plain fusion (key `yardstick`) and the ratios to it, and those of the parts measured
-    alone: rendering, evaluation, decoding and describing of masks, a query. Raises BadInput."""
+    alone: rendering, evaluation, decoding and describing of masks, a query, bringing colour
+    onto depth. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # plain fusion has no others
@@ -55,6 +57,7 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         "yolo_decoding": measure_decoding(),
         "describing": measure_describing(),
         "ranking": measure_ranking(),
+        "registering": measure_registering(),
     }
 
 

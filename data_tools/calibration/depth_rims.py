@@ -57,9 +57,14 @@ def find_depth_rims(frame: Frame) -> DepthRims:
 
 
 def _without_shadows(depth: Float32Array) -> Float32Array:
-    width = max(3, round(SHADOW * depth.shape[1]) | 1)
-    closed = cv2.morphologyEx(depth, cv2.MORPH_CLOSE, np.ones((5, width), np.uint8))
-    return np.where(depth > 0, depth, closed).astype(np.float32)
+    """Depth whose gaps along a row take the farther of the readings at their ends: a shadow lies on what is behind."""
+    width = depth.shape[1]
+    column = np.arange(width)
+    before = np.maximum.accumulate(np.where(depth > 0, column, -width), axis=1)
+    after = np.minimum.accumulate(np.where(depth > 0, column, 2 * width)[:, ::-1], axis=1)[:, ::-1]
+    is_shadow = (depth <= 0) & (after - before <= SHADOW * width + 1)
+    ends = (np.take_along_axis(depth, index.clip(0, width - 1), axis=1) for index in (before, after))
+    return np.where(is_shadow, np.maximum(*ends), depth)
 
 
 def _log_gradient(filled: Float32Array, rows: np.ndarray, columns: np.ndarray) -> Float64Array:

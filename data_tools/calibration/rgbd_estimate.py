@@ -19,9 +19,13 @@ _ZOOMS = (1.0, 0.91, 1.09)  # to start from: the search bridges some 20 pixels f
 _SURELY_BETTER = 1.02  # times the score of a start before it
 _MIN_VIEWS = 8
 # An estimate is trusted whose predicted error stays below a pixel (deviation) everywhere, whose two halves of the
-# views agree, so that their mean is within 2 pixels, and whose edges lie on colour more than chance does. All pixels
-# are those of an image 640 wide.
+# views agree, so that their mean is within 2 pixels, whose edges lie on colour more than chance does, and whose colour
+# camera stands where one can be built in. All pixels are those of an image 640 wide.
 _MAX_SIGMA_PX, _MAX_HALVES_PX, _CLEAR = 1.0, 4.0, 1.7
+_MAX_BASELINE_M = 0.1
+# The covariance is that of views which are all new; of views that are not, so many count as one. Set by redkitchen,
+# where estimates from 60 frames in a row differ from that of all 600 by 3 to 19 pixels.
+_VIEWS_OF_ONE_CONTENT = 0.5
 # Smaller ones are below what the estimate resolves, and what masks are shrunk by.
 _NEGLIGIBLE_PX = 2.0
 
@@ -107,7 +111,7 @@ def estimate_from_views(sampled: SampledViews, depth_camera: Intrinsics) -> Rgbd
         depth_camera,
         mean_px=float(off.mean()),
         max_px=float(off.max()),
-        sigma_px=float(projection.sigma_px(fit.parameters, fit.covariance, sampled.depths_m).max()),
+        sigma_px=_sigma_px(fit, projection, sampled),
         residual_px=fit.residual_px,
         reason=_doubt(registration, fit, projection, sampled),
     )
@@ -134,14 +138,23 @@ def _doubt(registration: EdgeRegistration, fit: EdgeFit, projection: ColorProjec
     by_chance = chance.score(EdgeFit.start(fit.parameters, len(chance)), width)
     if registration.score(fit, width) < _CLEAR * by_chance:
         return "depth edges lie on colour edges no more than by chance"
-    sigma = float(projection.sigma_px(fit.parameters, fit.covariance, sampled.depths_m).max())
+    sigma = _sigma_px(fit, projection, sampled)
     if sigma > _MAX_SIGMA_PX * unit_px:
         return f"depth edges leave the colour camera open by {sigma:.1f} pixels"
+    if float(np.abs(fit.parameters[3:]).max()) > _MAX_BASELINE_M:
+        return "the colour camera would stand where none is built in"
     halves = [_refitted(registration.part(start, 2), fit) for start in (0, 1)]
     apart = float(projection.displacement_px(halves[0], halves[1], sampled.depths_m).max())
     if apart > _MAX_HALVES_PX * unit_px:
         return f"one half of the frames says otherwise than the other, by {apart:.1f} pixels"
     return ""
+
+
+def _sigma_px(fit: EdgeFit, projection: ColorProjection, sampled: SampledViews) -> float:
+    """The largest deviation of where the colour camera sees things, over the image and the depths shown."""
+    if_all_new = float(projection.sigma_px(fit.parameters, fit.covariance, sampled.depths_m).max())
+    repeats = _VIEWS_OF_ONE_CONTENT * len(sampled.views) / sampled.n_independent
+    return if_all_new * float(np.sqrt(max(1.0, repeats)))
 
 
 def _mismatched(views: tuple[RimView, ...]) -> list[RimView]:

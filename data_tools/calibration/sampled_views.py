@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -13,7 +14,7 @@ from data_tools.calibration.edge_registration import RimView
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float32Array, Float64Array
 from razer.errors import UnusableFrame
-from razer.frame import Frame
+from razer.frame import Frame, Intrinsics
 
 N_VIEWS = 40  # frames; more change the result by less than its error
 _FLOW_SIZE = (160, 120)
@@ -23,30 +24,42 @@ _DEPTHS = (0.1, 0.5, 0.9)  # quantiles of the readings
 
 @dataclass(frozen=True)
 class SampledViews:
-    """Views spread over a recording, and the near, median and far depths (3,) of what they show, metres."""
+    """Views spread over a recording, the near, median and far depths (3,) of what they show, metres, and how many
+    images of new content they hold: views of the same things err alike."""
 
     views: tuple[RimView, ...]
     depths_m: Float64Array
+    n_independent: float = float(N_VIEWS)
 
     @classmethod
     def of(cls, sequence: RgbdSequence) -> SampledViews:
         """About N_VIEWS views; frames that cannot be used are left out."""
-        views, depths = [], []
+        views, depths, indices = [], [], []
         for index in dict.fromkeys(np.linspace(0, len(sequence) - 1, N_VIEWS).round().astype(int).tolist()):
             frame = _frame_or_none(sequence, index)
             if frame is None:
                 continue
-            views.append(RimView(find_depth_rims(frame), ColorEdges.of(frame.rgb), _flow_px(sequence, frame)))
+            views.append(RimView(find_depth_rims(frame), ColorEdges.of(frame.rgb), _flow_px(sequence, index, frame)))
             readings = frame.depth[::8, ::8]
             depths.append(readings[readings > 0])
+            indices.append(index)
         readings = np.concatenate(depths) if depths else np.zeros(0, np.float32)
         quantiles = np.quantile(readings, _DEPTHS) if len(readings) else np.ones(len(_DEPTHS))
-        return cls(tuple(views), quantiles.astype(np.float64))
+        return cls(tuple(views), quantiles.astype(np.float64), _independent(views, indices, sequence.intrinsics))
 
 
-def _flow_px(sequence: RgbdSequence, frame: Frame) -> Float64Array:
-    """How the image moves (2,) from this frame to the next, pixels, by phase correlation; 0 where it cannot be told."""
-    following = _frame_or_none(sequence, frame.index + 1)
+def _independent(views: Sequence[RimView], indices: Sequence[int], camera: Intrinsics) -> float:
+    """How many images of new content views hold: from one to the next the image flows on for so many frames, and what
+    has flowed in is new, all of it where frames are so far apart that this cannot be told."""
+    new = 1.0
+    for view, gap in zip(views[:-1], np.diff(indices), strict=True):
+        new += min(1.0, float(np.linalg.norm(view.flow_px / (camera.width, camera.height))) * float(gap))
+    return new
+
+
+def _flow_px(sequence: RgbdSequence, index: int, frame: Frame) -> Float64Array:
+    """How the image moves (2,) from a frame to the next, pixels, by phase correlation; 0 where it cannot be told."""
+    following = _frame_or_none(sequence, index + 1)
     if following is None:
         return np.zeros(2)
     window = cv2.createHanningWindow(_FLOW_SIZE, cv2.CV_32F)

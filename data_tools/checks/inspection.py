@@ -22,8 +22,8 @@ _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
 _MAX_OFF = 0.01  # mean displacement of colour, share of the image's width
 _CORRECTED = (
-    "`razer run` brings colour onto depth by itself; `razer inspect FOLDER --write FILE.json` writes the colour camera, "
-    "and --rgbd-calibration FILE.json uses it"
+    "`razer run` brings colour onto depth by itself; `razer inspect FOLDER --write FILE.json` writes the colour camera "
+    "for --rgbd-calibration FILE.json"
 )
 
 

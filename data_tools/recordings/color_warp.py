@@ -15,6 +15,7 @@ from razer.frame import Frame, Intrinsics
 # by and smooth surfaces span within a cell stays below.
 _HIDDEN_SHARE, _HIDDEN_M = 0.02, 0.02
 _NEAREST_M = 1e-3  # in front of the colour camera; what is behind it divides nothing
+_GAP_STEP = 4  # gaps are filled from every fourth reading: what is seen there is not mapped
 _CELL_PX = 2  # of the depth buffer: points spread by a zoom leave no gaps in it
 
 
@@ -69,16 +70,20 @@ class ColorWarp:
 
 
 def _without_gaps(depth: Float32Array) -> Float32Array:
-    """Depth with the reading of the nearest pixel where there is none."""
+    """Depth with a reading from nearby where there is none, looked for in a small image."""
     missing = depth <= 0
     if not missing.any() or missing.all():
         return np.where(missing, np.float32(1), depth)
+    small = np.ascontiguousarray(depth[::_GAP_STEP, ::_GAP_STEP])
+    if not small.any():
+        return np.where(missing, np.median(depth[~missing]), depth)
     _, nearest = cv2.distanceTransformWithLabels(
-        missing.astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+        (small <= 0).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
     )
     reading_of_label = np.zeros(int(nearest.max()) + 1, np.float32)
-    reading_of_label[nearest[~missing]] = depth[~missing]
-    return np.where(missing, reading_of_label[nearest], depth)
+    reading_of_label[nearest[small > 0]] = small[small > 0]
+    filled = reading_of_label[nearest].repeat(_GAP_STEP, axis=0).repeat(_GAP_STEP, axis=1)
+    return np.where(missing, filled[: depth.shape[0], : depth.shape[1]], depth)
 
 
 def _is_hidden(
@@ -87,7 +92,7 @@ def _is_hidden(
     """Which points lie behind others in the colour camera, by a depth buffer of coarse cells."""
     columns = -(-size[0] // _CELL_PX) + 1
     per_px = np.float32(1 / _CELL_PX)
-    row, column = (((where + np.float32(0.5)) * per_px).astype(np.int64) for where in (y, x))
+    row, column = (((where + np.float32(0.5)) * per_px).astype(np.int32) for where in (y, x))
     cell = np.where(inside, row * columns + column, 0)
     nearest = np.full(columns * (-(-size[1] // _CELL_PX) + 1), np.inf, np.float32)
     seen = inside & measured

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from rich.console import Console
 from app.frames.open_recording import open_recording
 from app.settings.run_config import InputSettings
 from data_tools.checks.inspection import inspect_sequence
+from data_tools.recordings.rgbd_calibration import read_rgbd_calibration
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.errors import UnusableFrame
@@ -90,22 +90,36 @@ def test_poses_of_the_wrong_kind_are_named_and_a_run_warns(
         assert bool(stream.getvalue()) is warned
 
 
-def test_the_cameras_that_are_advised_register_colour_and_depth(
+def test_the_colour_camera_is_said_and_written(
     written: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Depth zoomed by 1.15 about the middle and moved by 10 pixels is colour zoomed by 1 / 1.15 and moved back."""
+    path = tmp_path / "colour.json"
+    _, out, _ = razer(capsys, "inspect", written["unregistered"], "--write", path)
+    assert "LIKELY WRONG, registration: colour and depth are not registered" in out
+    assert "--rgbd-calibration FILE.json" in out
     result = json.loads(razer(capsys, "inspect", written["unregistered"], "--json")[1])
     (finding,) = (finding for finding in result["findings"] if finding["about"] == "registration")
-    advised = dict(
-        zip(("fx", "fy", "cx", "cy"), map(float, re.findall(r"[fc][xy] (-?\d+)", finding["fix"])), strict=True)
-    )
-    camera = json.loads((written["unregistered"] / "intrinsics.json").read_text())
-    camera["color"] = advised | {"width": 320, "height": 240}
-    (tmp_path / "both.json").write_text(json.dumps(camera))
-    np.savetxt(tmp_path / "same.txt", np.eye(4))
-    options = ("--intrinsics", tmp_path / "both.json", "--depth-to-color", tmp_path / "same.txt")
-    result = json.loads(razer(capsys, "inspect", written["unregistered"], *options, "--json")[1])
-    assert not [finding for finding in result["findings"] if finding["about"] == "registration"]
-    assert result["registration"]["mean_px"] < 4
+    rgbd = result["rgbd"]
+    assert rgbd.keys() >= {"zoom", "shift_px", "baseline_m", "residual_px", "confident"}
+    assert rgbd["confident"]
+    assert f"{rgbd['mean_px']:.0f} pixels off" in finding["problem"]
+    color = read_rgbd_calibration(path).color
+    declared = json.loads((written["unregistered"] / "intrinsics.json").read_text())
+    assert color.fx == pytest.approx(declared["fx"] / 1.15, rel=0.02)
+    middle = 159.5 + (declared["cx"] - 159.5) / 1.15 - 10 / 1.15
+    assert color.cx + 0.5 * color.fx * rgbd["baseline_m"][0] == pytest.approx(middle, abs=3)
+
+
+def test_a_colour_camera_that_cannot_be_told_is_not_written(
+    room: list[Frame], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_folder(Spoilt(room[:3], as_is), tmp_path / "short")
+    code, _, err = razer(capsys, "inspect", tmp_path / "short", "--write", tmp_path / "colour.json")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "colour.json is not written: whether colour fits depth cannot be told" in err
+    assert not (tmp_path / "colour.json").exists()
 
 
 def test_a_flipped_axis_is_named_and_nothing_usable_is_exit_code_2(

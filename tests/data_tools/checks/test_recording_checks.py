@@ -99,8 +99,10 @@ def test_nothing_is_said_against_correct_rooms(room: list[Frame], noisy_room: li
 
 
 def test_nothing_is_said_against_real_clips(clip: Spoilt) -> None:
+    """Though redkitchen's colour is off: so few frames do not determine by how much."""
     found = inspect_sequence(clip)
     assert found.issues == ()
+    assert not found.rgbd_estimate.confident
     assert found.poses.n_pairs >= 4
     assert found.rgbd_alignment.clear
 

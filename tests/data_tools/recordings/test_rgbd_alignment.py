@@ -21,7 +21,9 @@ BARREL = (0.25, -0.6, 0.003, -0.002, 0.4)
 def test_equal_sizes_without_distortion_pass_untouched() -> None:
     registration = make_rgbd_alignment(Declared(Camera(10, 10, 3.5, 2.5)), (8, 6), (8, 6))
     rgb, metres = colour(), depth().astype(np.float32)
-    assert registration.color(rgb, metres) is rgb
+    color, has_color = registration.color(rgb, metres)
+    assert color is rgb
+    assert has_color is None
     assert registration.on_depth_grid(metres) is metres
 
 
@@ -87,9 +89,11 @@ def test_each_pixel_is_moved_by_its_own_depth() -> None:
     registration = make_rgbd_alignment(Declared(camera, color_from_depth=extrinsic), (8, 6), (8, 6))
     metres = np.full((6, 8), 2.0, np.float32)
     metres[:3] = 1.0
-    metres[5] = 0.0  # as far as the median, which is (1 + 2) / 2 here: 10 * 0.2 / 1.5 pixels
+    metres[5] = 0.0  # as far as the nearest pixel that has a depth
     metres[2] = 2.0
-    rgb = registration.color(colour(), metres)
+    rgb, has_color = registration.color(colour(), metres)
+    assert has_color is not None
+    np.testing.assert_array_equal(has_color[3], np.arange(8) < 7)  # moved by 1 pixel: the last is not seen
     np.testing.assert_array_equal(rgb[0, :6, 1], np.arange(2, 8))
     np.testing.assert_array_equal(rgb[3, :7, 1], np.arange(1, 8))
     np.testing.assert_array_equal(rgb[5, :7, 1], np.arange(1, 8))
@@ -136,7 +140,7 @@ def test_undistorted_images_follow_the_pinhole() -> None:
     assert moved.max() > 4  # or the test would pass without undistortion
     for i, (u, v, _) in enumerate(np.rint(expected).astype(int), start=1):
         assert straight[v, u] == i
-        assert (registration.color(rgb, straight)[v, u] == 40 * i).all()
+        assert (registration.color(rgb, straight)[0][v, u] == 40 * i).all()
     assert set(np.unique(straight)) <= {0, 1, 2, 3, 4, 5}  # depths are never mixed
 
 

@@ -1,0 +1,77 @@
+"""Fusion of frames whose colour camera does not see all that depth shows: no voxel grows dark of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+import razer.volume.voxel_map
+from razer.frame import Frame
+from razer.volume.voxel_map import VoxelMap
+from tests.support.scenes import COARSE, frame_of, plane_depth, pose
+
+NORMAL, DISTANCE_M = np.array([0.0, 0.0, 1.0]), 1.5
+COLOR = (200, 120, 40)
+
+
+@pytest.fixture(autouse=True)
+def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Room for what these maps need: whole attributes are quicker to compare."""
+    monkeypatch.setattr(razer.volume.voxel_map, "START_BLOCKS", 64)
+
+
+def wall(index: int, has_color: bool | None) -> Frame:
+    """A wall of one colour, seen in colour or not; None = the frame says nothing of it."""
+    frame = frame_of(plane_depth(pose(), NORMAL, DISTANCE_M), pose(), index=index)
+    rgb = np.full_like(frame.rgb, COLOR) if has_color is not False else np.zeros_like(frame.rgb)
+    seen = None if has_color is None else np.full(frame.depth.shape, has_color)
+    return replace(frame, rgb=rgb, has_color=seen)
+
+
+def fused(*seen: bool | None) -> VoxelMap:
+    voxels = VoxelMap(COARSE, "CPU:0")
+    for index, has_color in enumerate(seen):
+        voxels.integrate(wall(index, has_color))
+    return voxels
+
+
+def observed(voxels: VoxelMap) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Distance, weight and colour (0 to 255) of the voxels that were observed."""
+    weight = voxels.attribute("weight")[:, 0]
+    rows = torch.nonzero(weight > 0).squeeze(1)
+    return voxels.attribute("tsdf")[rows, 0], weight[rows], voxels.attribute("color")[rows]
+
+
+def test_geometry_is_the_same_with_and_without_colour() -> None:
+    with_color, without = observed(fused(None, None, None)), observed(fused(True, False, False))
+    for part in (0, 1):
+        torch.testing.assert_close(without[part], with_color[part])
+
+
+@pytest.mark.parametrize(
+    "order", [(True, False, False), (False, False, True), (False, True, False, True), (True, True)]
+)
+def test_a_voxel_has_the_colour_that_was_seen_of_it(order: tuple[bool, ...]) -> None:
+    _, weight, color = observed(fused(*order))
+    assert (weight == len(order)).all()
+    torch.testing.assert_close(color, torch.tensor(COLOR, dtype=torch.float32).expand_as(color), atol=0.01, rtol=0)
+
+
+def test_what_was_never_seen_in_colour_has_none() -> None:
+    assert not observed(fused(False, False))[2].any()
+
+
+def test_a_hidden_part_takes_nothing_from_the_seen_one() -> None:
+    """The left half is hidden in the first frame and seen in the second, the right half the other way round."""
+    first, second = wall(0, True), wall(1, True)
+    left = np.zeros(first.depth.shape, bool)
+    left[:, : left.shape[1] // 2] = True
+    voxels = VoxelMap(COARSE, "CPU:0")
+    voxels.integrate(replace(first, has_color=~left, rgb=np.where(left[..., None], np.uint8(0), first.rgb)))
+    voxels.integrate(replace(second, has_color=left, rgb=np.where(left[..., None], second.rgb, np.uint8(0))))
+    _, weight, color = observed(voxels)
+    assert (weight == 2).all()
+    torch.testing.assert_close(color, torch.tensor(COLOR, dtype=torch.float32).expand_as(color), atol=0.01, rtol=0)
