@@ -43,7 +43,7 @@ class RunResult:
     accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
-    registration: ColorRegistration | None = None
+    registration: ColorRegistration
 
 
 def run_to_folder(
@@ -66,19 +66,19 @@ def run_to_folder(
         BadInput: for input or settings that cannot be used.
     """
     config = resolve_poses(config, sequence)
+    registration = registration or ColorRegistration(sequence.intrinsics)
     mapper = make_mapper(config)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
-            warp = None if registration is None else registration.warp
+            warp = registration.warp
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
-        if registration is not None:
-            save_registration(folder, registration)
+        save_registration(folder, registration)
         timings = recorder.timings()
         if mapper.reintegrator is not None:
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)

@@ -56,9 +56,11 @@ def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timing
     }
 
 
-def _rgbd_json(registration: ColorRegistration | None) -> dict[str, Any]:
-    """`rgbd`: whether colour was brought onto depth, and the estimate, null where none was made."""
-    return {"rgbd": None if registration is None else registration.to_json()}
+def _rgbd_json(registration: ColorRegistration) -> dict[str, Any]:
+    """`rgbd`: the estimate of the colour camera, null where none was made; `rgbd_applied`: whether colour was brought
+    onto depth."""
+    content = registration.to_json()
+    return {"rgbd": content["rgbd"], "rgbd_applied": content["applied"]}
 
 
 def print_instances(panoptic: PanopticMap, console: Console) -> None:

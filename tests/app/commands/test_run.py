@@ -33,6 +33,7 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
     (line,) = process.stdout.splitlines()
     result = json.loads(line)
     keys = {"format", "run", "frames", "used", "skipped", "lost", "lost_intervals", "instances", "timings"}
+    keys |= {"rgbd", "rgbd_applied"}
     assert set(result) == keys
     assert (result["format"], result["run"]) == (1, str(out))
     assert (result["frames"], result["used"], result["skipped"], result["lost"]) == (N_FRAMES, N_FRAMES, [], 0)
