@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import match_timestamps, trajectory_metrics
-from razer.metrics.umeyama import align_poses, umeyama
+from razer.metrics.umeyama import align_positions, umeyama
 
 
 def motion(rotation: Rotation, shift: np.ndarray) -> np.ndarray:
@@ -133,7 +133,7 @@ def test_short_trajectories() -> None:
 
 def test_what_was_written_and_read_back_is_left_where_it_is() -> None:
     poses = walk().world_from_camera
-    result = align_poses(poses + 1e-9, poses)
+    result = align_positions(poses + 1e-9, poses)
     assert result.basis == "identity"
     assert (result.target_from_source == np.eye(4)).all()
 
@@ -143,6 +143,6 @@ def test_orientations_close_what_positions_leave_open(direction: tuple[float, ..
     poses = walk(60).world_from_camera.copy()
     poses[:, :3, 3] = np.outer(np.linspace(0, 2, 60), direction)
     moved = motion(Rotation.random(random_state=5), np.array([1.0, -2.0, 3.0]))
-    result = align_poses(moved @ poses, poses)
+    result = align_positions(moved @ poses, poses)
     assert result.basis == "orientations"
     assert result.target_from_source @ moved == pytest.approx(np.eye(4), abs=1e-9)
