@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -103,7 +103,6 @@ def evaluate(
     """
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
-    from app.evaluation.frame_accounts import with_accounts
     from app.evaluation.rules import choose_rules
     from razer.storage.file_names import is_map_folder
 
@@ -111,20 +110,26 @@ def evaluate(
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
-    content = with_accounts(result.as_json(), [job[:2] for job in jobs])
-    _deliver(result, content, notes, run if run is not None and is_map_folder(run) else None, out, json)
+    _deliver(result, jobs, notes, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
 
 
 def _deliver(
-    result: Evaluation, content: dict[str, Any], notes: list[str], run: Path | None, pictures: Path | None, json: bool
+    result: Evaluation,
+    jobs: list[tuple[str, Path, Path]],
+    notes: list[str],
+    run: Path | None,
+    pictures: Path | None,
+    json: bool,
 ) -> None:
     """Print notes, write metrics and plots into the run folder, if there is one, and print the metrics."""
+    from app.evaluation.frame_accounts import with_accounts
     from app.evaluation.report import report
 
     print_notes(notes)
     print_notes(f"ATE: positions hardly align: {cause}" for cause in (result.pose or {}).get("degenerate", ()))
     print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
+    content = with_accounts(result.as_json(), [(name, prediction) for name, prediction, _ in jobs])
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
         pictures = pictures or run / PLOTS

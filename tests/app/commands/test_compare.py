@@ -24,7 +24,8 @@ RULES = PRESETS["default"]
 FILES = {"compare.json", "trajectories.png", "errors.png", "instances.png", "compare.rrd"}
 POSE_KEYS = {
     "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "rpe_second_trans_m", "rpe_second_rot_deg",
-    "compared", "tracked_a", "tracked_b", "a_from_b", "aligned_by", "truth_from_a", "truth_from_b",
+    "compared", "tracked_a", "tracked_b", "a_from_b", "a_from_b_by_positions", "aligned_by", "degenerate",
+    "truth_from_a", "truth_from_b",
 }  # fmt: skip
 PAIR_KEYS = {
     "a", "b", "class_a", "class_b", "iou", "center_distance_m", "center_a_m", "center_b_m", "extent_a_m",
@@ -235,7 +236,8 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
 
     content = json.loads((out / "compare.json").read_text(), parse_constant=refuse)
     assert set(content) == {
-        "format", "run_a", "run_b", "preset", "a", "b", "delta", "pose", "surface", "instances", "notes",
+        "format", "run_a", "run_b", "preset", "a", "b", "delta", "frames", "alignment", "pose", "surface", "instances",
+        "notes",
     }  # fmt: skip
     assert set(content["pose"]) == POSE_KEYS
     assert all(set(pair) == PAIR_KEYS for pair in content["instances"]["matched"])
