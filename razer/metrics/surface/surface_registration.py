@@ -14,7 +14,7 @@ from razer.metrics.surface.surface_distance import TriangleSurface
 
 MAX_MOVE_M = 0.10  # twice the F-score's limit: whatever lies farther apart is no matter of refinement
 _CUT_M = 0.10  # distances beyond count as this one: surface that the other map lacks says nothing of how they lie
-_MIN_GAIN = 0.01  # of the fit: less is rounding and chance
+_MIN_GAIN, _MIN_GAIN_M = 0.01, 1e-5  # of the fit, its share and metres: less is chance, and rounding
 _REACHES_M = (0.10, 0.05, 0.05)  # how far apart partners may be, coarse to fine
 _ROUNDS = 10  # for each reach; half as many are enough in practice
 _MIN_COSINE = 0.7  # between normals of partners: the two sides of a wall are none
@@ -81,7 +81,7 @@ def register_surfaces(source: Surface, target: Surface) -> SurfaceRegistration:
 def _why_rejected(before_m: float, after_m: float, moved_m: float) -> str | None:
     if moved_m > MAX_MOVE_M:
         return f"it would move the map by {100 * moved_m:.0f} cm, more than {100 * MAX_MOVE_M:.0f} cm"
-    if after_m > (1 - _MIN_GAIN) * before_m:
+    if before_m - after_m <= max(_MIN_GAIN * before_m, _MIN_GAIN_M):
         return "the surfaces would not fit better"
     return None
 
