@@ -94,6 +94,15 @@ def test_a_frame_that_stays_lost_is_counted_as_such():
     assert accounting.graph is None
 
 
+def test_a_late_frame_that_cannot_be_perceived_counts_once():
+    _, accounting, timings = mapped(
+        [perceived(0), Lost(1), PosesFinal(PoseUpdate({1: np.eye(4)})), Unusable(1, "its mask is torn", is_late=True)]
+    )
+    account = accounting.account()
+    assert (account.frames, account.used, account.lost, len(account.skipped)) == (2, 1, 0, 1)
+    assert timings["frames"] == 2
+
+
 def test_too_many_unusable_frames_end_the_run():
     with pytest.raises(BadInput, match="2 of 10 frames"):
         mapped([Unusable(0, "torn"), Unusable(1, "torn"), perceived(2)], max_bad=0.1)
