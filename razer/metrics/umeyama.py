@@ -25,6 +25,7 @@ _STRAIGHT = 0.25  # of a path's length is its width, at most, where it is called
 _MIN_POSES = 3  # fewer positions lie on a line
 # The middle and the corners of an image, on the surface ahead.
 _VIEW = SEEN_AHEAD_M * np.array([[0, 0, 1], [-0.5, -0.375, 1], [0.5, -0.375, 1], [-0.5, 0.375, 1], [0.5, 0.375, 1]])
+_HUBER = 2.0  # times the median distance: what is farther off pulls no harder
 _MAX_ROUNDS, _CONVERGED_M, _FLOOR_M = 100, 1e-10, 1e-9
 
 
@@ -59,20 +60,34 @@ def align_positions(source: FloatArray, target: FloatArray) -> PoseAlignment:
 
 def align_views(source: FloatArray, target: FloatArray) -> Float64Array:
     """The rigid motion (4, 4) that moves source poses (N, 4, 4) nearest to target poses (N, 4, 4), N >= 1, by what
-    their cameras saw: it minimises the sum of the distances by which surface `SEEN_AHEAD_M` ahead is displaced, by
-    iteratively reweighted least squares (Weiszfeld 1937). Not their squares, so that a stretch of wrong poses pulls no
-    more than its share. Where the poses are the same but for rounding it is the identity, exactly."""
+    their cameras saw: by how far surface `SEEN_AHEAD_M` ahead is displaced.
+
+    The sum of these distances is minimised first, on which a stretch of wrong poses has no more than its share; their
+    median is the scale of a Huber loss, which is minimised then (Yohai's MM-estimation 1987). Where the poses are the
+    same but for rounding it is the identity, exactly."""
     if are_same(source, target):
         return np.eye(4)
     seen, truly_seen = _views(source), _views(target)
-    weights, total_m, motion = np.ones(len(source)), np.inf, np.eye(4)
+    _, apart_m = _huber_motion(seen, truly_seen, np.ones(len(source)), _FLOOR_M)
+    return _huber_motion(seen, truly_seen, apart_m, max(_HUBER * float(np.median(apart_m)), _FLOOR_M))[0]
+
+
+def _huber_motion(
+    seen: Float64Array, truly_seen: Float64Array, apart_m: Float64Array, scale_m: float
+) -> tuple[Float64Array, Float64Array]:
+    """The motion (4, 4) of views (N, K, 3) onto others of least Huber loss, by iteratively reweighted least squares
+    (Weiszfeld 1937), and how far it leaves them apart (N,); from how far apart (N,) they are at the start."""
+    motion, least = np.eye(4), np.inf
     for _ in range(_MAX_ROUNDS):
-        motion = umeyama(seen.reshape(-1, 3), truly_seen.reshape(-1, 3), weights=np.repeat(weights, len(_VIEW)))
-        apart_m = np.sqrt(((truly_seen - seen @ motion[:3, :3].T - motion[:3, 3]) ** 2).sum(axis=2).mean(axis=1))
-        if total_m - apart_m.sum() <= _CONVERGED_M:
+        weights = np.repeat(1 / np.maximum(apart_m, scale_m), seen.shape[1])
+        motion = umeyama(seen.reshape(-1, 3), truly_seen.reshape(-1, 3), weights=weights)
+        off = truly_seen - seen @ motion[:3, :3].T - motion[:3, 3]
+        apart_m = np.sqrt((off**2).sum(axis=2).mean(axis=1))
+        loss = float(np.where(apart_m > scale_m, apart_m, (apart_m**2 / scale_m + scale_m) / 2).sum())
+        if least - loss <= _CONVERGED_M:
             break
-        weights, total_m = 1 / np.maximum(apart_m, _FLOOR_M), apart_m.sum()
-    return motion
+        least = loss
+    return motion, apart_m
 
 
 def are_same(source: FloatArray, target: FloatArray) -> bool:

@@ -12,7 +12,7 @@ from razer.metrics.surface.surface_registration import Surface, register_surface
 
 def sheet(origin: tuple, right: tuple, up: tuple, size_m: tuple[float, float], spacing_m: float = 0.03) -> Surface:
     """A rectangle of triangles."""
-    steps = [int(round(length / spacing_m)) for length in size_m]
+    steps = [round(length / spacing_m) for length in size_m]
     u, v = np.meshgrid(*(np.linspace(0, length, n + 1) for length, n in zip(size_m, steps, strict=True)), indexing="ij")
     vertices = np.array(origin) + u[..., None] * np.array(right) + v[..., None] * np.array(up)
     number = np.arange(u.size).reshape(u.shape)
