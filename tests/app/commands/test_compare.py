@@ -330,3 +330,21 @@ def test_what_cannot_be_compared_is_one_plain_line(room, run, tmp_path, capsys, 
     assert message in error
     assert error.count("\n") == 1
     assert not (run / "compare").exists()
+
+
+# Real data
+
+
+@pytest.mark.full
+def test_a_kitchen_under_given_and_under_estimated_poses_is_one_kitchen(real_data, tmp_path, capsys):
+    """Its path is nearly flat: aligned by positions, F at 5 cm was 0.26 and hardly an instance in both maps."""
+    which = ("--end", 200, "--stride", 5, "--poses", "both", "--no-timeline", "--device", "cpu")
+    assert call("run", real_data / "redkitchen", "-o", tmp_path / "both", *which, "--json") == 0
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result["surface"]["fscore_5cm"] > 0.97
+    assert result["pose"]["rotation_rmse_deg"] < 2.5
+    assert "nearly flat" in result["pose"]["degenerate"]
+    assert len(result["instances"]["matched"]) > 5 * len(result["instances"]["missed"])
+    assert result["frames"]["a"]["frames"] == result["frames"]["b"]["frames"] == 40
+    off = np.linalg.inv(result["alignment"]["a_from_b_by_poses"]) @ result["alignment"]["a_from_b"]
+    assert np.degrees(Rotation.from_matrix(off[:3, :3]).magnitude()) < 1
