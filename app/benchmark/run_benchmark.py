@@ -17,7 +17,8 @@ from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
 from app.frames.open_recording import open_recording
-from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, selected_frames
+from app.frames.selection import selected_frames
+from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
@@ -67,7 +68,7 @@ def _room(config: RunConfig) -> SyntheticRoom:
 
 def _posed_frames(sequence: RgbdSequence, config: RunConfig) -> Iterator[Frame]:
     """The frames that the run could use."""
-    for index in selected_frames(len(sequence), config.input):
+    for index in selected_frames(sequence, config.input):
         with suppress(UnusableFrame):
             frame = sequence[index]
             if frame.world_from_camera is not None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from app.evaluation.evaluate_run import true_poses, truth_for, truth_scene
+from app.evaluation.frame_accounts import with_accounts
 from app.evaluation.prediction import read_prediction
 from app.run_folder.mapped_run import MappedRun
 from razer.errors import BadInput
@@ -14,6 +16,7 @@ from razer.metrics.preset import Preset
 from razer.metrics.protocol.evaluation import Evaluation, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
 from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time, trajectory_metrics
+from razer.metrics.umeyama import PoseAlignment
 from razer.plugins import NO_TRUST, Trust
 
 MIN_COMMON_POSES = 3
@@ -30,11 +33,16 @@ class PosedTruth:
 
 @dataclass(frozen=True)
 class EvaluatedRun:
-    """Evaluation of a run aligned to the truth: its metrics, the alignment, and pose errors over time."""
+    """Evaluation of the run in a folder, aligned to the truth: metrics, alignment, and pose errors over time."""
 
+    folder: Path
     evaluation: Evaluation
     pose: TrajectoryMetrics
     errors: PoseErrors
+
+    def as_json(self) -> dict[str, Any]:
+        """What `razer eval --json` says of the run."""
+        return with_accounts(self.evaluation.as_json(), [(name, self.folder) for name in self.evaluation.scenes])
 
 
 def open_posed_truth(folder: Path, preset: Preset) -> PosedTruth:
@@ -68,13 +76,13 @@ def evaluate_run(
     n_vertices, template = len(scene.vertices), preset.text_template
     predicted = read_prediction(folder, scene.class_names, n_vertices, template=template, trust=trust)
     evaluation = evaluate([(run.name, scene, replace(predicted, own_frame=True))], preset)
-    return EvaluatedRun(evaluation, pose, errors_over_time(truth.trajectory, run.trajectory, pose.truth_from_estimate))
+    return EvaluatedRun(folder, evaluation, pose, errors_over_time(truth.trajectory, run.trajectory, pose))
 
 
 def compare_trajectories(
     reference: TimedPoses, estimate: TimedPoses, reference_name: str, estimate_name: str
 ) -> TrajectoryMetrics:
-    """Errors of one trajectory against another after alignment (Umeyama).
+    """Errors of one trajectory against another after alignment, and the motions that align them.
 
     Args:
         reference: the trajectory to compare with.
@@ -93,6 +101,12 @@ def compare_trajectories(
             "are they of one recording?"
         )
     return numbers
+
+
+def degenerate_note(which: str, alignment: PoseAlignment) -> str:
+    """What one should know of an absolute trajectory error whose positions do not fix its alignment."""
+    helped = ", so that orientations helped" if alignment.basis == "orientations" else ""
+    return f"{which}: the alignment by positions, on which ATE stands, is degenerate: {alignment.degenerate}{helped}"
 
 
 def differences(a: Mapping, b: Mapping) -> dict[str, object]:

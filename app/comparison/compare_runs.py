@@ -10,10 +10,12 @@ from app.comparison.against_truth import (
     EvaluatedRun,
     PosedTruth,
     compare_trajectories,
+    degenerate_note,
     differences,
     evaluate_run,
     open_posed_truth,
 )
+from app.comparison.map_alignment import MapAlignment, align_maps
 from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.geometry import inverse
@@ -32,7 +34,7 @@ Numbers = dict[str, Any]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Run A, and run B in the frame of A.
+    """Run A, and run B in the frame of A, brought there by `alignment`.
 
     pose: B's trajectory against A's, and errors: of B's poses over time, None where either has no trajectory.
     surface: B's against A's, None where either is empty. truth_a, truth_b and truth_trajectory, that in the frame of A:
@@ -41,6 +43,7 @@ class Comparison:
     preset: str
     a: MappedRun
     b: MappedRun
+    alignment: MapAlignment
     pose: TrajectoryMetrics | None
     errors: PoseErrors | None
     surface: Numbers | None
@@ -52,18 +55,23 @@ class Comparison:
 
     def as_json(self) -> Numbers:
         """The machine-readable contract: plain JSON values only, null where a part does not apply or is no number."""
-        a, b = (None if side is None else side.evaluation.as_json() for side in (self.truth_a, self.truth_b))
+        a, b = (None if side is None else side.as_json() for side in (self.truth_a, self.truth_b))
         compared = {"format": 1, "run_a": self.a.name, "run_b": self.b.name, "preset": self.preset}
         results = {
             "a": a,
             "b": b,
             "delta": None if a is None or b is None else differences(_metrics(a), _metrics(b)),
+            "frames": {side: None if run.account is None else run.account.as_json() for side, run in self._sides()},
+            "alignment": self.alignment.as_json(),
             "pose": self._pose(),
             "surface": self.surface,
             "instances": self.instances.as_json(),
             "notes": self.notes,
         }
         return plain_json(compared | results)
+
+    def _sides(self) -> tuple[tuple[str, MappedRun], ...]:
+        return ("a", self.a), ("b", self.b)
 
     def _pose(self) -> Numbers | None:
         numbers = self.pose
@@ -80,8 +88,10 @@ class Comparison:
             "compared": numbers.compared,
             "tracked_a": self.a.tracked,
             "tracked_b": self.b.tracked,
-            "a_from_b": numbers.truth_from_estimate.tolist(),
-            "aligned_by": numbers.basis,
+            "a_from_b": self.alignment.a_from_b.tolist(),
+            "a_from_b_by_positions": numbers.by_positions.target_from_source.tolist(),
+            "aligned_by": numbers.by_positions.basis,
+            "degenerate": numbers.by_positions.degenerate,
         } | {key: None if side is None else side.pose.truth_from_estimate.tolist() for key, side in sides.items()}
 
 
@@ -95,8 +105,9 @@ def compare_runs(
 ) -> Comparison:
     """Compare two runs, and each with the truth where one is given.
 
-    B is aligned to A, and each to the truth, by the rigid motion between their trajectories (Umeyama). Saved maps
-    have none: they are compared as they lie.
+    B is aligned to A, and each to the truth, by the full poses of their trajectories; B is then refined on the surface
+    of A. The absolute trajectory error has an alignment of its own, by positions (Umeyama). Saved maps have no
+    trajectory: they are compared as they lie.
 
     Args:
         folder_a: the run folder to compare with.
@@ -110,7 +121,8 @@ def compare_runs(
     """
     a, b = read_run(folder_a), read_run(folder_b)
     pose, errors = _aligned(a, b, folder_a, folder_b)
-    moved = b if pose is None else b.moved(pose.truth_from_estimate)
+    alignment = align_maps(a, b, pose)
+    moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
     scene = None if truth is None else open_posed_truth(truth, preset)
     truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
@@ -118,6 +130,7 @@ def compare_runs(
         preset=preset.name,
         a=a,
         b=moved,
+        alignment=alignment,
         pose=pose,
         errors=errors,
         surface=compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh),
@@ -136,7 +149,7 @@ def _aligned(
     if a.trajectory is None or b.trajectory is None:
         return None, None
     pose = compare_trajectories(a.trajectory, b.trajectory, str(folder_a), str(folder_b))
-    return pose, errors_over_time(a.trajectory, b.trajectory, pose.truth_from_estimate)
+    return pose, errors_over_time(a.trajectory, b.trajectory, pose)
 
 
 def _true_trajectory(truth: PosedTruth, run: EvaluatedRun) -> TimedPoses:
@@ -167,9 +180,9 @@ def _notes(
     if truth_a and truth_b:
         alignments |= {"A to the truth": truth_a.pose, "B to the truth": truth_b.pose}
     notes = [
-        f"{which}: the camera hardly left a line, so that orientations helped to align"
+        degenerate_note(which, numbers.by_positions)
         for which, numbers in alignments.items()
-        if numbers.basis == "orientations"
+        if numbers.by_positions.degenerate is not None
     ]
     if pose is None:
         notes.append("a map without trajectory.txt cannot be aligned: A and B are compared as they lie")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +37,21 @@ def report(result: Comparison, console: Console, folder: Path) -> None:
     if content["a"] is not None:
         console.print(_against_truth(content))
     console.print(_b_against_a(content))
+    for side, run in (("A", result.a), ("B", result.b)):
+        if run.account is not None:
+            console.print(f"{side}: {run.account.describe()}")
+    console.print(f"maps aligned by {result.alignment.describe()}", soft_wrap=True)
     if content["pose"] is not None:
-        console.print("A from B:")
-        for row in content["pose"]["a_from_b"]:
-            console.print("  " + " ".join(f"{value:10.6f}" for value in row))
+        _print_transform("A from B, of the maps:", content["pose"]["a_from_b"], console)
+        _print_transform("A from B, of the positions alone (ATE):", content["pose"]["a_from_b_by_positions"], console)
     _print_instances(result, console)
     console.print(f"outputs: {folder}", soft_wrap=True)
+
+
+def _print_transform(title: str, rows: Sequence[Sequence[float]], console: Console) -> None:
+    console.print(title)
+    for row in rows:
+        console.print("  " + " ".join(f"{value:10.6f}" for value in row))
 
 
 def _against_truth(content: Mapping[str, Any]) -> Table:

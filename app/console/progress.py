@@ -18,7 +18,7 @@ def show_progress(items: Iterable[T], total: int, status: Callable[[], str], con
 
     Args:
         items: what is worked through; an item is done when the next one is asked for.
-        total: how many there will be, more or less.
+        total: how many there are to be shown; what comes after them is not counted.
         status: returns the text that is shown beside.
         console: where it is shown.
     """
@@ -29,9 +29,9 @@ def _bar(items: Iterable[T], total: int, status: Callable[[], str], console: Con
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
     with Progress(*columns, console=console, refresh_per_second=4) as bar:
         task = bar.add_task(status(), total=total)
-        for item in items:
+        for done, item in enumerate(items, start=1):
             yield item
-            bar.update(task, advance=1, description=status())
+            bar.update(task, completed=min(done, total), description=status())
 
 
 def _lines(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:

@@ -9,13 +9,13 @@ from typing import Literal
 import numpy as np
 
 from app.run_folder import run_folder as names
-from app.run_folder.timed_poses import timed_poses
+from app.run_folder.timed_poses import run_poses
 from app.settings.config_file import read_run_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.arrays import FloatArray
 from razer.errors import BadInput
-from razer.metrics.scene_pair import PredictedScene, TimedPoses
+from razer.metrics.scene_pair import PredictedScene
 from razer.models import NameTable, TextEncoder, make_embedder
 from razer.plugins import NO_TRUST, Trust
 from razer.query.embedding_table import EmbeddingTable
@@ -81,7 +81,7 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
         triangles=panoptic.mesh.triangles,
         scores={o.id: o.score for o in panoptic.objects},
         class_names=own if by_text is None else by_text,
-        trajectory=_trajectory(folder / names.TRAJECTORY),
+        trajectory=None if (own_poses := run_poses(folder)) is None else own_poses[0],
         own_frame=_estimated_poses(folder / names.CONFIG),
     )
 
@@ -109,10 +109,6 @@ def nearest_names(table: EmbeddingTable, class_names: Sequence[str], texts: Floa
         return {}
     best = table.best(table.vectors @ texts.T).argmax(axis=1)
     return {int(i): class_names[int(name)] for i, name in zip(table.ids, best, strict=True)}
-
-
-def _trajectory(path: Path) -> TimedPoses | None:
-    return timed_poses(path) if path.is_file() else None
 
 
 def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:

@@ -1,4 +1,4 @@
-"""Frame accounting of a run: which were used, skipped with a reason, or lost."""
+"""Frame accounting while a run goes on: which frames were used, skipped with a reason, or lost."""
 
 from __future__ import annotations
 
@@ -6,20 +6,12 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import groupby
 
+from app.frames.frame_account import FrameAccount, SkippedFrame
 from razer.arrays import Pose
 from razer.errors import BadInput
 from razer.frame import Frame
 from slam.report import GraphReport
-
-
-@dataclass(frozen=True, slots=True)
-class SkippedFrame:
-    """A frame that could not be used, and why in one plain line."""
-
-    frame: int
-    reason: str
 
 
 @dataclass(slots=True)
@@ -44,10 +36,9 @@ class FrameAccounting:
         """How many frames went into the map."""
         return len(self.poses)
 
-    @property
-    def frames(self) -> int:
-        """How many frames came."""
-        return self.used + len(self.lost) + len(self.skipped)
+    def account(self) -> FrameAccount:
+        """What became of the frames so far."""
+        return FrameAccount.of(self.planned, self.indices, self.skipped, self.lost)
 
     def use(self, frame: Frame) -> None:
         """Count a posed frame that went into the map, be it later than its neighbours."""
@@ -60,15 +51,10 @@ class FrameAccounting:
         self.indices.insert(position, frame.index)
         self.notes.update(frame.notes)
 
-    def lost_intervals(self) -> list[tuple[int, int]]:
-        """First and last of each run of lost frames with none used between."""
-        runs = [list(run) for _, run in groupby(sorted(self.lost), key=lambda index: bisect(self.indices, index))]
-        return [(run[0], run[-1]) for run in runs]
-
     def correct(self, corrections: Mapping[int, Pose | None]) -> None:
-        """Replace poses by corrected ones, by frame index; frames whose pose is None are lost after all."""
-        self.lost.update(index for index, pose in corrections.items() if pose is None)
+        """Replace poses by corrected ones, by frame index; frames used whose pose is None are lost after all."""
         corrected = [corrections.get(index, pose) for index, pose in zip(self.indices, self.poses, strict=True)]
+        self.lost.update(index for index, pose in zip(self.indices, corrected, strict=True) if pose is None)
         still_posed = [row for row, pose in enumerate(corrected) if pose is not None]
         self.indices = [self.indices[row] for row in still_posed]
         self.stamps = [self.stamps[row] for row in still_posed]
@@ -76,6 +62,7 @@ class FrameAccounting:
 
     def skip(self, index: int, reason: str) -> None:
         """Count an unusable frame; raises BadInput once more than max_bad of all frames are."""
+        self.lost.discard(index)
         self.skipped.append(SkippedFrame(index, reason))
         if len(self.skipped) > self.max_bad * self.planned:
             share = len(self.skipped) / self.planned

@@ -92,13 +92,14 @@ class Lost:
 
 @dataclass(frozen=True, slots=True)
 class Unusable:
-    """A frame that cannot be mapped, and why in one plain line."""
+    """A frame that cannot be mapped, and why in one plain line; `is_late` if it was lost in its turn."""
 
     index: int
     reason: str
     _: KW_ONLY
     pose_update: PoseUpdate = field(default_factory=PoseUpdate)
     stage_ms: Mapping[str, float] = field(default_factory=dict)
+    is_late: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,7 +73,10 @@ class Locator:
     def _pose_update(self, given: Pose | None = None) -> PoseUpdate:
         corrections = self.poses.corrections()
         for index, pose in corrections.items():
-            if index in self._lost and pose is not None:
+            if pose is None:  # its turn, if it comes at all, comes after this
+                self._lost.add(index)
+                self._recovered.pop(index, None)
+            elif index in self._lost:
                 self._recovered[index] = pose
         return PoseUpdate(corrections, given, self.poses.report())
 

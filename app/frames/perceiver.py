@@ -25,5 +25,6 @@ class Perceiver:
             try:
                 observation = self.perception.observe(packet.frame)
             except UnusableFrame as error:
-                return Unusable(packet.index, str(error), pose_update=update, stage_ms=stage_ms)
+                reason, is_late = str(error), packet.is_late
+                return Unusable(packet.index, reason, pose_update=update, stage_ms=stage_ms, is_late=is_late)
         return Perceived(observation, pose_update=update, stage_ms=stage_ms, is_late=packet.is_late)

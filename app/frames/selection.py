@@ -1,4 +1,4 @@
-"""Every n-th frame of a recording, with progress shown as they are read."""
+"""The frames of a recording that settings choose, and a recording of them alone."""
 
 from __future__ import annotations
 
@@ -8,8 +8,20 @@ from dataclasses import dataclass, field
 from rich.console import Console
 
 from app.console.progress import show_progress
+from app.settings.run_config import InputSettings
 from data_tools.recordings.sequence import FrameIteration, RgbdSequence
+from razer.errors import BadInput
 from razer.frame import Frame, Intrinsics
+
+
+def selected_frames(sequence: RgbdSequence, settings: InputSettings) -> range:
+    """The indices of the frames that start, end, stride and max_frames choose; raises BadInput where start lies past
+    the end of the recording."""
+    if settings.start and settings.start >= len(sequence):
+        last = len(sequence) - 1
+        raise BadInput(f"{sequence.name} has frames 0 to {last}: --start {settings.start} lies past its end")
+    end = len(sequence) if settings.end is None else min(settings.end, len(sequence))
+    return range(settings.start, end, settings.stride)[: settings.max_frames]
 
 
 @dataclass(frozen=True)
@@ -21,16 +33,8 @@ class Selection(FrameIteration):
     progress: Iterator[int] = field(repr=False)
 
     @classmethod
-    def of(cls, sequence: RgbdSequence, stride: int, max_frames: int | None, console: Console) -> Selection:
-        """Every stride-th frame of a recording.
-
-        Args:
-            sequence: the recording.
-            stride: every how many frames one is selected.
-            max_frames: how many at most; None = all.
-            console: where progress is shown.
-        """
-        indices = range(0, len(sequence), stride)[:max_frames]
+    def of(cls, sequence: RgbdSequence, indices: range, console: Console) -> Selection:
+        """The frames `indices` of a recording, with progress shown on a console."""
         return cls(sequence, indices, show_progress(indices, len(indices), lambda: "written", console))
 
     @property

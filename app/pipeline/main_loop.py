@@ -45,7 +45,7 @@ def map_frames(
                     with stage("log"):
                         timeline.show(observation.frame, step, mapper, stage_ms)
             case Perceived(observation):  # the timeline has passed it
-                with recorder.frame(packet.stage_ms):
+                with recorder.late_frame(packet.stage_ms):
                     mapper.fuse(observation)
                     accounting.use(observation.frame)
             case Lost(index):
@@ -53,6 +53,8 @@ def map_frames(
                     _show_tracking(packet, timeline)
                     timeline.skipped(index, packet.reason)
                     accounting.lost.add(index)
+            case Unusable(index, reason, is_late=True):
+                accounting.skip(index, reason)
             case Unusable(index, reason):
                 with recorder.frame(packet.stage_ms):
                     _show_tracking(packet, timeline)

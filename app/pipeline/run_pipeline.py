@@ -18,13 +18,14 @@ from app.frames.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import prefetch
+from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_registration, save_run, save_timings
-from app.settings.run_config import InputSettings, RunConfig
+from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
 from data_tools.recordings.color_warp import ColorWarp
@@ -79,7 +80,7 @@ def run_to_folder(
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
         save_registration(folder, registration)
-        timings = recorder.timings()
+        timings = recorder.timings() | {"account": accounting.account().as_json()}
         if mapper.reintegrator is not None:
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
@@ -108,7 +109,7 @@ def map_sequence(
     Raises:
         BadInput: where too many frames cannot be used, or none was located.
     """
-    indices = selected_frames(len(sequence), config.input)
+    indices = selected_frames(sequence, config.input)
     accounting = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
     recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
 
@@ -138,12 +139,6 @@ def make_mapper(config: RunConfig) -> Mapper:
     # The method's tensors are small: threads that wait for each other cost more than they bring.
     torch.set_num_threads(1)
     return Mapper(config, device=_device(config.run.device))
-
-
-def selected_frames(n_frames: int, settings: InputSettings) -> range:
-    """The indices of the frames to use."""
-    chosen = range(0, n_frames, settings.stride)
-    return chosen if settings.max_frames is None else chosen[: settings.max_frames]
 
 
 def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from app.console.streams import result_console
 from app.frames.color_registration import ColorRegistration
+from app.frames.frame_account import FrameAccount
 from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import RunResult
 from razer.map_object import MapObject
@@ -46,11 +47,7 @@ def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timing
     return {
         "format": 1,
         "run": str(folder),
-        "frames": accounting.frames,
-        "used": accounting.used,
-        "skipped": [{"frame": skipped.frame, "reason": skipped.reason} for skipped in accounting.skipped],
-        "lost": len(accounting.lost),
-        "lost_intervals": [list(interval) for interval in accounting.lost_intervals()],
+        **accounting.account().as_json(),
         "instances": n_instances,
         "timings": timings,
     }
@@ -86,10 +83,9 @@ def _row(item: MapObject) -> tuple[str, ...]:
 
 def print_frames(accounting: FrameAccounting, console: Console) -> None:
     """How many frames were used, and why the others were not; repairs by the reader are counted."""
-    lost = f", {len(accounting.lost)} lost" if accounting.lost else ""
-    skipped = f", {len(accounting.skipped)} skipped" if accounting.skipped else ""
-    console.print(f"{accounting.used} of {accounting.frames} frames used{lost}{skipped}")
-    _print_lost(accounting, console)
+    account = accounting.account()
+    console.print(account.describe())
+    _print_lost(accounting, account, console)
     for entry in accounting.skipped[:_MAX_REASONS]:
         console.print(f"  frame {entry.frame}: {entry.reason}", soft_wrap=True)
     if len(accounting.skipped) > _MAX_REASONS:
@@ -97,8 +93,8 @@ def print_frames(accounting: FrameAccounting, console: Console) -> None:
     _print_notes(accounting.notes, console)
 
 
-def _print_lost(accounting: FrameAccounting, console: Console) -> None:
-    intervals = accounting.lost_intervals()
+def _print_lost(accounting: FrameAccounting, account: FrameAccount, console: Console) -> None:
+    intervals = account.lost_intervals or ()
     for first, last in intervals[:_MAX_REASONS]:
         frames = f"frame {first}" if first == last else f"frames {first} to {last}"
         console.print(f"  {frames}: the camera could not be located", soft_wrap=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import groupby
 from time import perf_counter
 from typing import Any
 
@@ -12,8 +11,9 @@ import numpy as np
 from rich.console import Console
 
 from app.console.progress import show_progress
+from app.frames.frame_account import FrameAccount, SkippedFrame
+from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest
-from app.pipeline.run_pipeline import selected_frames
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
@@ -28,13 +28,15 @@ from slam.system import SlamSystem
 @dataclass
 class TrackedPath:
     """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
-    stamps of all frames that came; lost, the indices of those not located; ms for each frame."""
+    stamps of all frames that could be used; skipped, the others; n_asked, how many were asked for; ms for each
+    frame."""
 
+    n_asked: int
     stamps: dict[int, float] = field(default_factory=dict)
     live: dict[int, Pose] = field(default_factory=dict)
     final: Mapping[int, Pose] = field(default_factory=dict)
     given: dict[int, Pose] = field(default_factory=dict)
-    lost: list[int] = field(default_factory=list)
+    skipped: list[SkippedFrame] = field(default_factory=list)
     ms: list[float] = field(default_factory=list)
     n_keyframes: int = 0
     n_loops: int = 0
@@ -44,9 +46,7 @@ class TrackedPath:
         """The contract of `razer track --json`; errors are null where the recording brings no poses."""
         median, p95 = np.percentile(self.ms, [50, 95]) if self.ms else (0.0, 0.0)
         return {
-            "frames": len(self.stamps),
-            "tracked": len(self.final),
-            "lost_intervals": self.lost_intervals(),
+            **self.account().as_json(),
             "keyframes": self.n_keyframes,
             "loops": self.n_loops,
             "ms_median": round(float(median), 1),
@@ -54,22 +54,28 @@ class TrackedPath:
             **self._errors(),
         }
 
-    def lost_intervals(self) -> list[list[int]]:
-        """First and last index of each run of frames that were not located when they came."""
-        frames = list(self.stamps)
-        row = {index: n for n, index in enumerate(frames)}
-        intervals = groupby(enumerate(self.lost), key=lambda item: row[item[1]] - item[0])
-        return [[interval[0][1], interval[-1][1]] for _, group in intervals if (interval := list(group))]
+    def account(self) -> FrameAccount:
+        """What became of the frames, by the final poses."""
+        lost = self.stamps.keys() - self.final.keys()
+        return FrameAccount.of(self.n_asked, sorted(self.final), self.skipped, lost)
 
-    def _errors(self) -> dict[str, float | None]:
+    def _errors(self) -> dict[str, float | str | None]:
         numbers = None
         if self.given and self.final:
             numbers = trajectory_metrics(self._timed(self.given), self._timed(self.final))
         if numbers is None:
-            return {"ate_rmse_m": None, "rpe_trans_m": None, "rpe_rot_deg": None}
-        rpe = numbers.per_frame
-        values = {"ate_rmse_m": numbers.ate_rmse_m, "rpe_trans_m": rpe.translation_m, "rpe_rot_deg": rpe.rotation_deg}
-        return {name: value if np.isfinite(value) else None for name, value in values.items()}
+            return dict.fromkeys(
+                ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
+            )
+        rpe, alignment = numbers.per_frame, numbers.by_positions
+        values = {
+            "ate_rmse_m": numbers.ate_rmse_m,
+            "rotation_rmse_deg": numbers.rotation_rmse_deg,
+            "rpe_trans_m": rpe.translation_m,
+            "rpe_rot_deg": rpe.rotation_deg,
+        }
+        finite = {name: value if np.isfinite(value) else None for name, value in values.items()}
+        return finite | {"aligned_by": alignment.basis, "degenerate": alignment.degenerate}
 
     def _timed(self, poses: Mapping[int, Pose]) -> TimedPoses:
         stamps: Float64Array = np.array([self.stamps[index] for index in poses])
@@ -80,16 +86,17 @@ class TrackedPath:
 
 def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) -> TrackedPath:
     """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
-    path, slam = TrackedPath(), SlamSystem(config.slam)
-    indices = selected_frames(len(sequence), config.input)
+    indices = selected_frames(sequence, config.input)
+    path, slam = TrackedPath(len(indices)), SlamSystem(config.slam)
     with StopRequest() as stop:
-        for index in show_progress(indices, len(indices), lambda: f"{len(path.lost)} lost", console):
+        for index in show_progress(indices, len(indices), lambda: f"{len(path.stamps) - len(path.live)} lost", console):
             if stop.requested:
                 path.interrupted = True
                 break
             try:
                 _locate(sequence[index], slam, path)
             except UnusableFrame as error:
+                path.skipped.append(SkippedFrame(index, str(error)))
                 console.print(f"skipped frame {index}: {error}", soft_wrap=True)
     slam.finish()
     path.final = slam.trajectory()
@@ -100,13 +107,11 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
 
 
 def _locate(frame: Frame, slam: SlamSystem, path: TrackedPath) -> None:
-    path.stamps[frame.index] = frame.stamp
     if frame.world_from_camera is not None:
         path.given[frame.index] = frame.world_from_camera
     start_s = perf_counter()
     pose = slam.locate(frame)
+    path.stamps[frame.index] = frame.stamp
     path.ms.append(1e3 * (perf_counter() - start_s))
-    if pose is None:
-        path.lost.append(frame.index)
-    else:
+    if pose is not None:
         path.live[frame.index] = pose

@@ -33,13 +33,21 @@ class Recorder:
     @contextmanager
     def frame(self, earlier_ms: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """Count a frame; gives its milliseconds by stage: those `earlier_ms`, to which the stages within add."""
+        try:
+            with self.late_frame(earlier_ms) as stage_ms:
+                yield stage_ms
+        finally:
+            self._n_done += 1
+            self._sample(TENTHS * self._n_done // max(self._n_frames, 1))
+
+    @contextmanager
+    def late_frame(self, earlier_ms: Mapping[str, float]) -> Iterator[dict[str, float]]:
+        """The same for a frame that was counted in its turn, when it was lost."""
         with time_stages(earlier_ms) as stage_ms:
             try:
                 yield stage_ms
             finally:
                 self._add(stage_ms)
-                self._n_done += 1
-                self._sample(TENTHS * self._n_done // max(self._n_frames, 1))
 
     def afterwards(self, steps: Iterator[float]) -> Iterator[float]:
         """Hand on the steps of what is left to do after the last frame, and add the stages within them."""

@@ -74,6 +74,10 @@ class SourceOptions:
 class RecordingOptions(SourceOptions):
     """Which frames of a recording are read, and how."""
 
+    start: int | None = None
+    """Index of the first frame to use."""
+    end: int | None = None
+    """Index one past the last frame to use; all to the end if not given."""
     stride: int | None = None
     """Use every n-th frame."""
     max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None

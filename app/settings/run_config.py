@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from app.timeline.config import TimelineConfig
 from razer.config import MapperConfig
@@ -20,6 +21,10 @@ class InputSettings(PluginSettings):
         None, description="Layout of the folder: a reader's name, or module:function. Not set: recognised."
     )
     folder: str | None = Field(None, description="The recording, as a run records it. Has no effect on a new run.")
+    start: int = Field(0, ge=0, description="Index of the first frame to use.")
+    end: int | None = Field(
+        None, ge=1, description="Index one past the last frame to use. Not set, or past the end: all to the end."
+    )
     stride: int = Field(
         1, ge=1, description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion."
     )
@@ -44,6 +49,14 @@ class InputSettings(PluginSettings):
     depth_to_color: str | None = Field(
         None, description="File with the 4x4 transform from the depth to the colour camera, if not registered."
     )
+
+    @field_validator("end")
+    @classmethod
+    def _check_end(cls, end: int | None, info: ValidationInfo) -> int | None:
+        start = info.data.get("start")  # none if that was refused
+        if end is not None and start is not None and end <= start:
+            raise PydanticCustomError("empty_range", "should be greater than input.start, {start}", {"start": start})
+        return end
 
 
 class RunSettings(Settings):

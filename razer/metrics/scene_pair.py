@@ -13,11 +13,14 @@ from razer.arrays import BoolArray, FloatArray, IntArray
 @dataclass(frozen=True, slots=True)
 class TimedPoses:
     """A trajectory: stamps (N,) in seconds, strictly increasing, with world_from_camera (N, 4, 4) in metres. Frames
-    without a pose are left out; n_frames, where known, counts them too. Raises ValueError for other shapes."""
+    without a pose are left out; n_frames, where known, counts them too. tracked: of estimated poses, the share of the
+    frames asked for that have one, nan where that is not known; None: all frames of the other trajectory were asked
+    for. Raises ValueError for other shapes."""
 
     stamps: FloatArray
     world_from_camera: FloatArray
     n_frames: int | None = None
+    tracked: float | None = None
 
     def __post_init__(self) -> None:
         if self.world_from_camera.shape != (len(self.stamps), 4, 4):
@@ -65,8 +68,8 @@ class PredictedScene:
     Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids.
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
-    own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the
-    alignment of the trajectories first. Predictions of equal score are taken in the order of their ids."""
+    own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved first, by
+    the alignment of the trajectories by full poses. Predictions of equal score are taken in the order of their ids."""
 
     vertices: FloatArray | None = None
     instances: IntArray | None = None

@@ -1,4 +1,5 @@
-"""Trajectory errors: absolute (ATE) after Umeyama alignment, relative (RPE), and the share of frames tracked."""
+"""Trajectory errors: absolute (ATE) after Umeyama alignment, of rotation after that by full poses, relative (RPE), and
+the share of frames tracked."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, FloatArray, Int64Array, IntArray
 from razer.metrics.scene_pair import TimedPoses
-from razer.metrics.umeyama import AlignmentBasis, align_poses
+from razer.metrics.umeyama import PoseAlignment, align_positions, align_views
 
 MAX_DIFFERENCE_S = 0.02
 
@@ -25,9 +26,10 @@ class RelativeErrors:
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryMetrics:
-    """ate_rmse_m and rotation_rmse_deg after the alignment, truth_from_estimate (4, 4) and its basis; errors from one
-    frame to the next and over one second; poses compared, and the share of the true frames that have an estimated
-    pose."""
+    """ate_rmse_m after `by_positions`, the alignment that belongs to it; rotation_rmse_deg after truth_from_estimate
+    (4, 4), the alignment by full poses that brings maps together; errors from one frame to the next and over one
+    second; poses compared; tracked, the share of the frames asked for that have an estimated pose, nan where
+    the estimate does not know it."""
 
     ate_rmse_m: float
     rotation_rmse_deg: float
@@ -36,7 +38,7 @@ class TrajectoryMetrics:
     compared: int
     tracked: float
     truth_from_estimate: Float64Array
-    basis: AlignmentBasis
+    by_positions: PoseAlignment
 
 
 class PoseErrors(NamedTuple):
@@ -54,47 +56,40 @@ def trajectory_metrics(
     rows, columns = match_timestamps(truth.stamps, estimate.stamps, max_difference_s)
     if len(rows) == 0:
         return None
-    stamps, true_poses = truth.stamps[rows], truth.world_from_camera[rows]
-    alignment = align_poses(estimate.world_from_camera[columns], true_poses)
-    poses = alignment.target_from_source @ estimate.world_from_camera[columns]
-    errors = _errors(stamps, true_poses, poses)
-    frames = truth.n_frames or len(truth.stamps)
+    stamps, true_poses, poses = truth.stamps[rows], truth.world_from_camera[rows], estimate.world_from_camera[columns]
+    by_positions, by_views = align_positions(poses, true_poses), align_views(poses, true_poses)
     seconds = _one_second_later(stamps, max_difference_s)
     return TrajectoryMetrics(
-        _root_mean_square(errors.distances_m),
-        _root_mean_square(errors.angles_deg),
+        _root_mean_square(_distances_m(true_poses, by_positions.target_from_source @ poses)),
+        _root_mean_square(_angles_deg(true_poses, by_views @ poses)),
         _relative(true_poses, poses, np.arange(len(poses) - 1), np.arange(1, len(poses))),
         _relative(true_poses, poses, *seconds),
         len(poses),
-        len(poses) / frames,
-        alignment.target_from_source,
-        alignment.basis,
+        len(poses) / (truth.n_frames or len(truth.stamps)) if estimate.tracked is None else estimate.tracked,
+        by_views,
+        by_positions,
     )
 
 
 def errors_over_time(
-    truth: TimedPoses,
-    estimate: TimedPoses,
-    truth_from_estimate: Float64Array,
-    max_difference_s: float = MAX_DIFFERENCE_S,
+    truth: TimedPoses, estimate: TimedPoses, metrics: TrajectoryMetrics, max_difference_s: float = MAX_DIFFERENCE_S
 ) -> PoseErrors:
-    """The error of each estimated pose that has a true one at its stamp.
+    """The error of each estimated pose that has a true one at its stamp, after the alignments of its metrics.
 
     Args:
         truth: true poses, metres.
         estimate: estimated poses, metres, in a frame of their own.
-        truth_from_estimate: (4, 4), the alignment of the two frames.
+        metrics: of the estimate against the truth.
         max_difference_s: stamps further apart than this do not agree, seconds.
     """
     rows, columns = match_timestamps(truth.stamps, estimate.stamps, max_difference_s)
-    return _errors(
-        truth.stamps[rows], truth.world_from_camera[rows], truth_from_estimate @ estimate.world_from_camera[columns]
-    )
+    true_poses, poses = truth.world_from_camera[rows], estimate.world_from_camera[columns]
+    distances_m = _distances_m(true_poses, metrics.by_positions.target_from_source @ poses)
+    return PoseErrors(truth.stamps[rows], distances_m, _angles_deg(true_poses, metrics.truth_from_estimate @ poses))
 
 
-def _errors(stamps: FloatArray, truth: FloatArray, estimate: FloatArray) -> PoseErrors:
-    distances_m = np.linalg.norm(estimate[:, :3, 3] - truth[:, :3, 3], axis=1)
-    return PoseErrors(stamps, distances_m, _angles_deg(truth, estimate))
+def _distances_m(poses: FloatArray, others: FloatArray) -> FloatArray:
+    return np.linalg.norm(others[:, :3, 3] - poses[:, :3, 3], axis=1)
 
 
 def match_timestamps(

@@ -13,6 +13,8 @@ from razer.tracking.duplicates import find_duplicates
 from razer.tracking.panoptic_integrator import PanopticIntegrator
 from razer.volume.voxel_map import VoxelMap
 
+_NOBODY = np.zeros(0, np.int32)
+
 
 def adopt_volume(
     integrator: PanopticIntegrator, rebuilt: VoxelMap, owners: Sequence[Int32Array]
@@ -47,7 +49,7 @@ def adopt_tracks(
         owners_after: The same in the second pass.
     """
     voxels = integrator.voxels  # both volumes read ids through one table
-    before, after = (_resolved(voxels, np.concatenate(ids)) for ids in (owners_before, owners_after))
+    before, after = (_resolved(voxels, np.concatenate([_NOBODY, *ids])) for ids in (owners_before, owners_after))
     matched_ids = match_ids(before, after)
     successor.tracker.rename(matched_ids)
     for new_id, old_id in matched_ids.items():

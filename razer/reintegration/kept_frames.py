@@ -53,8 +53,8 @@ class KeptFrames:
 
     @property
     def frames_each(self) -> float:
-        """How many fused frames one kept frame stands for."""
-        return self._n_represented / len(self)
+        """How many fused frames one kept frame stands for; 1 where none is kept, since all are lost after all."""
+        return self._n_represented / len(self) if len(self) else 1.0
 
     @property
     def stored_bytes(self) -> int:

@@ -140,8 +140,11 @@ class Reintegrator:
         each frame. They are unpacked by `apply`. Instances keep their ids."""
         if self.is_final:
             return
-        successor, owners = integrator.successor(self._carve_every), []
+        successor = integrator.successor(self._carve_every)
+        owners: list[Int32Array] = []
         replays = self._frames.replays(range(self.n_kept), apply)
+        if not self.n_kept:  # all are lost after all: what they showed is forgotten
+            self._adopt_successor(integrator, successor, owners)
         for _ in range(self.n_kept):
             with stage("rebuild"):
                 owners.append(successor.fuse(next(replays)).owners)

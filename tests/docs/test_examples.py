@@ -26,7 +26,7 @@ MAX_LINES = 40
 def recording(tmp_path_factory):
     """The first frames of a walk through the synthetic room."""
     folder = tmp_path_factory.mktemp("examples") / "recording"
-    start = Selection.of(SyntheticRoom(0, 120, 320, 240), 1, 6, Console(quiet=True))
+    start = Selection.of(SyntheticRoom(0, 120, 320, 240), range(6), Console(quiet=True))
     write_recording(start, folder)
     return folder
 

@@ -306,10 +306,11 @@ def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys)
     assert code == 0
     result = json.loads(printed.out.splitlines()[-1])
     assert set(result) == {
-        "frames", "tracked", "lost_intervals", "keyframes", "loops", "ms_median", "ms_p95",
-        "ate_rmse_m", "rpe_trans_m", "rpe_rot_deg",
+        "frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked", "keyframes", "loops", "ms_median",
+        "ms_p95", "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate",
     }  # fmt: skip
-    assert (result["frames"], result["tracked"], result["lost_intervals"]) == (12, 12, [])
+    assert (result["frames"], result["used"], result["tracked"], result["lost_intervals"]) == (12, 12, 1.0, [])
+    assert (result["rotation_rmse_deg"] < 1.5, result["aligned_by"] in ("positions", "orientations")) == (True, True)
     assert result["ate_rmse_m"] < 0.03
     for file in files:
         rows = np.loadtxt(file)

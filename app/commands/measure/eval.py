@@ -110,17 +110,26 @@ def evaluate(
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
     result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
-    _deliver(result, notes, run if run is not None and is_map_folder(run) else None, out, json)
+    _deliver(result, jobs, notes, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
 
 
-def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: Path | None, json: bool) -> None:
+def _deliver(
+    result: Evaluation,
+    jobs: list[tuple[str, Path, Path]],
+    notes: list[str],
+    run: Path | None,
+    pictures: Path | None,
+    json: bool,
+) -> None:
     """Print notes, write metrics and plots into the run folder, if there is one, and print the metrics."""
+    from app.evaluation.frame_accounts import with_accounts
     from app.evaluation.report import report
 
     print_notes(notes)
+    print_notes(f"ATE: positions hardly align: {cause}" for cause in (result.pose or {}).get("degenerate", ()))
     print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
-    content = result.as_json()
+    content = with_accounts(result.as_json(), [(name, prediction) for name, prediction, _ in jobs])
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
         pictures = pictures or run / PLOTS

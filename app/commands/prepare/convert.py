@@ -44,12 +44,13 @@ def convert(
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     from app.frames.open_recording import open_recording
-    from app.frames.selection import Selection
+    from app.frames.selection import Selection, selected_frames
     from data_tools.truth.open_truth import has_truth, open_truth
     from data_tools.writers.table import write_recording
 
     settings, console = options.input_settings(), progress_console()
-    selection = Selection.of(open_recording(folder, settings, console), settings.stride, settings.max_frames, console)
+    sequence = open_recording(folder, settings, console)
+    selection = Selection.of(sequence, selected_frames(sequence, settings), console)
     truth = open_truth(folder) if has_truth(folder) else None
     try:
         skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)

@@ -103,7 +103,7 @@ def synth(
 
     _check_arguments(out, layout, spacing)
     sequence, console = options.sequence(colour.misalignment()), progress_console()
-    selection = Selection.of(sequence, 1, None, console)
+    selection = Selection.of(sequence, range(len(sequence)), console)
     try:
         console.print("computing which surfaces are visible")
         truth = sequence.truth(spacing)

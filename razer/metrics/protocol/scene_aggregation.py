@@ -88,12 +88,13 @@ def _retrieval(counts: Sequence[RetrievalCounts]) -> Metrics | None:
 
 
 def pose(results: Sequence[TrajectoryMetrics]) -> Metrics | None:
-    """Mean over the scenes."""
+    """Mean over the scenes; degenerate: why positions hardly fix the alignment that ATE stands on, if so."""
     if not results:
         return None
     each = [_pose_of_scene(result) for result in results]
     means: Metrics = {key: nanmean(scene[key] for scene in each) for key in each[0]}
-    return means | {"compared": sum(r.compared for r in results)}
+    degenerate = sorted({cause for r in results if (cause := r.by_positions.degenerate) is not None})
+    return means | {"compared": sum(r.compared for r in results), "degenerate": degenerate}
 
 
 def _pose_of_scene(result: TrajectoryMetrics) -> dict[str, float]:

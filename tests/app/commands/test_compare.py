@@ -24,7 +24,8 @@ RULES = PRESETS["default"]
 FILES = {"compare.json", "trajectories.png", "errors.png", "instances.png", "compare.rrd"}
 POSE_KEYS = {
     "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "rpe_second_trans_m", "rpe_second_rot_deg",
-    "compared", "tracked_a", "tracked_b", "a_from_b", "aligned_by", "truth_from_a", "truth_from_b",
+    "compared", "tracked_a", "tracked_b", "a_from_b", "a_from_b_by_positions", "aligned_by", "degenerate",
+    "truth_from_a", "truth_from_b",
 }  # fmt: skip
 PAIR_KEYS = {
     "a", "b", "class_a", "class_b", "iou", "center_distance_m", "center_a_m", "center_b_m", "extent_a_m",
@@ -117,6 +118,10 @@ def numbers_in(value):
 def test_a_moved_run_is_brought_back_and_everything_matches(run, moved):
     result = compare_runs(run, moved, None, RULES).as_json()
     np.testing.assert_allclose(result["pose"]["a_from_b"], np.linalg.inv(MOTION), atol=1e-6)
+    np.testing.assert_allclose(result["pose"]["a_from_b_by_positions"], np.linalg.inv(MOTION), atol=1e-6)
+    assert result["pose"]["degenerate"] is None
+    assert result["alignment"]["aligned_by"] == "poses"  # the surfaces fit already
+    assert not result["alignment"]["refinement"]["kept"]
     assert result["pose"]["ate_rmse_m"] < 1e-6
     assert result["pose"]["rpe_rot_deg"] < 1e-5
     assert result["pose"]["tracked_a"] == result["pose"]["tracked_b"] == 1.0
@@ -181,6 +186,37 @@ def test_disturbed_positions_lost_frames_and_their_errors(run, tmp_path):
     assert pose["tracked_b"] == pytest.approx(len(kept) / N_FRAMES)
 
 
+def test_a_nearly_flat_path_does_not_turn_the_map(run, moved, tmp_path):
+    """Positions that drift by 3 cm on a path of 30, 11 and 1 cm say next to nothing of how maps lie to each other."""
+    t = np.linspace(0, 2 * np.pi, N_FRAMES)
+    path = np.stack([0.42 * np.sin(t), 0.155 * np.cos(2 * t), 0.014 * np.cos(5 * t)], axis=1)
+    drift = np.stack([0 * t, 0 * t, 0.04 * np.cos(2 * t)], axis=1)
+    turned, shift = MOTION[:3, :3], MOTION[:3, 3]
+    one = copy_with(run, tmp_path / "one", lambda s, p, r: (s, path, r))
+    other = copy_with(moved, tmp_path / "other", lambda s, p, r: (s, (path + drift) @ turned.T + shift, r))
+    result = compare_runs(one, other, None, RULES)
+    content = result.as_json()
+
+    def turn_deg(transform):
+        return np.degrees(Rotation.from_matrix((np.array(transform) @ MOTION)[:3, :3]).magnitude())
+
+    assert turn_deg(content["pose"]["a_from_b_by_positions"]) > 5
+    assert "nearly flat" in content["pose"]["degenerate"]
+    assert any("nearly flat" in note and "ATE" in note for note in result.notes)
+    assert content["surface"]["fscore_5cm"] > 0.99
+    assert len(content["instances"]["matched"]) > 10
+    assert content["pose"]["rotation_rmse_deg"] < 1
+    # The surfaces take back what drift did to the mean of the poses.
+    alignment = content["alignment"]
+    assert alignment["aligned_by"] == "poses and surfaces"
+    assert alignment["a_from_b"] == content["pose"]["a_from_b"] != alignment["a_from_b_by_poses"]
+    np.testing.assert_allclose(np.array(alignment["a_from_b"]) @ MOTION, np.eye(4), atol=0.002)
+    refinement = alignment["refinement"]
+    assert refinement["kept"]
+    assert refinement["fit_after_m"] < 0.2 * refinement["fit_before_m"]
+    assert 0.001 < refinement["moved_m"] < 0.05
+
+
 def test_a_camera_that_stands_still_is_aligned_by_where_it_looks(run, moved, tmp_path):
     def still(stamps, positions, rotations):
         return stamps, positions[:1] + np.zeros((len(stamps), 1)), rotations
@@ -189,6 +225,7 @@ def test_a_camera_that_stands_still_is_aligned_by_where_it_looks(run, moved, tmp
     result = compare_runs(one, other, None, RULES)
     np.testing.assert_allclose(result.pose.truth_from_estimate, np.linalg.inv(MOTION), atol=1e-6)
     assert result.as_json()["pose"]["aligned_by"] == "orientations"
+    assert "hardly moved" in result.as_json()["pose"]["degenerate"]
     assert any("orientations helped" in note for note in result.notes)
 
 
@@ -220,6 +257,10 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     for words in (
         "A: run",
         "B: moved",
+        f"A: {N_FRAMES} of {N_FRAMES} frames used",
+        "maps aligned by full poses; not refined on the surfaces",
+        "A from B, of the maps:",
+        "A from B, of the positions alone (ATE):",
         "B against A",
         "ATE RMSE, m",
         "instances in both",
@@ -235,7 +276,8 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
 
     content = json.loads((out / "compare.json").read_text(), parse_constant=refuse)
     assert set(content) == {
-        "format", "run_a", "run_b", "preset", "a", "b", "delta", "pose", "surface", "instances", "notes",
+        "format", "run_a", "run_b", "preset", "a", "b", "delta", "frames", "alignment", "pose", "surface", "instances",
+        "notes",
     }  # fmt: skip
     assert set(content["pose"]) == POSE_KEYS
     assert all(set(pair) == PAIR_KEYS for pair in content["instances"]["matched"])
@@ -288,3 +330,21 @@ def test_what_cannot_be_compared_is_one_plain_line(room, run, tmp_path, capsys, 
     assert message in error
     assert error.count("\n") == 1
     assert not (run / "compare").exists()
+
+
+# Real data
+
+
+@pytest.mark.full
+def test_a_kitchen_under_given_and_under_estimated_poses_is_one_kitchen(real_data, tmp_path, capsys):
+    """Its path is nearly flat: aligned by positions, F at 5 cm was 0.26 and hardly an instance in both maps."""
+    which = ("--end", 200, "--stride", 5, "--poses", "both", "--no-timeline", "--device", "cpu")
+    assert call("run", real_data / "redkitchen", "-o", tmp_path / "both", *which, "--json") == 0
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result["surface"]["fscore_5cm"] > 0.97
+    assert result["pose"]["rotation_rmse_deg"] < 2.5
+    assert "nearly flat" in result["pose"]["degenerate"]
+    assert len(result["instances"]["matched"]) > 5 * len(result["instances"]["missed"])
+    assert result["frames"]["a"]["frames"] == result["frames"]["b"]["frames"] == 40
+    off = np.linalg.inv(result["alignment"]["a_from_b_by_poses"]) @ result["alignment"]["a_from_b"]
+    assert np.degrees(Rotation.from_matrix(off[:3, :3]).magnitude()) < 1

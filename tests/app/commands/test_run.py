@@ -32,9 +32,10 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
     out, process = finished
     (line,) = process.stdout.splitlines()
     result = json.loads(line)
-    keys = {"format", "run", "frames", "used", "skipped", "lost", "lost_intervals", "instances", "timings"}
-    keys |= {"rgbd", "rgbd_applied"}
-    assert set(result) == keys
+    account = {"frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked"}
+    assert set(result) == {"format", "run", "instances", "timings", "rgbd", "rgbd_applied", *account}
+    assert {key: result[key] for key in account} == result["timings"]["account"]
+    assert (result["tracked"], result["asked"]) == (1.0, N_FRAMES)
     assert (result["format"], result["run"]) == (1, str(out))
     assert (result["frames"], result["used"], result["skipped"], result["lost"]) == (N_FRAMES, N_FRAMES, [], 0)
     instances = json.loads((out / "instances.json").read_text())["instances"]

@@ -58,6 +58,8 @@ INPUTS = {
         ("good", ("--set", "segmenter.options.nonsense=1"), "segmenter 'geometric' does not take"),
         ("good", ("--intrinsics", "1,2"), "intrinsics"),
         ("good", ("--stride", "0"), "input.stride = 0"),
+        ("good", ("--start", "5", "--end", "3"), "input.end = 3: should be greater than input.start, 5"),
+        ("good", ("--start", "12"), r"has frames 0 to 11: --start 12 lies past its end"),
     ],
 )
 def test_unusable_input_is_one_plain_line(capsys, tmp_path, folder, options, message):

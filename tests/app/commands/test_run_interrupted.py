@@ -80,7 +80,8 @@ def test_ctrl_c_finishes_the_folder_with_what_is_there(recording, tmp_path):
     assert process.returncode == 130, err
     result = json.loads(out.splitlines()[-1])
     assert 3 <= result["used"] < N_FRAMES
-    assert result["frames"] == result["used"]
+    assert result["frames"] == result["used"] == result["timings"]["frames"]
+    assert (result["lost"], result["asked"], result["tracked"]) == (0, N_FRAMES, result["used"] / N_FRAMES)
     run = tmp_path / "runs" / "run"
     assert set(listing(run)) == RUN_FILES
     assert len(np.loadtxt(run / "trajectory.txt")) == result["used"]

@@ -107,11 +107,46 @@ def test_frames_whose_pose_is_known_in_the_end_come_last_at_that_pose():
     assert all(list(packet.stage_ms) == ["decode", "segment"] for packet in late)
 
 
+class SecondThoughts:
+    """Poses that change their mind: of each frame (with its own index) the corrections that come with a later one."""
+
+    def __init__(self, corrections):
+        self.by_turn, self.turn = corrections, -1
+
+    def locate(self, frame):
+        self.turn = frame.index
+        return None if frame.index in (1, 2) else np.eye(4)
+
+    def finish(self):
+        self.turn = "end"
+
+    def corrections(self):
+        return self.by_turn.pop(self.turn, {})
+
+    def report(self):
+        return None
+
+
+@pytest.mark.parametrize(
+    ("corrections", "late"),
+    [
+        ({3: {1: ELSEWHERE}, 4: {1: None}}, []),  # recovered, and lost again
+        ({3: {0: None}, "end": {0: ELSEWHERE}}, [0]),  # used, lost after all, and known in the end
+        ({3: {0: None, 1: ELSEWHERE}, "end": {0: None, 2: ELSEWHERE}}, [1, 2]),
+    ],
+)
+def test_late_frames_are_those_that_are_known_in_the_end(corrections, late):
+    with packet_stream(Clip(5), range(5), partial(SecondThoughts, corrections), Nothing()) as packets:
+        assert [packet.index for packet in packets if isinstance(packet, Perceived) and packet.is_late] == late
+
+
 def test_a_frame_that_cannot_be_perceived_keeps_what_its_poses_brought():
     update = PoseUpdate({3: np.eye(4)}, given=np.eye(4))
     packet = Perceiver(Nothing(refused=(5,)))(Located(blank(5), pose_update=update, stage_ms={"decode": 2.0}))
     assert isinstance(packet, Unusable)
     assert (packet.index, packet.reason, packet.pose_update) == (5, "frame 5 is empty", update)
+    assert not packet.is_late
+    assert Perceiver(Nothing(refused=(5,)))(Located(blank(5), is_late=True)).is_late
     assert list(packet.stage_ms) == ["decode", "segment"]
 
 

@@ -85,13 +85,22 @@ def test_each_packet_takes_its_way():
     assert accounting.lost == set()
     assert [(skipped.frame, skipped.reason) for skipped in accounting.skipped] == [(2, "torn")]
     assert accounting.graph is GRAPH
-    assert timings["frames"] == 5
+    assert timings["frames"] == 4 == accounting.account().frames  # a frame that comes late was counted in its turn
 
 
 def test_a_frame_that_stays_lost_is_counted_as_such():
     _, accounting, _ = mapped([perceived(0), Lost(1), PosesFinal(PoseUpdate())])
     assert accounting.lost == {1}
     assert accounting.graph is None
+
+
+def test_a_late_frame_that_cannot_be_perceived_counts_once():
+    _, accounting, timings = mapped(
+        [perceived(0), Lost(1), PosesFinal(PoseUpdate({1: np.eye(4)})), Unusable(1, "its mask is torn", is_late=True)]
+    )
+    account = accounting.account()
+    assert (account.frames, account.used, account.lost, len(account.skipped)) == (2, 1, 0, 1)
+    assert timings["frames"] == 2
 
 
 def test_too_many_unusable_frames_end_the_run():

@@ -89,6 +89,8 @@ def test_values_are_read_as_toml_or_else_as_text(text, value):
         ("input.poses=perhaps", "input.poses = 'perhaps': should be 'given', 'slam' or 'auto'"),
         ("input.stride=often", "input.stride = 'often'"),
         ("input.stride.deep=1", "input.stride"),
+        ("input.start=-1", "input.start = -1: should be greater than or equal to 0"),
+        ("input.end=0", "input.end = 0: should be greater than or equal to 1"),
         ("voxels=3", "voxels = 3"),
         ("voxels", "section.key=value"),
         ("=3", "section.key=value"),
@@ -99,6 +101,12 @@ def test_a_wrong_setting_is_one_plain_line(assignment, message):
         read_config(None, [assignment], {})
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_range_of_no_frames_is_one_plain_line():
+    with pytest.raises(BadInput) as error:
+        read_config(None, ["input.start=7"], {"input.end": 7})
+    assert str(error.value) == "setting input.end = 7: should be greater than input.start, 7"
 
 
 @pytest.mark.parametrize(

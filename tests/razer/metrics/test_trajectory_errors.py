@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import match_timestamps, trajectory_metrics
-from razer.metrics.umeyama import align_poses, umeyama
+from razer.metrics.umeyama import align_positions, align_views, umeyama
 
 
 def motion(rotation: Rotation, shift: np.ndarray) -> np.ndarray:
@@ -133,7 +133,7 @@ def test_short_trajectories() -> None:
 
 def test_what_was_written_and_read_back_is_left_where_it_is() -> None:
     poses = walk().world_from_camera
-    result = align_poses(poses + 1e-9, poses)
+    result = align_positions(poses + 1e-9, poses)
     assert result.basis == "identity"
     assert (result.target_from_source == np.eye(4)).all()
 
@@ -143,6 +143,116 @@ def test_orientations_close_what_positions_leave_open(direction: tuple[float, ..
     poses = walk(60).world_from_camera.copy()
     poses[:, :3, 3] = np.outer(np.linspace(0, 2, 60), direction)
     moved = motion(Rotation.random(random_state=5), np.array([1.0, -2.0, 3.0]))
-    result = align_poses(moved @ poses, poses)
+    result = align_positions(moved @ poses, poses)
     assert result.basis == "orientations"
     assert result.target_from_source @ moved == pytest.approx(np.eye(4), abs=1e-9)
+
+
+# Alignment by full poses
+
+
+def flat_walk(n: int = 200) -> np.ndarray:
+    """Poses of a hand-held camera whose path spreads by 30, 11 and 1 cm, as that of a real kitchen does."""
+    t = np.linspace(0, 2 * np.pi, n)
+    turns = Rotation.from_rotvec(np.stack([0.2 * np.sin(2 * t), 0.5 * np.sin(t), 0.1 * np.cos(t)], axis=1))
+    shifts = np.stack([0.42 * np.sin(t), 0.155 * np.cos(2 * t), 0.014 * np.cos(5 * t)], axis=1)
+    return np.stack([motion(r, s) for r, s in zip(turns, shifts, strict=True)])
+
+
+def drifted(poses: np.ndarray) -> np.ndarray:
+    """The same with errors that change slowly: 3 cm across the path where it is narrow, and a degree."""
+    t = np.linspace(0, 2 * np.pi, len(poses))
+    moved = poses.copy()
+    moved[:, 2, 3] += 0.04 * np.cos(2 * t)  # in step with the path's width: positions alone take it for a turn
+    errors = Rotation.from_rotvec(np.radians(1.0) * np.stack([np.sin(3 * t), np.cos(t), np.sin(t)], axis=1))
+    moved[:, :3, :3] = (errors * Rotation.from_matrix(poses[:, :3, :3])).as_matrix()
+    return moved
+
+
+def turn_deg(transform: np.ndarray) -> float:
+    return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
+
+
+def test_a_nearly_flat_path_is_aligned_by_where_the_camera_looked() -> None:
+    true_poses = flat_walk()
+    moved = motion(Rotation.random(random_state=2), np.array([1.0, -2.0, 0.5]))
+    poses = moved @ drifted(true_poses)
+    by_positions = align_positions(poses, true_poses)
+    assert by_positions.basis == "positions"
+    assert turn_deg(by_positions.target_from_source @ moved) > 5
+    assert by_positions.degenerate is not None
+    assert "nearly flat" in by_positions.degenerate
+    assert turn_deg(align_views(poses, true_poses) @ moved) < 1.5
+    stamps = np.arange(len(poses)) / 30
+    result = trajectory_metrics(TimedPoses(stamps, true_poses), TimedPoses(stamps, poses))
+    assert result is not None
+    assert result.rotation_rmse_deg < 2
+    assert result.truth_from_estimate == pytest.approx(align_views(poses, true_poses))
+    assert result.by_positions.degenerate == by_positions.degenerate
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 0.0), (1.0, 0.5, 0.0), (1.0, 0.001, 0.0)])
+@pytest.mark.parametrize("n", [1, 2, 60])
+def test_no_path_is_too_short_or_straight_for_full_poses(direction: tuple[float, ...], n: int) -> None:
+    poses = walk(n).world_from_camera.copy()
+    poses[:, :3, 3] = np.outer(np.linspace(0, 2, n), direction)
+    moved = motion(Rotation.random(random_state=5), np.array([1.0, -2.0, 3.0]))
+    assert align_views(moved @ poses, poses) @ moved == pytest.approx(np.eye(4), abs=1e-9)
+
+
+def test_a_stretch_of_wrong_poses_does_not_pull_the_alignment() -> None:
+    true_poses, moved = walk(100).world_from_camera, motion(Rotation.random(random_state=3), np.array([1.0, 0.0, 2.0]))
+    poses = moved @ true_poses
+    poses[60:90] = poses[60:90] @ motion(Rotation.from_euler("y", 25, degrees=True), np.array([0.6, 0.0, 0.3]))
+    off = align_views(poses, true_poses) @ moved
+    assert turn_deg(off) < 0.01
+    assert np.linalg.norm(off[:3, 3]) < 1e-4
+
+
+def test_no_motion_displaces_what_was_seen_less() -> None:
+    true_poses = walk(30).world_from_camera
+    poses = drifted(true_poses)
+    corners = np.array([[0, 0, 2], [-1, -0.75, 2], [1, -0.75, 2], [-1, 0.75, 2], [1, 0.75, 2]])
+
+    def displacements(parameters: np.ndarray) -> np.ndarray:
+        moved = motion(Rotation.from_rotvec(parameters[:3]), parameters[3:]) @ poses
+        off = [(t[:3, :3] - m[:3, :3]) @ corners.T + (t - m)[:3, 3:] for t, m in zip(true_poses, moved, strict=True)]
+        return np.array([np.sqrt((one**2).sum(axis=0).mean()) for one in off])
+
+    def huber(parameters: np.ndarray, scale_m: float) -> float:
+        return sum(d if d > scale_m else (d**2 / scale_m + scale_m) / 2 for d in displacements(parameters))
+
+    options = {"maxiter": 6000, "fatol": 1e-10, "xatol": 1e-8}
+    robust = minimize(lambda p: displacements(p).sum(), np.zeros(6), method="Nelder-Mead", options=options).x
+    scale_m = 2 * float(np.median(displacements(robust)))
+    best = minimize(huber, robust, (scale_m,), method="Nelder-Mead", options=options).fun
+    result = align_views(poses, true_poses)
+    found = huber(np.append(Rotation.from_matrix(result[:3, :3]).as_rotvec(), result[:3, 3]), scale_m)
+    assert found == pytest.approx(best, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("n", "spreads_m", "error_m", "cause"),
+    [
+        (2, (1.0, 1.0, 1.0), 0.01, "too few poses in common (2)"),
+        (40, (0.01, 0.005, 0.002), 0.001, "hardly moved"),
+        (40, (1.0, 0.01, 0.005), 0.001, "straight to within"),
+        (40, (1.0, 0.05, 0.005), 0.02, "nearly straight"),
+        (40, (0.3, 0.11, 0.01), 0.02, "nearly flat"),
+        (40, (0.1, 0.1, 0.1), 0.02, "short"),
+        (40, (1.0, 0.7, 0.01), 0.005, None),
+        (40, (0.3, 0.11, 0.01), 0.001, None),
+    ],
+)
+def test_positions_that_hardly_align_are_named_with_their_cause(
+    n: int, spreads_m: tuple[float, ...], error_m: float, cause: str | None
+) -> None:
+    rng = np.random.default_rng(0)
+    path = rng.normal(size=(n, 3))
+    path = (path - path.mean(axis=0)) / path.std(axis=0)
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, 3] = path * spreads_m
+    other = poses.copy()
+    other[:, :3, 3] += error_m * rng.normal(size=(n, 3)) / np.sqrt(3)
+    found = align_positions(other, poses).degenerate
+    assert found is None if cause is None else cause in str(found)

@@ -183,6 +183,21 @@ def test_of_a_video_every_second_frame_is_kept_of_a_resting_camera_fewer_and_of_
     assert kept == [9, 3, 17]
 
 
+def test_where_all_frames_are_lost_after_all_nothing_of_them_is_left() -> None:
+    mapper = mapper_with(ReintegrationSettings(enabled=True))
+    for i in range(8):
+        mapper.step(wall_and_box(i, pose((0.03 * i, 0, 0))))
+    assert len(mapper.snapshot().mesh.vertices)
+    mapper.move(dict.fromkeys(range(8)))
+    panoptic = mapper.finish()
+    assert not len(panoptic.mesh.vertices)
+    assert panoptic.objects == ()
+    # What comes late is mapped.
+    for i in range(4):
+        mapper.step(wall_and_box(20 + i, pose((0.03 * i, 0, 0))))
+    assert len(mapper.finish().mesh.vertices)
+
+
 def test_no_more_is_replayed_than_was_earned() -> None:
     settings = ReintegrationSettings(
         enabled=True, replays_per_frame=0.2, max_replays_per_frame=3, frames_per_keyframe=1, keyframe_stride=2

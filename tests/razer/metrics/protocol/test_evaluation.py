@@ -216,6 +216,25 @@ def test_a_surface_in_the_frame_of_its_own_trajectory_is_moved_first() -> None:
     assert left.class_agnostic["ap25"] == 0.0
 
 
+def test_a_surface_whose_path_is_nearly_flat_is_moved_by_where_its_cameras_looked() -> None:
+    truth, t = truth_scene(), np.linspace(0, 2 * np.pi, 40)
+    poses = np.tile(np.eye(4), (40, 1, 1))
+    poses[:, :3, 3] = np.stack([0.42 * np.sin(t), 0.155 * np.cos(2 * t), 0.014 * np.cos(5 * t)], axis=1)
+    estimated = poses.copy()
+    estimated[:, 2, 3] += 0.04 * np.cos(2 * t)
+    stamps = np.arange(40) / 10
+    own = PredictedScene(
+        vertices=truth.vertices, instances=truth.instances, trajectory=TimedPoses(stamps, estimated), own_frame=True
+    )
+    result = evaluate([("a", replace(truth, trajectory=TimedPoses(stamps, poses)), own)], DEFAULT)
+    assert result.surface is not None
+    assert result.pose is not None
+    assert result.surface["accuracy_m"] < 0.02  # by positions alone it was turned by 13 degrees
+    assert result.pose["rotation_rmse_deg"] < 1
+    (cause,) = result.pose["degenerate"]
+    assert "nearly flat" in cause
+
+
 def test_names_that_no_list_has_are_reported() -> None:
     truth = truth_scene()
     strange = replace(prediction(truth), class_names={2: "chair", 3: "zorb"})
