@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,3 +126,20 @@ def test_however_a_run_ends_no_file_is_left(tmp_path, ending: str) -> None:
     environment = {"TMPDIR": str(tmp_path), "PATH": "", "PYTHONPATH": ":".join(sys.path)}
     subprocess.run([sys.executable, "-c", source], env=environment, capture_output=True, check=False)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_where_colour_was_not_seen_comes_back(room_frame: Frame) -> None:
+    has_color = np.random.default_rng(0).random(room_frame.depth.shape) < 0.7
+    back = unpack((pack(bare(replace(room_frame, has_color=has_color))), room_frame.pose), SETTINGS).frame
+    assert back.has_color is not None
+    np.testing.assert_array_equal(back.has_color, has_color[::2, ::2])
+    assert unpack((pack(bare(room_frame)), room_frame.pose), SETTINGS).frame.has_color is None
+
+
+def test_masks_say_nothing_of_what_colour_does_not_see(room_frame: Frame) -> None:
+    left = np.zeros(room_frame.depth.shape, bool)
+    left[:, :320] = True
+    surface = observed(replace(room_frame, has_color=left))
+    pixels = np.concatenate([surface.surface.columns[d.pixels] for d in surface.lifted.detections])
+    assert len(pixels) > 100
+    assert (pixels * surface.surface.stride < 320).all()
