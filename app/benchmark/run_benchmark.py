@@ -16,6 +16,7 @@ from app.benchmark.ranking import measure_ranking
 from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
+from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
 from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses
@@ -39,9 +40,10 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # plain fusion has no others
+    warp = register_color(sequence, config.input.rgbd_calibration, console).warp if folder else None
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
-        _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console)
+        _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console, warp)
         timeline.finish(mapper, mapper.snapshot())
         timings = recorder.timings()
     n_blocks = mapper.voxels.n_blocks
