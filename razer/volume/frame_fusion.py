@@ -80,9 +80,11 @@ class FrameFusion:
         keys = np.ascontiguousarray(block_keys, np.int32)
         known = [key for key in keys if key.tobytes() in self._maybe_colorless]
         rows = rows_of(np.array(known, np.int32).reshape(-1, 3))
-        weight, color = (self._attribute(name).unflatten(0, (-1, BLOCK_VOXELS))[rows] for name in ("weight", "color"))
-        row, place = torch.nonzero((weight[..., 0] > 0) & (color == 0).all(dim=2), as_tuple=True)
-        return rows[row] * BLOCK_VOXELS + place
+        weight, color = (self._attribute(name).unflatten(0, (-1, BLOCK_VOXELS)) for name in ("weight", "color"))
+        # One channel of whole blocks, and the others only where that one is 0.
+        row, place = torch.nonzero((weight[..., 0][rows] > 0) & (color[..., 0][rows] == 0), as_tuple=True)
+        addresses = rows[row] * BLOCK_VOXELS + place
+        return addresses[(color.flatten(0, 1)[addresses] == 0).all(dim=1)]
 
     def _count_in_full(self, addresses: Tensor, weight_before: Tensor) -> None:
         """Scale the mean of no colour and the first one to the first one."""

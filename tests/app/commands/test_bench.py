@@ -34,4 +34,5 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert result["yolo_decoding"]["median_ms"] > 0
     assert min(result["describing"].values()) > 0
     assert result["ranking"]["query_ms"] > 0
+    assert result["registering"]["to_remap"] > 0
     assert listing(tmp_path) == []
