@@ -59,7 +59,7 @@ def _listed(scenes: Path) -> list[str]:
 
 
 def _prediction_path(runs: Path, name: str) -> Path | None:
-    return next((path for path in (runs / name, runs / f"{name}.txt") if path.exists()), None)
+    return next((path for path in (runs / name, runs / f"{name}.txt", runs / f"{name}.ply") if path.exists()), None)
 
 
 def evaluate(
@@ -73,6 +73,7 @@ def evaluate(
     labels: Literal["instance", "class"] = "instance",
     scene: str | None = None,
     scene_list: SceneListOptions = SceneListOptions(),
+    export: tuple[Literal["scannet", "replica", "labels"], Path] | None = None,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
@@ -86,7 +87,8 @@ def evaluate(
     truth:
         The folder with the truth, or with a recording that holds one; with --scenes the folder that holds them.
     preset:
-        Evaluation protocol: default, scannet200, scenenn, hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
+        Evaluation protocol, which also says what class numbers in files mean: default, scannet200, scannet20, scenenn,
+        hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
     set:
         One rule of the protocol as name=value; may be repeated.
     names:
@@ -96,6 +98,9 @@ def evaluate(
         Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance.
     scene:
         Which scene, where a folder holds several.
+    export:
+        Write what is evaluated for other tools to read, as a format and a folder: scannet, a submission to its
+        benchmark; replica, texts with the class and the instance of each vertex; labels, a mesh with both.
     out:
         The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
@@ -103,15 +108,27 @@ def evaluate(
     """
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
+    from app.evaluation.export import Export
     from app.evaluation.rules import choose_rules
     from razer.storage.file_names import is_map_folder
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
-    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
+    exported = None
+    if export is not None:
+        exported = Export(*export, scene=None if scene_list.scenes else scene or _scene_of(truth))
+    result = evaluate_jobs(
+        jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, export=exported, notes=notes
+    )
     _deliver(result, notes, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
+
+
+def _scene_of(truth: Path) -> str:
+    """What a scene is called: as the folder of its truth, or the one around a folder `truth`."""
+    folder = truth.absolute()
+    return folder.parent.name if folder.name == "truth" else folder.name
 
 
 def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: Path | None, json: bool) -> None:
@@ -119,7 +136,7 @@ def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: P
     from app.evaluation.report import report
 
     print_notes(notes)
-    print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
+    print_notes(f"class '{name}' is none of the preset's: it counts as no class" for name in result.unknown_names)
     content = result.as_json()
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")

@@ -73,8 +73,7 @@ def _only(instances: InstanceLabels | None, counts: BoolArray) -> InstanceLabels
         return instances
     if not isinstance(instances, Mapping):
         return instances[counts]
-    new_index = np.cumsum(counts) - 1
-    return {number: new_index[mask[counts[mask]]] for number, mask in instances.items()}
+    return instances.among(counts)
 
 
 def _class_by_vertices(instances: InstanceLabels, classes: Int64Array) -> dict[int, int]:
