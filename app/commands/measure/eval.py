@@ -16,6 +16,7 @@ from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
+    from app.evaluation.export import Export
     from razer.metrics.protocol.evaluation import Evaluation
 
 PLOTS = "eval"
@@ -51,6 +52,33 @@ class SceneListOptions:
         return jobs
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How files of other systems are read."""
+
+    labels: Literal["instance", "class"] = "instance"
+    """Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance."""
+    scene: str | None = None
+    """Which scene, where a folder holds several."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ExportOptions:
+    """What is evaluated, written for other tools."""
+
+    export: Annotated[tuple[Literal["scannet", "replica", "labels"], Path] | None, Parameter(negative="")] = None
+    """Write what is evaluated as a format, and into a folder: scannet, a submission to its benchmark; replica, texts
+    with the class and the instance of each vertex; labels, a mesh with both."""
+
+    def of(self, scene: str | None) -> Export | None:
+        """Where it goes; scene: what files are called, None = as each scene is."""
+        from app.evaluation.export import Export
+
+        return None if self.export is None else Export(*self.export, scene=scene)
+
+
 def _listed(scenes: Path) -> list[str]:
     try:
         return [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
@@ -70,10 +98,9 @@ def evaluate(
     preset: str = "default",
     set: Assignments = (),
     names: Literal["auto", "run", "text"] = "auto",
-    labels: Literal["instance", "class"] = "instance",
-    scene: str | None = None,
+    reading: ReadingOptions = ReadingOptions(),
     scene_list: SceneListOptions = SceneListOptions(),
-    export: tuple[Literal["scannet", "replica", "labels"], Path] | None = None,
+    export_options: ExportOptions = ExportOptions(),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
@@ -94,13 +121,6 @@ def evaluate(
     names:
         Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text
         only if the run has none (auto).
-    labels:
-        Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance.
-    scene:
-        Which scene, where a folder holds several.
-    export:
-        Write what is evaluated for other tools to read, as a format and a folder: scannet, a submission to its
-        benchmark; replica, texts with the class and the instance of each vertex; labels, a mesh with both.
     out:
         The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
@@ -108,18 +128,17 @@ def evaluate(
     """
     # Late, since these bring Open3D and torch along.
     from app.evaluation.evaluate_run import evaluate_jobs
-    from app.evaluation.export import Export
     from app.evaluation.rules import choose_rules
     from razer.storage.file_names import is_map_folder
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
-    exported = None
-    if export is not None:
-        exported = Export(*export, scene=None if scene_list.scenes else scene or _scene_of(truth))
+    scene = reading.scene
+    export = export_options.of(None if scene_list.scenes else scene or _scene_of(truth))
+    trust, labels = options.trust, reading.labels
     result = evaluate_jobs(
-        jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, export=exported, notes=notes
+        jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
     )
     _deliver(result, notes, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
