@@ -55,8 +55,11 @@ class SceneListOptions:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class ReadingOptions:
-    """How files of other systems are read."""
+    """How predictions are read."""
 
+    names: Literal["auto", "run", "text"] = "auto"
+    """Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text only
+    if the run has none (auto)."""
     labels: Literal["instance", "class"] = "instance"
     """Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance."""
     scene: str | None = None
@@ -97,7 +100,6 @@ def evaluate(
     truth: Path,
     preset: str = "default",
     set: Assignments = (),
-    names: Literal["auto", "run", "text"] = "auto",
     reading: ReadingOptions = ReadingOptions(),
     scene_list: SceneListOptions = SceneListOptions(),
     export_options: ExportOptions = ExportOptions(),
@@ -118,9 +120,6 @@ def evaluate(
         hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
     set:
         One rule of the protocol as name=value; may be repeated.
-    names:
-        Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text
-        only if the run has none (auto).
     out:
         The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
@@ -136,7 +135,7 @@ def evaluate(
     jobs = scene_list.jobs(run, truth, notes)
     scene = reading.scene
     export = export_options.of(None if scene_list.scenes else scene or _scene_of(truth))
-    trust, labels = options.trust, reading.labels
+    names, labels, trust = reading.names, reading.labels, options.trust
     result = evaluate_jobs(
         jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
     )
