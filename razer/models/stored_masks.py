@@ -22,7 +22,8 @@ class StoredMasks:
     `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1] and `names` (N,); for `ids`, N
     counts the positive ids in increasing order. A frame without a file has no masks.
 
-    Raises BadInput for a missing folder, and for one without any file of such a name; `segment` raises UnusableFrame, naming the file, for one it cannot use.
+    Raises BadInput for a missing folder, and for one without any file of such a name; `segment` raises UnusableFrame,
+    naming the file, for one it cannot use.
     """
 
     def __init__(self, folder: str | Path) -> None:

@@ -18,6 +18,7 @@ def ablate(
     scene: str = "apartment",
     seeds: str = "0,1,2",
     frames: int = 600,
+    stride: str = "1",
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     queries: Path | None = None,
     draws: int = 50,
@@ -37,6 +38,8 @@ def ablate(
         Seeds of scene and noise, with commas between; the table shows means.
     frames:
         Frames along the camera path; 0 = as many as a hand-held camera needs.
+    stride:
+        Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
     variants:
         Only these variants.
     queries:
@@ -49,7 +52,8 @@ def ablate(
     """
     if queries is not None:
         return _ablate_queries(queries, draws, json)
-    seed_numbers = _seed_numbers(seeds)
+    seed_numbers = _whole_numbers("--seeds", seeds, 0)
+    strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     # Late, as in `razer run`.
     from app.ablation.mapper_variants import VARIANTS, measure_variants, variants_table
 
@@ -57,19 +61,27 @@ def ablate(
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
     chosen_variants = {name: VARIANTS[name] for name in variants or VARIANTS}
-    rows = [measure_variants(scene, seed, frames or None, chosen_variants, progress_console()) for seed in seed_numbers]
+    rows = [
+        measure_variants(scene, seed, frames or None, chosen_variants, progress_console(), strides)
+        for seed in seed_numbers
+    ]
     if json:
-        print(dumps({"scene": scene, "seeds": seed_numbers, "frames": frames, "variants": rows}))
+        by_stride = [{"stride": n, "variants": [row[n] for row in rows]} for n in strides]
+        told = {"scene": scene, "seeds": seed_numbers, "frames": frames, "strides": strides}
+        print(dumps(told | {"variants": by_stride[0]["variants"], "by_stride": by_stride}))
     else:
         result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
     return 0
 
 
-def _seed_numbers(seeds: str) -> list[int]:
+def _whole_numbers(option: str, text: str, least: int) -> list[int]:
     try:
-        return [int(seed) for seed in seeds.split(",")]
+        numbers = [int(number) for number in text.split(",")]
     except ValueError:
-        raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
+        numbers = []
+    if not numbers or min(numbers) < least:
+        raise BadInput(f"{option} {text}: give whole numbers from {least} on with commas between, such as 1,2,3")
+    return numbers
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:
