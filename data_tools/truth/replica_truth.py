@@ -58,7 +58,8 @@ def read_replica_truth(folder: Path, vocabulary_name: str | None = None) -> Grou
     names = {each.number: each.name for each in classes.values()}
     visible = np.ones(len(points), np.bool_)
     listed = vocabulary_name or OWN_LIST
-    return GroundTruth(points, mesh.triangles, instance_of[where], class_of[where], names, visible, notes, listed)
+    instances, numbers = instance_of[where], class_of[where]
+    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=listed)
 
 
 def read_objects(path: Path) -> Mapping[int, ObjectClass]:

@@ -84,7 +84,7 @@ def read_scannet_truth(
     names = {category.id: category.name for category in categories if category}
     owners, visible = owner_of[where], np.ones(len(points), np.bool_)
     instances, numbers = instance_of[owners], class_of[owners]
-    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary_name)
+    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=vocabulary_name)
 
 
 def read_segments(path: Path) -> Int64Array:
