@@ -17,7 +17,7 @@ from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segme
 from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrieval, predicted_mask_retrieval
 from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
 from razer.metrics.preset import Preset
-from razer.metrics.protocol.scene_labels import SceneLabels, labels_on_truth
+from razer.metrics.protocol.scene_labels import SceneLabels, class_by_vertices, labels_on_truth
 from razer.metrics.protocol.vertex_masks import VertexMasks
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
@@ -199,9 +199,14 @@ def _retrieval_classes(labels: SceneLabels, preset: Preset) -> dict[int, str]:
 
 
 def _retrieval_given(labels: SceneLabels, predicted: PredictedScene, preset: Preset) -> RetrievalCounts | None:
-    if predicted.names_of_truth is None:
+    """The truth's masks with the classes given to them, or else those that most of their vertices are predicted."""
+    if predicted.names_of_truth is not None:
+        numbers = labels.table.numbers(predicted.names_of_truth)
+    elif labels.predicted_classes is not None and labels.truth_instance_classes:
+        numbers = class_by_vertices(labels.truth_instances, labels.predicted_classes)
+    else:
         return None
-    given = {i: labels.table.names[c] for i, c in labels.table.numbers(predicted.names_of_truth).items()}
+    given = {i: labels.table.names[c] for i, c in numbers.items()}
     return given_mask_retrieval(_retrieval_classes(labels, preset), given)
 
 
