@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -54,24 +54,35 @@ def ablate(
         return _ablate_queries(queries, draws, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
+    rows = _measure(scene, seed_numbers, strides, frames, variants)
+    if json:
+        told = {"scene": scene, "seeds": seed_numbers, "frames": frames}
+        print(dumps(told | _by_stride(rows, strides)))
+        return 0
+    from app.ablation.mapper_variants import variants_table
+
+    result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
+    return 0
+
+
+def _measure(
+    scene: str, seeds: list[int], strides: list[int], frames: int, variants: tuple[str, ...]
+) -> list[dict[int, Any]]:
+    """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
-    from app.ablation.mapper_variants import VARIANTS, measure_variants, variants_table
+    from app.ablation.mapper_variants import VARIANTS, measure_variants
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
-    chosen_variants = {name: VARIANTS[name] for name in variants or VARIANTS}
-    rows = [
-        measure_variants(scene, seed, frames or None, chosen_variants, progress_console(), strides)
-        for seed in seed_numbers
-    ]
-    if json:
-        by_stride = [{"stride": n, "variants": [row[n] for row in rows]} for n in strides]
-        told = {"scene": scene, "seeds": seed_numbers, "frames": frames, "strides": strides}
-        print(dumps(told | {"variants": by_stride[0]["variants"], "by_stride": by_stride}))
-    else:
-        result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
-    return 0
+    chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
+    return [measure_variants(scene, seed, frames or None, chosen, progress_console(), strides) for seed in seeds]
+
+
+def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]:
+    """The rows of each stride, and those of the first once more by themselves."""
+    by_stride = [{"stride": stride, "variants": [row[stride] for row in rows]} for stride in strides]
+    return {"strides": strides, "variants": by_stride[0]["variants"], "by_stride": by_stride}
 
 
 def _whole_numbers(option: str, text: str, least: int) -> list[int]:
