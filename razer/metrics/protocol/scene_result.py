@@ -199,10 +199,11 @@ def _retrieval_classes(labels: SceneLabels, preset: Preset) -> dict[int, str]:
 
 
 def _retrieval_given(labels: SceneLabels, predicted: PredictedScene, preset: Preset) -> RetrievalCounts | None:
-    """The truth's masks with the classes given to them, or else those that most of their vertices are predicted."""
+    """The truth's masks with the classes given to them, or else, where predicted instances have classes, with those
+    that most of their vertices are predicted."""
     if predicted.names_of_truth is not None:
         numbers = labels.table.numbers(predicted.names_of_truth)
-    elif labels.predicted_classes is not None and labels.truth_instance_classes:
+    elif labels.predicted_classes is not None and labels.predicted_instance_classes and labels.truth_instance_classes:
         numbers = class_by_vertices(labels.truth_instances, labels.predicted_classes)
     else:
         return None
