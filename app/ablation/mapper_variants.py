@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,15 @@ Row = dict[str, float]
 
 
 def measure_variants(
-    scene: str, seed: int, n_frames: int | None, variants: Mapping[str, Mapping[str, Any]], console: Console
-) -> dict[str, Row]:
-    """The metrics of each variant on one synthetic scene.
+    scene: str,
+    seed: int,
+    n_frames: int | None,
+    variants: Mapping[str, Mapping[str, Any]],
+    console: Console,
+    strides: Sequence[int] = (1,),
+) -> dict[int, dict[str, Row]]:
+    """The metrics of each variant on one synthetic scene, by stride: the walk is the same for all, of which every
+    stride-th frame is mapped, and so is the truth, which is what all its frames see. All maps are made side by side.
 
     Args:
         scene: name of the synthetic scene.
@@ -51,19 +57,28 @@ def measure_variants(
         n_frames: frames along the camera path; None: as many as a hand-held camera needs.
         variants: settings that differ from the defaults, by name of the variant.
         console: where progress goes.
+        strides: of how many frames one is mapped.
     """
     torch.set_num_threads(1)
     sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     segmenter, embedder = OracleSegmenter("full", seed), OracleEmbedder("full", seed)
     base = read_config(None, (), {})
     perception = Perception(base, segmenter, embedder)
-    mappers = {name: Mapper(read_config(None, (), change), segmenter, embedder) for name, change in variants.items()}
-    for index in show_progress(range(len(sequence)), len(sequence), lambda: f"seed {seed}", console):
+    mappers = {
+        (stride, name): Mapper(read_config(None, (), change), segmenter, embedder)
+        for stride in strides
+        for name, change in variants.items()
+    }
+    indices = [i for i in range(len(sequence)) if any(i % stride == 0 for stride in strides)]
+    for index in show_progress(indices, len(indices), lambda: f"seed {seed}", console):
         observation = perception.observe(sequence[index])
-        for mapper in mappers.values():
-            mapper.fuse(observation)
+        for (stride, _), mapper in mappers.items():
+            if index % stride == 0:
+                mapper.fuse(observation)
     truth = sequence.truth()
-    return {name: _row(mappers.pop(name), truth, embedder) for name in variants}
+    return {
+        stride: {name: _row(mappers.pop((stride, name)), truth, embedder) for name in variants} for stride in strides
+    }
 
 
 def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
@@ -93,13 +108,16 @@ def _predicted(panoptic: PanopticMap, truth: GroundTruth, embedder: OracleEmbedd
     return PredictedScene(instances=labels, scores={o.id: o.score for o in panoptic.objects}, class_names=nearest)
 
 
-def variants_table(rows: list[dict[str, Row]], title: str) -> Table:
-    """Means over the seeds, one line for each variant."""
+def variants_table(rows: list[dict[int, dict[str, Row]]], title: str) -> Table:
+    """Means over the seeds, one line for each variant and stride."""
     result = Table(title=title, title_justify="left")
     result.add_column("variant")
+    result.add_column("stride", justify="right")
     for name in ("AP50", "AP50 by class", "mIoU", "duplicates %", "missed", "instances"):
         result.add_column(name, justify="right")
-    for variant in rows[0]:
-        means = [float(np.mean([row[variant][column] for row in rows])) for column in COLUMNS]
-        result.add_row(variant, *(f"{mean:.3f}" for mean in means[:3]), *(f"{mean:.1f}" for mean in means[3:]))
+    for variant, stride in ((variant, stride) for stride, first in rows[0].items() for variant in first):
+        means = [float(np.mean([row[stride][variant][column] for row in rows])) for column in COLUMNS]
+        result.add_row(
+            variant, str(stride), *(f"{mean:.3f}" for mean in means[:3]), *(f"{mean:.1f}" for mean in means[3:])
+        )
     return result

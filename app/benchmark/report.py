@@ -30,7 +30,8 @@ def print_bench(result: dict[str, Any]) -> None:
     evaluation = result["evaluation"]
     console.print(
         f"evaluation of {evaluation['predictions']} masks on {evaluation['vertices']} vertices: "
-        f"{evaluation['cpu_s']:.1f} s of processor"
+        f"{evaluation['cpu_s']:.1f} s of processor; reading a mask file {evaluation['read_mask_ms']:.1f} ms, "
+        f"{evaluation['read_to_looking']:.0f}x looking at its bytes"
     )
     decoding = result["yolo_decoding"]
     console.print(

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from app.evaluation.class_numbers import class_numbers
+from app.evaluation.export import Export
 from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
 from app.run_folder.timed_poses import timed_poses
 from data_tools import open_sequence
@@ -33,6 +35,7 @@ def evaluate_jobs(
     scene: str | None = None,
     labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
+    export: Export | None = None,
     notes: list[str],
 ) -> Evaluation:
     """Evaluate scenes one after the other.
@@ -44,7 +47,8 @@ def evaluate_jobs(
         scene: which scene, where a folder holds several.
         labels: what numbers below 1000 in a file of vertex labels are.
         trust: which outside code may be loaded for a run's embedder.
-        notes: what the readers of the truth remark is added to it.
+        export: where the predictions are written, as they are evaluated; None = nowhere.
+        notes: what the readers of the truth remark, and what was exported, is added to it.
 
     Raises:
         BadInput: naming the prediction that does not fit its truth.
@@ -60,8 +64,11 @@ def evaluate_jobs(
             current = f"{prediction} does not fit {truth_folder}"
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
-            predicted = read(prediction, truth.class_names, len(truth.vertices))
-            yield name, truth_scene(truth, true_poses(truth_folder)), predicted
+            predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
+            scene_truth = truth_scene(truth, true_poses(truth_folder))
+            if export is not None:
+                notes.append(export.write(name, scene_truth, predicted, preset))
+            yield name, scene_truth, predicted
 
     try:
         return evaluate(pairs(), preset)

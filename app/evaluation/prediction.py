@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from app.evaluation.class_numbers import ClassNumbers
 from app.run_folder import run_folder as names
 from app.run_folder.timed_poses import run_poses
 from app.settings.config_file import read_run_config
@@ -21,7 +22,6 @@ from razer.plugins import NO_TRUST, Trust
 from razer.query.embedding_table import EmbeddingTable
 from razer.saved_map import load_map
 from razer.storage.file_names import is_map_folder
-from razer.vocabulary import vocabulary
 
 Naming = Literal["auto", "run", "text"]
 LabelMeaning = Literal["instance", "class"]
@@ -32,6 +32,7 @@ def read_prediction(
     class_names: Mapping[int, str],
     n_vertices: int,
     *,
+    numbers: ClassNumbers | None = None,
     naming: Naming = "auto",
     template: str = "{}",
     scene: str | None = None,
@@ -42,9 +43,9 @@ def read_prediction(
 
     Args:
         path: the folder or file.
-        class_names: the truth's class names by number: the candidates when instances are classified by text, and what
-            a file's class numbers mean where they are not ScanNet200's.
+        class_names: the truth's class names by number: the candidates when instances are classified by text.
         n_vertices: number of vertices of the truth.
+        numbers: what class numbers in files mean; None = as in class_names.
         naming: where a run's instances get their classes: from the run, by text, or by text if the run has none.
         template: text prompt with {} for the class name.
         scene: which scene, where a folder holds several.
@@ -54,14 +55,15 @@ def read_prediction(
     Raises:
         BadInput: naming what is missing, unknown or does not fit the truth.
     """
+    numbers = numbers or ClassNumbers(class_names, "the truth's own classes")
     if not path.exists():
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_map_folder(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template, trust)
     if submission := find_submission(path, scene):
-        return _of_submission(submission, class_names, n_vertices)
+        return _of_submission(submission, numbers, n_vertices)
     if path.is_file() and path.suffix in SUFFIXES:
-        return _of_labels(path, class_names, labels)
+        return _of_labels(path, numbers, labels)
     raise BadInput(
         f"{path} is no run folder (no {names.INSTANCES}), no list of `mask_file class confidence`, and no file of "
         f"vertex labels ({', '.join(SUFFIXES)})"
@@ -111,40 +113,31 @@ def nearest_names(table: EmbeddingTable, class_names: Sequence[str], texts: Floa
     return {int(i): class_names[int(name)] for i, name in zip(table.ids, best, strict=True)}
 
 
-def _of_submission(path: Path, class_names: Mapping[int, str], n_vertices: int) -> PredictedScene:
+def _of_submission(path: Path, numbers: ClassNumbers, n_vertices: int) -> PredictedScene:
     submission = read_submission(path)
     if submission.masks and submission.n_vertices != n_vertices:
         raise BadInput(
             f"the masks of {path} have {submission.n_vertices} lines, but the truth has {n_vertices} vertices"
         )
-    named = {i: name for i, label in submission.labels.items() if (name := _name_of(label, class_names))}
+    known = numbers.named(submission.labels.values(), path)
+    named = {i: known[label] for i, label in submission.labels.items() if label in known}
     return PredictedScene(masks=submission.masks, scores=submission.scores, class_names=named)
 
 
-def _of_labels(path: Path, class_names: Mapping[int, str], meaning: LabelMeaning) -> PredictedScene:
+def _of_labels(path: Path, numbers: ClassNumbers, meaning: LabelMeaning) -> PredictedScene:
     labels = read_vertex_labels(path)
     if labels.classes is None and meaning == "class":
-        numbers = np.unique(labels.instances).tolist()
-        named = {n: name for n in numbers if n and (name := _name_of(n, class_names))}
+        named = numbers.named(np.unique(labels.instances).tolist(), path)
         return PredictedScene(classes=labels.instances, vertex_class_names=named)
     if labels.classes is None:
-        return PredictedScene(instances=labels.instances)
-    known = dict(labels.class_names)
-    for number in np.unique(labels.classes).tolist():
-        if number and number not in known and (name := _name_of(number, class_names)):
-            known[number] = name
-    ids, first = np.unique(labels.instances, return_index=True)
-    of_instance = {
-        int(i): known[c]
-        for i, c in zip(ids.tolist(), labels.classes[first].tolist(), strict=True)
-        if i > 0 and c in known
-    }
+        return PredictedScene(instances=labels.instances, scores=labels.scores)
+    used = {*np.unique(labels.classes).tolist(), *labels.classes_of_instances().values()}
+    others = used - labels.class_names.keys()
+    known = {**labels.class_names, **numbers.named(others, path)}
     return PredictedScene(
-        instances=labels.instances, class_names=of_instance, classes=labels.classes, vertex_class_names=known
+        instances=labels.instances,
+        scores=labels.scores,
+        class_names={i: known.get(c, "") for i, c in labels.classes_of_instances().items()},
+        classes=labels.classes,
+        vertex_class_names=known,
     )
-
-
-def _name_of(number: int, class_names: Mapping[int, str]) -> str | None:
-    """The name of a class number: the truth's, or else ScanNet200's."""
-    category = vocabulary("scannet200").by_id.get(number)
-    return class_names.get(number) or (category.name if category else None)

@@ -21,6 +21,7 @@ from app.frames.prefetch_process import prefetch
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
+from app.pipeline.stored_masks import note_stored_masks
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
@@ -69,6 +70,7 @@ def run_to_folder(
     config = resolve_poses(config, sequence)
     registration = registration or ColorRegistration(sequence.intrinsics)
     mapper = make_mapper(config)
+    note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     with folder:

@@ -16,6 +16,7 @@ from app.evaluation.evaluate_run import evaluate_jobs
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording, open_unchecked
 from app.pipeline.run_pipeline import resolve_poses, run_to_folder
+from app.reproduction.component_times import component_times
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
@@ -34,14 +35,26 @@ Row = tuple[float | None, ...]
 
 @dataclass(frozen=True)
 class Reproduced:
-    """Our row of the table, the evaluation behind it, seconds by scene, median milliseconds by stage, and the scenes
-    that failed or are not there, with the reason."""
+    """Our row of the table, the evaluation behind it, seconds by scene, median milliseconds by stage, mean milliseconds
+    a frame by component, and the scenes that failed or are not there, with the reason."""
 
     row: Row
     evaluation: Evaluation
     seconds: Mapping[str, float]
     stages_ms: Mapping[str, float]
+    components_ms: Mapping[str, float]
     failed: Mapping[str, str]
+
+    @property
+    def retrieval(self) -> dict[str, dict[str, float | None]]:
+        """Top-1 by class mean and by instance mean in %, of the predicted masks and of the truth's; none where nothing
+        has a class."""
+        by_masks = self.evaluation.retrieval or {}
+        return {
+            name: {key: _percent(numbers[key]) for key in ("class_mean", "instance_mean")}
+            for name in ("predicted_masks", "given_masks")
+            if (numbers := by_masks.get(name))
+        }
 
     def as_json(self, table: str) -> dict[str, Any]:
         """Everything as plain JSON values."""
@@ -50,6 +63,8 @@ class Reproduced:
             "row": list(self.row),
             "seconds": dict(self.seconds),
             "stages_ms": dict(self.stages_ms),
+            "components_ms": dict(self.components_ms),
+            "retrieval": self.retrieval,
             "failed": dict(self.failed),
             "evaluation": self.evaluation.as_json(),
         }
@@ -131,7 +146,8 @@ class Reproduction:
             stage: round(float(np.mean([t["stages"][stage]["median_ms"] for t in timings.values()])), 2)
             for stage in sorted(stages)
         }
-        return Reproduced(_our_row(self._table, result, seconds), result, seconds, stages_ms, failed)
+        row, components_ms = _our_row(self._table, result, seconds), component_times(list(timings.values()))
+        return Reproduced(row, result, seconds, stages_ms, components_ms, failed)
 
 
 def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
@@ -165,7 +181,8 @@ def _our_row(table: PublishedTable, result: Evaluation, seconds: Mapping[str, fl
 def _numbers(result: Evaluation) -> dict[str, float | None]:
     aware, semantic = result.class_aware or {}, result.semantic or {}
     splits = aware.get("splits") or {}
-    retrieval = (result.retrieval or {}).get("predicted_masks") or {}
+    by_masks = result.retrieval or {}
+    retrieval, of_truth = (by_masks.get(name) or {} for name in ("predicted_masks", "given_masks"))
     return {
         "mean": _percent(aware.get("ap50")),
         "AP": _percent(aware.get("ap")),
@@ -177,6 +194,8 @@ def _numbers(result: Evaluation) -> dict[str, float | None]:
         "mAcc": semantic.get("macc"),
         "class mean": _percent(retrieval.get("class_mean")),
         "instance mean": _percent(retrieval.get("instance_mean")),
+        "class mean, true masks": _percent(of_truth.get("class_mean")),
+        "instance mean, true masks": _percent(of_truth.get("instance_mean")),
     }
 
 

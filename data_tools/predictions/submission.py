@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from razer.arrays import BoolArray, Int64Array
+from data_tools.predictions.mask_file import read_mask
+from data_tools.predictions.packed_masks import PackedMasks
 from razer.errors import BadInput
 
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """masks: vertex numbers (M,) by prediction, numbered from 1 in the order of the file; they may overlap.
-    labels and scores: the class number and confidence of each; n_vertices: lines of the mask files."""
+    """masks: (V,) by prediction, numbered from 1 in the order of the file; they may overlap. labels and scores: the
+    class number and confidence of each."""
 
-    masks: Mapping[int, Int64Array]
+    masks: PackedMasks
     labels: Mapping[int, int]
     scores: Mapping[int, float]
-    n_vertices: int
+
+    @property
+    def n_vertices(self) -> int:
+        """Lines of the mask files."""
+        return self.masks.n_vertices
 
 
 def find_submission(path: Path, scene: str | None) -> Path | None:
@@ -37,41 +41,35 @@ def find_submission(path: Path, scene: str | None) -> Path | None:
 
 
 def read_submission(path: Path) -> Submission:
-    """Read a list of `mask_file class confidence`; raises BadInput naming file and line."""
-    masks: dict[int, Int64Array] = {}
+    """Read a list of `mask_file class confidence`, one mask at a time; raises BadInput naming file and line."""
+    masks = PackedMasks()
     labels: dict[int, int] = {}
     scores: dict[int, float] = {}
-    length = 0
     numbered = [(n, line) for n, line in enumerate(path.read_text().splitlines(), start=1) if line.strip()]
     for number, line in numbered:
         name, label, score = _fields(path, number, line)
-        mask = _read_mask(path.parent / name)
-        if masks and len(mask) != length:
-            raise BadInput(f"{name} has {len(mask)} lines, the masks before it {length}: they must be of one mesh")
-        length = len(mask)
-        key = len(masks) + 1
-        masks[key], labels[key], scores[key] = np.flatnonzero(mask), label, score
-    return Submission(masks, labels, scores, length)
+        mask = read_mask(path.parent / name)
+        if masks and len(mask) != masks.n_vertices:
+            of_others = masks.n_vertices
+            raise BadInput(f"{name} has {len(mask)} lines, the masks before it {of_others}: they must be of one mesh")
+        key = masks.add(mask)
+        labels[key], scores[key] = label, score
+    return Submission(masks, labels, scores)
 
 
 def _is_list(path: Path) -> bool:
     with path.open(errors="replace") as file:
-        first = file.readline().split()
-    return len(first) == 3 and (path.parent / first[0]).suffix == ".txt"
+        first = file.readline()
+    # A scene in which nothing was found has an empty list.
+    fields = first.split()
+    return not first or (len(fields) == 3 and (path.parent / fields[0]).suffix == ".txt")
 
 
 def _fields(path: Path, number: int, line: str) -> tuple[str, int, float]:
     try:
         name, label, score = line.split()
-        return name, int(label), float(score)
+        if not float(label).is_integer() or not math.isfinite(float(score)):
+            raise ValueError
+        return name, int(float(label)), float(score)
     except ValueError:
         raise BadInput(f"{path}, line {number}: expected `mask_file class confidence`, got '{line.strip()}'") from None
-
-
-def _read_mask(path: Path) -> BoolArray:
-    try:
-        return np.array(path.read_bytes().split(), np.float64) != 0
-    except OSError:
-        raise BadInput(f"{path} is missing: a submission needs the mask files that its list names") from None
-    except ValueError:
-        raise BadInput(f"{path} must hold one number a line, not 0 for vertices of the mask") from None

@@ -11,11 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Declared
+from data_tools.recordings.color_grid_ids import ids_on_depth_grid
 from data_tools.recordings.images import size_of
 from data_tools.recordings.rgbd_alignment import RgbdAlignment, Size, make_rgbd_alignment
 from data_tools.recordings.sequence import FrameIteration
 from data_tools.recordings.trajectories import PoseSource
-from razer.arrays import Float32Array, Int32Array, Uint8Array
+from razer.arrays import Float32Array, Int32Array, Uint8Array, Uint16Array
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
 
@@ -45,9 +46,20 @@ class ImageSource(Protocol):
         return f"{kind} of frame {index}"
 
 
+class ColorGridIds(Protocol):
+    """Images of instance ids on the grid of colour; can be pickled."""
+
+    def __call__(self, index: int, /) -> Uint16Array | None:
+        """(H, W) of a frame, 0 = nobody's; None where there is none; raises UnusableFrame."""
+
+    def label(self, index: int) -> str:
+        """What messages call an image."""
+
+
 @dataclass(frozen=True)
 class RecordedSequence(FrameIteration):
-    """The frames of an image source; pose_of is None for a recording without poses."""
+    """The frames of an image source; pose_of is None for a recording without poses; color_ids are instance ids where
+    the source itself has none on the grid of depth."""
 
     name: str
     images: ImageSource
@@ -55,6 +67,7 @@ class RecordedSequence(FrameIteration):
     depth_scale: float
     pose_of: PoseSource | None = None
     class_names: Mapping[int, str] = field(default_factory=dict)
+    color_ids: ColorGridIds | None = None
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -79,7 +92,7 @@ class RecordedSequence(FrameIteration):
         rgb = self.images.color(index)
         self._check_size(index, "colour", size_of(rgb), self.rgbd_alignment.color_size)
         rgb, has_color = self.rgbd_alignment.color(rgb, depth)
-        ids = self._instance_ids(index)
+        ids = self._instance_ids(index, depth)
         names = self.class_names if ids is not None else {}
         return Frame(index, self.images.stamp(index), rgb, depth, self.intrinsics, pose, ids, names, notes, has_color)
 
@@ -90,10 +103,13 @@ class RecordedSequence(FrameIteration):
             raise UnusableFrame(f"{self.images.label(index, 'depth')} holds no valid depth")
         return self.rgbd_alignment.on_depth_grid(depth)
 
-    def _instance_ids(self, index: int) -> Int32Array | None:
+    def _instance_ids(self, index: int, depth: Float32Array) -> Int32Array | None:
         ids = self.images.instance_ids(index)
         if ids is None:
-            return None
+            drawn = None if self.color_ids is None else self.color_ids(index)
+            if self.color_ids is None or drawn is None:
+                return None
+            return ids_on_depth_grid(drawn, self.rgbd_alignment, depth, self.color_ids.label(index))
         self._check_size(index, "instance ids", size_of(ids), self.rgbd_alignment.depth_size)
         return self.rgbd_alignment.on_depth_grid(ids.astype(np.float32)).astype(np.int32)
 

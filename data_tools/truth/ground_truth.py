@@ -16,7 +16,8 @@ class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
     enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
-    declared camera is not that of its colour, which one is."""
+    declared camera is not that of its colour, which one is; vocabulary: the list whose numbers the classes have, empty
+    where they are numbered by the truth itself."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -26,6 +27,7 @@ class GroundTruth:
     visible: BoolArray
     notes: tuple[str, ...] = ()
     rgbd_calibration: RgbdCalibration | None = None
+    vocabulary: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

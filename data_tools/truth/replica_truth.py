@@ -20,6 +20,7 @@ from razer.arrays import Int64Array
 from razer.errors import BadInput
 from razer.vocabulary import vocabulary
 
+OWN_LIST = "replica"  # numbered as the files are
 MESH, INFO = "mesh_semantic.ply", "info_semantic.json"
 
 
@@ -56,7 +57,9 @@ def read_replica_truth(folder: Path, vocabulary_name: str | None = None) -> Grou
     class_of = np.array([classes[i].number if i in classes else 0 for i in known.tolist()], np.int32)
     names = {each.number: each.name for each in classes.values()}
     visible = np.ones(len(points), np.bool_)
-    return GroundTruth(points, mesh.triangles, instance_of[where], class_of[where], names, visible, notes)
+    listed = vocabulary_name or OWN_LIST
+    instances, numbers = instance_of[where], class_of[where]
+    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=listed)
 
 
 def read_objects(path: Path) -> Mapping[int, ObjectClass]:

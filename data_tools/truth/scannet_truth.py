@@ -83,7 +83,8 @@ def read_scannet_truth(
     class_of = np.array([0, *(category.id if category else 0 for category in categories)], np.int32)
     names = {category.id: category.name for category in categories if category}
     owners, visible = owner_of[where], np.ones(len(points), np.bool_)
-    return GroundTruth(points, mesh.triangles, instance_of[owners], class_of[owners], names, visible, notes)
+    instances, numbers = instance_of[owners], class_of[owners]
+    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=vocabulary_name)
 
 
 def read_segments(path: Path) -> Int64Array:

@@ -57,7 +57,8 @@ def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTr
     numbers = np.array([category.id if (category := category_of.get(i)) else 0 for i in known.tolist()], np.int32)
     names = {category.id: category.name for category in category_of.values() if category}
     visible = np.ones(len(of_vertex), np.bool_)
-    return GroundTruth(mesh.points(scene), mesh.triangles, instances[where], numbers[where], names, visible)
+    points, of_class = mesh.points(scene), numbers[where]
+    return GroundTruth(points, mesh.triangles, instances[where], of_class, names, visible, vocabulary=vocabulary_name)
 
 
 def read_labels(path: Path) -> Mapping[int, Label]:

@@ -32,6 +32,14 @@ _SCANNET200 = Preset(
     instance_ignored=_NOT_THINGS,
 )
 
+_SCANNET20 = Preset(
+    name="scannet20",
+    source="ScanNet benchmark script with its 18 classes, numbered as NYU40 (protocol B)",
+    vocabulary="scannet20",
+    instance_ignored=_NOT_THINGS,
+    stuff=_NOT_THINGS,
+)
+
 _SCENENN = Preset(
     name="scenenn",
     source="VolumePanoptic on SceneNN, NYU classes (protocol A)",
@@ -118,6 +126,7 @@ PRESETS: dict[str, Preset] = {
     for preset in (
         _DEFAULT.model_copy(update={"instance_ignored": (*_NOT_THINGS, "ceiling")}),
         _SCANNET200,
+        _SCANNET20,
         _SCENENN,
         _HOVSG,
         _CONCEPTGRAPHS,

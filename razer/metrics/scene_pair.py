@@ -63,9 +63,9 @@ class PredictedScene:
 
     a surface of its own: vertices (P, 3) metres, instances (P,), perhaps triangles (T, 3) and classes (P,);
     labels on the truth's vertices: vertices None, instances (V,) and/or classes (V,);
-    masks on the truth's vertices: masks, instance id -> vertex numbers (M,), which may overlap.
+    masks on the truth's vertices: masks, instance id -> vertex numbers (M,) or truth values (V,), which may overlap.
 
-    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids.
+    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids, empty for none.
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved first, by
@@ -74,7 +74,7 @@ class PredictedScene:
     vertices: FloatArray | None = None
     instances: IntArray | None = None
     triangles: IntArray | None = None
-    masks: Mapping[int, IntArray] | None = None
+    masks: Mapping[int, IntArray | BoolArray] | None = None
     scores: Mapping[int, float] = field(default_factory=dict)
     class_names: Mapping[int, str] = field(default_factory=dict)
     classes: IntArray | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 
 import cv2
@@ -13,19 +14,44 @@ from razer.arrays import IntArray
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Masks
 
+_EXPECTED = "files are named by the number of the frame in six digits, 000007.png or 000007.npz"
+
 
 class StoredMasks:
     """Masks from `folder`: for frame 7 either `000007.png`, 16 or 8 bit ids with 0 = unlabelled, or `000007.npz` with
     `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1] and `names` (N,); for `ids`, N
     counts the positive ids in increasing order. A frame without a file has no masks.
 
-    Raises BadInput for a missing folder; `segment` raises UnusableFrame, naming the file, for one it cannot use.
+    Raises BadInput for a missing folder, and for one without any file of such a name; `segment` raises UnusableFrame,
+    naming the file, for one it cannot use.
     """
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder).expanduser()
         if not self.folder.is_dir():
             raise BadInput(f"no folder {self.folder}: set segmenter option folder to where the masks are")
+        if not self._numbers():
+            raise BadInput(f"{self.folder} has no masks: {_EXPECTED}, but {self._found()}")
+
+    def count_frames(self, indices: Collection[int]) -> int:
+        """How many of the frames have a file; raises BadInput naming the folder where none has."""
+        numbers = self._numbers()
+        matching = len(numbers.intersection(indices))
+        if not matching:
+            span = f"{min(indices, default=0)} to {max(indices, default=0)}"
+            raise BadInput(
+                f"{self.folder} has masks for none of the {len(indices)} frames, which are numbered {span}: "
+                f"{_EXPECTED}, but {self._found()}"
+            )
+        return matching
+
+    def _numbers(self) -> set[int]:
+        """The frames that have a file."""
+        return {int(path.stem) for path in self.folder.iterdir() if _is_named_as_frame(path)}
+
+    def _found(self) -> str:
+        names = sorted(path.name for path in self.folder.iterdir())
+        return f"there are {names[0]} ... {names[-1]}" if names else "it is empty"
 
     def segment(self, frame: Frame) -> Masks:
         """The masks on file for frame.index; raises UnusableFrame."""
@@ -36,6 +62,11 @@ class StoredMasks:
         if (archive := stem.with_suffix(".npz")).exists():
             return _read_npz(archive, shape)
         return Masks.none(*shape)
+
+
+def _is_named_as_frame(path: Path) -> bool:
+    stem = path.stem
+    return path.suffix in (".png", ".npz") and stem.isdecimal() and stem == f"{int(stem):06d}"
 
 
 def _read_png(file: Path) -> IntArray:

@@ -6,6 +6,7 @@ Truth is one number per vertex, label * 1000 + instance + 1; predictions are (ma
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -97,3 +98,17 @@ def averages(result: dict[int, list[float]]) -> tuple[float, float, float]:
     """AP, AP50 and AP25 as the benchmark prints them."""
     table = np.array(list(result.values()))
     return float(np.nanmean(table[:, :9])), float(np.nanmean(table[:, 0])), float(np.nanmean(table[:, 9]))
+
+
+def listed_predictions(list_file: Path, labels: list[int]) -> list[Prediction]:
+    """The predictions of a scene as the benchmark's script reads them: three words a line with one space between,
+    files inside the folder, labels that are not evaluated passed over, a mask wherever the number is not 0."""
+    predictions = []
+    for line in list_file.read_text().splitlines():
+        name, label, confidence = line.split(" ")
+        assert not Path(name).is_absolute()
+        assert list_file.parent.resolve() in (list_file.parent / name).resolve().parents
+        if int(float(label)) in labels:
+            numbers = np.array((list_file.parent / name).read_text().splitlines(), dtype=np.int64)
+            predictions.append((np.not_equal(numbers, 0), int(float(label)), float(confidence)))
+    return predictions

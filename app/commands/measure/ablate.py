@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -18,6 +18,7 @@ def ablate(
     scene: str = "apartment",
     seeds: str = "0,1,2",
     frames: int = 600,
+    stride: str = "1",
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     queries: Path | None = None,
     draws: int = 50,
@@ -37,6 +38,8 @@ def ablate(
         Seeds of scene and noise, with commas between; the table shows means.
     frames:
         Frames along the camera path; 0 = as many as a hand-held camera needs.
+    stride:
+        Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
     variants:
         Only these variants.
     queries:
@@ -49,27 +52,47 @@ def ablate(
     """
     if queries is not None:
         return _ablate_queries(queries, draws, json)
-    seed_numbers = _seed_numbers(seeds)
+    seed_numbers = _whole_numbers("--seeds", seeds, 0)
+    strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
+    rows = _measure(scene, seed_numbers, strides, frames, variants)
+    if json:
+        told = {"scene": scene, "seeds": seed_numbers, "frames": frames}
+        print(dumps(told | _by_stride(rows, strides)))
+        return 0
+    from app.ablation.mapper_variants import variants_table
+
+    result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
+    return 0
+
+
+def _measure(
+    scene: str, seeds: list[int], strides: list[int], frames: int, variants: tuple[str, ...]
+) -> list[dict[int, Any]]:
+    """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
-    from app.ablation.mapper_variants import VARIANTS, measure_variants, variants_table
+    from app.ablation.mapper_variants import VARIANTS, measure_variants
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
-    chosen_variants = {name: VARIANTS[name] for name in variants or VARIANTS}
-    rows = [measure_variants(scene, seed, frames or None, chosen_variants, progress_console()) for seed in seed_numbers]
-    if json:
-        print(dumps({"scene": scene, "seeds": seed_numbers, "frames": frames, "variants": rows}))
-    else:
-        result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
-    return 0
+    chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
+    return [measure_variants(scene, seed, frames or None, chosen, progress_console(), strides) for seed in seeds]
 
 
-def _seed_numbers(seeds: str) -> list[int]:
+def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]:
+    """The rows of each stride, and those of the first once more by themselves."""
+    by_stride = [{"stride": stride, "variants": [row[stride] for row in rows]} for stride in strides]
+    return {"strides": strides, "variants": by_stride[0]["variants"], "by_stride": by_stride}
+
+
+def _whole_numbers(option: str, text: str, least: int) -> list[int]:
     try:
-        return [int(seed) for seed in seeds.split(",")]
+        numbers = [int(number) for number in text.split(",")]
     except ValueError:
-        raise BadInput(f"--seeds {seeds}: give whole numbers with commas between, such as 0,1,2") from None
+        numbers = []
+    if not numbers or min(numbers) < least:
+        raise BadInput(f"{option} {text}: give whole numbers from {least} on with commas between, such as 1,2,3")
+    return numbers
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:

@@ -16,6 +16,7 @@ from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
+    from app.evaluation.export import Export
     from razer.metrics.protocol.evaluation import Evaluation
 
 PLOTS = "eval"
@@ -51,6 +52,36 @@ class SceneListOptions:
         return jobs
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How predictions are read."""
+
+    names: Literal["auto", "run", "text"] = "auto"
+    """Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text only
+    if the run has none (auto)."""
+    labels: Literal["instance", "class"] = "instance"
+    """Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance."""
+    scene: str | None = None
+    """Which scene, where a folder holds several."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ExportOptions:
+    """What is evaluated, written for other tools."""
+
+    export: Annotated[tuple[Literal["scannet", "replica", "labels"], Path] | None, Parameter(negative="")] = None
+    """Write what is evaluated as a format, and into a folder: scannet, a submission to its benchmark; replica, texts
+    with the class and the instance of each vertex; labels, a mesh with both."""
+
+    def of(self, scene: str | None) -> Export | None:
+        """Where it goes; scene: what files are called, None = as each scene is."""
+        from app.evaluation.export import Export
+
+        return None if self.export is None else Export(*self.export, scene=scene)
+
+
 def _listed(scenes: Path) -> list[str]:
     try:
         return [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
@@ -59,7 +90,7 @@ def _listed(scenes: Path) -> list[str]:
 
 
 def _prediction_path(runs: Path, name: str) -> Path | None:
-    return next((path for path in (runs / name, runs / f"{name}.txt") if path.exists()), None)
+    return next((path for path in (runs / name, runs / f"{name}.txt", runs / f"{name}.ply") if path.exists()), None)
 
 
 def evaluate(
@@ -69,10 +100,9 @@ def evaluate(
     truth: Path,
     preset: str = "default",
     set: Assignments = (),
-    names: Literal["auto", "run", "text"] = "auto",
-    labels: Literal["instance", "class"] = "instance",
-    scene: str | None = None,
+    reading: ReadingOptions = ReadingOptions(),
     scene_list: SceneListOptions = SceneListOptions(),
+    export_options: ExportOptions = ExportOptions(),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
@@ -86,16 +116,10 @@ def evaluate(
     truth:
         The folder with the truth, or with a recording that holds one; with --scenes the folder that holds them.
     preset:
-        Evaluation protocol: default, scannet200, scenenn, hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
+        Evaluation protocol, which also says what class numbers in files mean: default, scannet200, scannet20, scenenn,
+        hovsg, conceptgraphs, ovo, rayfronts, ovi-map or retrieval.
     set:
         One rule of the protocol as name=value; may be repeated.
-    names:
-        Where a run's instances get their classes: from the run; by text, from the truth's class names; or by text
-        only if the run has none (auto).
-    labels:
-        Meaning of numbers below 1000 in a file of vertex labels; from 1000 on they are class * 1000 + instance.
-    scene:
-        Which scene, where a folder holds several.
     out:
         The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
     json:
@@ -109,9 +133,20 @@ def evaluate(
     rules = choose_rules(preset, set)
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
-    result = evaluate_jobs(jobs, rules, naming=names, scene=scene, labels=labels, trust=options.trust, notes=notes)
+    scene = reading.scene
+    export = export_options.of(None if scene_list.scenes else scene or _scene_of(truth))
+    names, labels, trust = reading.names, reading.labels, options.trust
+    result = evaluate_jobs(
+        jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
+    )
     _deliver(result, jobs, notes, run if run is not None and is_map_folder(run) else None, out, json)
     return 0
+
+
+def _scene_of(truth: Path) -> str:
+    """What a scene is called: as the folder of its truth, or the one around a folder `truth`."""
+    folder = truth.absolute()
+    return folder.parent.name if folder.name == "truth" else folder.name
 
 
 def _deliver(
@@ -128,7 +163,7 @@ def _deliver(
 
     print_notes(notes)
     print_notes(f"ATE: positions hardly align: {cause}" for cause in (result.pose or {}).get("degenerate", ()))
-    print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
+    print_notes(f"class '{name}' is none of the preset's: it counts as no class" for name in result.unknown_names)
     content = with_accounts(result.as_json(), [(name, prediction) for name, prediction, _ in jobs])
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")

@@ -2,16 +2,20 @@
 
 Depth is in millimetres, poses are world_from_camera of the depth camera, -inf where the reconstruction lost track.
 Colour has 1296x968 pixels, depth 640x480; each has its 4x4 intrinsic matrix, and an extrinsic one that leads from it
-to a base. The preview scannet_frames_25k has intrinsics_color.txt beside the images instead. Source:
+to a base. The preview scannet_frames_25k has intrinsics_color.txt beside the images instead. Annotated instances may
+lie beside them, on the grid of colour. Source:
 https://github.com/ScanNet/ScanNet/tree/master/SensReader
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from data_tools.readers.scannet.instance_images import find_instance_images, object_names
 from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.images import read_rgb, size_of
@@ -55,7 +59,19 @@ def read_scannet(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
         poses = PoseFiles(tuple(frames / "pose" / f"{name}.txt" for name in names))
     if declared.depth_camera is None:
         declared = declared.or_else(_cameras(frames, paths, declared))
-    return file_sequence(folder, paths, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
+    sequence = file_sequence(folder, paths, declared.or_else(Declared(depth_scale=MILLIMETRES)), poses)
+    return annotated(sequence, (frames, folder), folder.absolute().name, numbers)
+
+
+def annotated(
+    sequence: RecordedSequence, places: Sequence[Path], scene: str, numbers: Sequence[int]
+) -> RecordedSequence:
+    """The sequence with the annotated instances of its frames, where one of some folders has them, the last of which
+    has the scene's list of objects. Raises BadInput for a damaged one."""
+    images = find_instance_images(places, scene, numbers)
+    if images is None:
+        return sequence
+    return replace(sequence, color_ids=images, class_names=object_names(places[-1].absolute(), scene))
 
 
 def two_cameras(depth: Camera, color: Camera, color_from_depth: Float64Array) -> Declared:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_tools.readers.scannet.extracted import FRAMES_PER_SECOND, pinhole, two_cameras
+from data_tools.readers.scannet.extracted import FRAMES_PER_SECOND, annotated, pinhole, two_cameras
 from data_tools.readers.scannet.sens_file import SensHeader, SensIndex, read_header, read_index
 from data_tools.recordings.camera import Declared
 from data_tools.recordings.images import decode_rgb, metres
@@ -109,7 +109,8 @@ def read_sens(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequ
         if declared.depth_camera is None:
             raise BadInput(f"{path}: {error}") from None
         recorded = Declared()
-    return recorded_sequence(path, images, declared.or_else(recorded), poses, depth_scale=header.depth_shift)
+    sequence = recorded_sequence(path, images, declared.or_else(recorded), poses, depth_scale=header.depth_shift)
+    return annotated(sequence, (path.absolute().parent,), path.stem, range(len(images)))
 
 
 def _file(path: Path) -> Path | None:

@@ -52,14 +52,14 @@ def labels_on_truth(truth: TruthScene, predicted: PredictedScene, preset: Preset
     instances = _only(instances, counts)
     classes = None if classes is None else classes[counts]
     if predicted.classes is not None and classes is not None and instances is not None:
-        by_vertices = _class_by_vertices(instances, classes)
+        by_vertices = class_by_vertices(instances, classes)
         unnamed = {number: c for number, c in by_vertices.items() if number not in predicted.class_names}
         own_classes = by_vertices if preset.instance_class == "vertices" else own_classes | unnamed
     return SceneLabels(
         table,
         truth_instances,
         truth_classes,
-        _class_by_vertices(truth_instances, truth_classes),
+        class_by_vertices(truth_instances, truth_classes),
         instances,
         classes,
         own_classes,
@@ -73,11 +73,10 @@ def _only(instances: InstanceLabels | None, counts: BoolArray) -> InstanceLabels
         return instances
     if not isinstance(instances, Mapping):
         return instances[counts]
-    new_index = np.cumsum(counts) - 1
-    return {number: new_index[mask[counts[mask]]] for number, mask in instances.items()}
+    return instances.among(counts)
 
 
-def _class_by_vertices(instances: InstanceLabels, classes: Int64Array) -> dict[int, int]:
+def class_by_vertices(instances: InstanceLabels, classes: Int64Array) -> dict[int, int]:
     """The most frequent class of each instance's vertices, the lowest of equally frequent ones; none if unlabelled."""
     if isinstance(instances, Mapping):
         modes = {number: _mode(classes[mask]) for number, mask in instances.items()}

@@ -17,7 +17,8 @@ from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segme
 from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrieval, predicted_mask_retrieval
 from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
 from razer.metrics.preset import Preset
-from razer.metrics.protocol.scene_labels import SceneLabels, labels_on_truth
+from razer.metrics.protocol.scene_labels import SceneLabels, class_by_vertices, labels_on_truth
+from razer.metrics.protocol.vertex_masks import VertexMasks
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
 from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_metrics
@@ -70,9 +71,7 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         ValueError: where predicted labels or masks do not fit the truth's vertices.
     """
     pose = _pose(truth, predicted)
-    if predicted.own_frame and pose is not None and predicted.vertices is not None:
-        motion = pose.truth_from_estimate
-        predicted = replace(predicted, vertices=predicted.vertices @ motion[:3, :3].T + motion[:3, 3])
+    predicted = _moved(predicted, pose)
     labels = labels_on_truth(truth, predicted, preset)
     overlaps = None if labels.predicted_instances is None else _scene(labels, _evaluated(labels, preset)).overlaps()
     return SceneResult(
@@ -87,13 +86,25 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
     )
 
 
+def in_frame_of_truth(truth: TruthScene, predicted: PredictedScene) -> PredictedScene:
+    """The prediction, where it lies in the frame of its own trajectory brought to that of the truth's."""
+    return _moved(predicted, _pose(truth, predicted))
+
+
+def _moved(predicted: PredictedScene, pose: TrajectoryMetrics | None) -> PredictedScene:
+    if not predicted.own_frame or pose is None or predicted.vertices is None:
+        return predicted
+    motion = pose.truth_from_estimate
+    return replace(predicted, vertices=predicted.vertices @ motion[:3, :3].T + motion[:3, 3])
+
+
 def _names(truth: TruthScene, predicted: PredictedScene) -> set[str]:
     """The class names that truth and prediction use."""
     names = {*predicted.class_names.values(), *(predicted.names_of_truth or {}).values()}
     for classes, named in ((truth.classes, truth.class_names), (predicted.classes, predicted.vertex_class_names)):
         used = [] if classes is None else np.unique(classes).tolist()
         names |= {named[number] for number in used if number > 0 and number in named}
-    return names
+    return names - {""}
 
 
 def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryMetrics | None:
@@ -115,7 +126,7 @@ def _scene(labels: SceneLabels, evaluated: set[int], aware: bool = False) -> Sce
     truth = labels.truth_instances
     if labels.truth_instance_classes:
         truth = np.where(np.isin(truth, list(classes)), truth, 0)
-    predicted = {} if labels.predicted_instances is None else labels.predicted_instances
+    predicted = VertexMasks({}, len(truth)) if labels.predicted_instances is None else labels.predicted_instances
     own = {i: names[c] for i, c in labels.predicted_instance_classes.items() if c in evaluated}
     return Scene(truth, predicted, labels.scores, classes if aware else None, own if aware else None)
 
@@ -188,9 +199,15 @@ def _retrieval_classes(labels: SceneLabels, preset: Preset) -> dict[int, str]:
 
 
 def _retrieval_given(labels: SceneLabels, predicted: PredictedScene, preset: Preset) -> RetrievalCounts | None:
-    if predicted.names_of_truth is None:
+    """The truth's masks with the classes given to them, or else, where predicted instances have classes, with those
+    that most of their vertices are predicted."""
+    if predicted.names_of_truth is not None:
+        numbers = labels.table.numbers(predicted.names_of_truth)
+    elif labels.predicted_classes is not None and labels.predicted_instance_classes and labels.truth_instance_classes:
+        numbers = class_by_vertices(labels.truth_instances, labels.predicted_classes)
+    else:
         return None
-    given = {i: labels.table.names[c] for i, c in labels.table.numbers(predicted.names_of_truth).items()}
+    given = {i: labels.table.names[c] for i, c in numbers.items()}
     return given_mask_retrieval(_retrieval_classes(labels, preset), given)
 
 

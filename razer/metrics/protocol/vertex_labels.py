@@ -8,11 +8,12 @@ import numpy as np
 
 from razer.arrays import BoolArray, Int64Array, IntArray
 from razer.metrics.preset import Preset
+from razer.metrics.protocol.vertex_masks import VertexMasks
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.nearest_vertices import Neighbours, nearest_vertices
 
-InstanceLabels = Int64Array | Mapping[int, Int64Array]
-"""Instance ids (V,), or id -> vertex numbers (M,) where instances may overlap."""
+InstanceLabels = Int64Array | VertexMasks
+"""Instance ids (V,), or masks where instances may overlap."""
 
 
 class LabelTransfer:
@@ -32,8 +33,7 @@ class LabelTransfer:
         """The predicted instances, None where there are none. Raises ValueError for labels that do not fit."""
         n_vertices = len(self._truth.vertices)
         if self._predicted.masks is not None:
-            masks = sorted(self._predicted.masks.items())
-            return {number: _vertex_indices(mask, n_vertices, number) for number, mask in masks}
+            return VertexMasks(self._predicted.masks, n_vertices)
         if self._predicted.instances is None:
             return None
         return self._transferred(self._predicted.instances, self._preset.instance_k, self._preset.instance_max_m)
@@ -82,17 +82,6 @@ def flatten_masks(masks: Mapping[int, Int64Array], scores: Mapping[int, float], 
     return ids
 
 
-def _vertex_indices(mask: IntArray | BoolArray, n_vertices: int, number: int) -> Int64Array:
-    """The vertices of a mask given as their numbers or as one truth value each, each once."""
-    is_inside = np.zeros(n_vertices, np.bool_)
-    if mask.dtype == np.bool_:
-        _check_length(mask, n_vertices)
-    elif len(mask) and not 0 <= mask.min() <= mask.max() < n_vertices:
-        raise ValueError(f"mask {number} names vertices that the truth's {n_vertices} do not have")
-    is_inside[mask] = True
-    return np.flatnonzero(is_inside)
-
-
-def _check_length(labels: IntArray | BoolArray, n_vertices: int) -> None:
+def _check_length(labels: IntArray, n_vertices: int) -> None:
     if len(labels) != n_vertices:
         raise ValueError(f"{len(labels)} predicted labels for {n_vertices} true vertices: one of each is needed")

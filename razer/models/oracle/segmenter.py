@@ -63,7 +63,7 @@ class OracleSegmenter:
         if frame.instance_ids is None:
             raise BadInput(
                 f"frame {frame.index} has no instance ids, which the oracle segmenter needs: "
-                "use a recording with ids/, or --segmenter geometric"
+                "use a recording with ids/ (ScanNet: instance-filt/), or --segmenter geometric"
             )
         parts = list(self._masks(frame.index, frame.instance_ids))
         if not parts:

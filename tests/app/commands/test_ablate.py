@@ -25,8 +25,33 @@ def test_a_line_of_numbers_for_each_variant_and_seed(capsys):
     assert row["no fusion of duplicates"]["instances"] > row["as is"]["instances"]
 
 
+@pytest.mark.full
+def test_strides_share_the_walk_and_the_truth(capsys):
+    options = ("--scene", "tabletop", "--seeds", "1", "--frames", "12", "--variants", "as is")
+    assert call("ablate", *options, "--stride", "1,3", "--json") == 0
+    both = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert both["strides"] == [1, 3]
+    assert [part["stride"] for part in both["by_stride"]] == [1, 3]
+    assert both["variants"] == both["by_stride"][0]["variants"]
+    assert call("ablate", *options, "--stride", "3", "--json") == 0
+    alone = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert alone["by_stride"][0] == both["by_stride"][1], "a stride does not depend on which others are measured"
+    every, third = (part["variants"][0]["as is"] for part in both["by_stride"])
+    assert third["instances"] < every["instances"]
+    # What the frames left out show is still asked for: of one truth more is missed.
+    assert third["missed"] > every["missed"]
+    assert call("ablate", *options, "--stride", "3") == 0
+    assert "stride" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
-    ("arguments", "message"), [(("--seeds", "one"), "whole numbers"), (("--variants", "no walls"), "choose from")]
+    ("arguments", "message"),
+    [
+        (("--seeds", "one"), "whole numbers"),
+        (("--stride", "2,0"), "whole numbers from 1"),
+        (("--stride", "fast"), "--stride fast"),
+        (("--variants", "no walls"), "choose from"),
+    ],
 )
 def test_wrong_usage_is_one_plain_line(capsys, arguments, message):
     assert call("ablate", *arguments) == 2

@@ -30,6 +30,7 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert len(result["rss_mb_at_tenths"]) == 10
     assert result["synth"]["fps"] > 0
     assert result["evaluation"]["cpu_s"] > 0
+    assert result["evaluation"]["read_to_looking"] > 0
     assert result["yolo_decoding"]["masks"] == 30
     assert result["yolo_decoding"]["median_ms"] > 0
     assert min(result["describing"].values()) > 0

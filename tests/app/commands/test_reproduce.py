@@ -5,11 +5,19 @@ from __future__ import annotations
 import json
 import shutil
 
+import numpy as np
 import pytest
+from rich.console import Console
 
+from app.reproduction.component_times import PUBLISHED_MS, component_times
 from app.reproduction.published_tables import TABLES
+from app.reproduction.report import report
+from app.reproduction.reproduce_table import Reproduced
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.table import write_recording
+from razer.frame import Masks
+from razer.metrics.presets import PRESETS
+from razer.metrics.protocol.evaluation import Evaluation
 from tests.support.cli import call
 
 SCENES = {
@@ -91,11 +99,60 @@ def test_data_without_any_scene_is_one_plain_line(tmp_path, capsys):
 
 def test_tables_are_as_wide_as_their_columns_and_means_are_those_of_the_rows():
     for table in TABLES.values():
-        assert {len(row) for row in table.rows.values()} == {len(table.columns)}
+        assert {len(row) for row in (*table.rows.values(), *table.estimated_rows.values())} == {len(table.columns)}
     for method, row in TABLES["scenenn"].rows.items():
         # The paper's own means, to the digits it prints; Wang's and Li's rows are averaged over other sequences.
         if method not in ("Wang et al.", "Li et al."):
             assert sum(row[:-1]) / 10 == pytest.approx(row[-1], abs=0.5), method
+    for method, row in TABLES["scenenn"].estimated_rows.items():
+        assert sum(row[:-1]) / 10 == pytest.approx(row[-1], abs=0.02), method
+    assert TABLES["scenenn"].estimated_rows["RAZER (paper)"][-1] == 62.3
+
+
+def test_component_times_are_the_papers_and_add_up():
+    ours, all_ms = PUBLISHED_MS["RAZER (paper)"], 103.2
+    assert sum(ours[:-1]) == pytest.approx(ours[-1]) == pytest.approx(all_ms)
+    stages = {"segment": 0.4, "embed": 0.1, "lift": 0.2, "associate": 0.1, "vote": 0.05, "maintain": 0.05, "log": 9}
+    timings = {"frames": 10, "stages": {name: {"total_s": total} for name, total in stages.items()}}
+    quick = {"frames": 20, "stages": timings["stages"]}
+    times = component_times([timings, quick])  # half as long a frame in the second: three quarters on the whole
+    assert times == {"2D segmentation": 30, "OBB detection": 15, "OBB tracking": 15, "embedding": 7.5, "all": 67.5}
+
+
+def test_what_comes_with_the_table(data, tmp_path, capsys):
+    """Retrieval of predicted and of true masks, component times, and the rows that belong to the poses."""
+    run = ("reproduce", "scenenn", data / "scenenn", "-o", tmp_path, "--no-timeline", "--scenes", "011", "--json")
+    run += ("--segmenter", "tests.app.commands.test_reproduce:Chairs", "--set", "voxels.voxel_size_m=0.04")
+    assert call(*run) == 0
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert set(result["retrieval"]) == {"predicted_masks", "given_masks"}
+    assert result["components_ms"]["2D segmentation"] > 0
+    assert result["poses"] == "auto"
+    printed = {}
+    for poses in ("given", "slam"):
+        report(reproduced(result), TABLES["scenenn"], Console(width=200), poses)
+        printed[poses] = capsys.readouterr().out
+        for part in ("103.2", "413.5", "2D segmentation = segment", "the truth's masks: class mean"):
+            assert part in printed[poses], part
+    for poses, parts in {"given": ("given poses", "79.2"), "slam": ("estimated poses", "59.3", "53.27")}.items():
+        assert all(part in printed[poses] for part in parts), poses
+    assert "79.2" not in printed["slam"]
+
+
+class Chairs:
+    """Calls everything in the middle of the picture a chair."""
+
+    def segment(self, frame):
+        mask = np.zeros((1, *frame.depth.shape), bool)
+        mask[:, 10:-10, 10:-10] = True
+        return Masks(mask, np.ones(1, np.float32), ("chair",))
+
+
+def reproduced(result):
+    """What a result says, under the rows of other poses."""
+    evaluation = Evaluation(PRESETS["scenenn"], retrieval=result["evaluation"]["retrieval"])
+    numbers = (result["seconds"], result["stages_ms"], result["components_ms"], {})
+    return Reproduced(tuple(result["row"]), evaluation, *numbers)
 
 
 @pytest.mark.full
@@ -108,4 +165,5 @@ def test_both_poses_are_two_rows(tmp_path, capsys):
     assert list(result) == ["given", "slam"]
     assert all(list(rows["evaluation"]["scenes"]) == ["016"] for rows in result.values())
     assert result["slam"]["evaluation"]["pose"]["ate_rmse_m"] < 0.05
+    assert [rows["poses"] for rows in result.values()] == ["given", "slam"]
     assert (tmp_path / "out" / "slam" / "016" / "map.npz").exists()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.support.cli import QUICK, listing, razer, write_small_room
@@ -73,3 +75,27 @@ def test_unusable_input_is_one_plain_line(capsys, tmp_path, folder, options, mes
     assert "Traceback" not in err
     assert re.search(message, lines[0]), lines[0]
     assert listing(tmp_path) == before
+
+
+def test_masks_of_other_frames_end_the_run_before_it_begins(capsys, tmp_path):
+    write_small_room(tmp_path / "in", n_frames=3)
+    masks = tmp_path / "masks"
+    masks.mkdir()
+    ids = np.zeros((120, 160), np.uint8)
+    ids[40:80, 50:100] = 1
+    run = ("run", tmp_path / "in", "-o", tmp_path / "out", *QUICK, "--no-timeline", "--segmenter", "masks")
+    run += ("--set", f"segmenter.options.folder={masks}")
+    for name in ("frame-000001.png", "000100.png"):
+        for path in masks.iterdir():
+            path.unlink()
+        cv2.imwrite(str(masks / name), ids)
+        code, out, err = razer(capsys, *run)
+        assert (code, out) == (2, "")
+        assert err.splitlines()[-1].startswith("razer: ")
+        for part in (str(masks), name, "000007.png"):
+            assert part in err.splitlines()[-1]
+        assert not (tmp_path / "out").exists()
+    cv2.imwrite(str(masks / "000001.png"), ids)
+    code, _, err = razer(capsys, *run)
+    assert code == 0
+    assert "masks for 1 of 3 frames" in err

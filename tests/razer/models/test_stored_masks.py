@@ -57,6 +57,24 @@ def test_a_missing_folder_is_refused_at_once(tmp_path: Path) -> None:
         make_segmenter("masks", {"folder": str(tmp_path / "nowhere")})
 
 
+@pytest.mark.parametrize("name", ["frame-000007.png", "7.png", "000007.jpg", "7.000007.npz", None])
+def test_a_folder_whose_names_are_no_frames_is_refused_at_once(tmp_path: Path, name: str | None) -> None:
+    if name:
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(BadInput, match=r"000007\.png or 000007\.npz") as caught:
+        StoredMasks(tmp_path)
+    assert str(tmp_path) in str(caught.value)
+    assert (name or "is empty") in str(caught.value)
+
+
+def test_frames_with_a_file_are_counted_and_none_is_refused(tmp_path: Path) -> None:
+    (write_ids(tmp_path) / "000009.npz").write_bytes(b"")
+    assert StoredMasks(tmp_path).count_frames(range(8)) == 1
+    assert StoredMasks(tmp_path).count_frames(range(1, 20, 2)) == 2
+    with pytest.raises(BadInput, match=r"none of the 4 frames, which are numbered 0 to 6.*000007\.png"):
+        StoredMasks(tmp_path).count_frames(range(0, 8, 2))
+
+
 STACK = np.zeros((2, *SHAPE), bool)
 
 

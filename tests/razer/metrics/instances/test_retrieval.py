@@ -82,3 +82,17 @@ def test_preset_asks_for_17_classes_and_takes_the_mode_of_the_vertices() -> None
     assert result["given_masks"]["per_class"] == {"chair": 0.0, "sofa": 1.0}
     assert result["predicted_masks"]["class_mean"] == 1.0
     assert result["predicted_masks"]["asked"] == {"sofa": 1, "chair": 1}
+
+
+def test_the_truths_masks_take_the_class_that_most_of_their_vertices_are_predicted() -> None:
+    # A chair half of which nobody found and a third of the rest is a table; a table that is all chair; a bed unseen.
+    truth_of = np.repeat([1, 2, 3], [120, 100, 100])
+    names = {1: "chair", 2: "table", 3: "bed"}
+    truth = TruthScene(np.random.default_rng(0).random((320, 3)), truth_of, truth_of, names)
+    instances = np.repeat([0, 7, 8, 7, 0], [60, 40, 20, 100, 100])
+    predicted = PredictedScene(instances=instances, class_names={7: "chair", 8: "table"})
+    result = evaluate([("a", truth, predicted)], PRESETS["retrieval"]).retrieval
+    assert result is not None
+    given = result["given_masks"]
+    assert given["per_class"] == {"bed": 0.0, "chair": 1.0, "table": 0.0}
+    assert given["class_mean"] == given["instance_mean"] == 1 / 3

@@ -51,7 +51,8 @@ def test_contract() -> None:
     assert set(result["panoptic"]) >= {"pq", "sq", "rq"}
     assert set(result["surface"]) >= {"accuracy_m", "completeness_m", "fscore_2cm", "fscore_5cm"}
     assert result["pose"] is None
-    assert result["retrieval"]["given_masks"] is None
+    for masks in ("given_masks", "predicted_masks"):
+        assert set(result["retrieval"][masks]) == {"class_mean", "instance_mean", "per_class", "asked"}
 
 
 def test_known_values() -> None:

@@ -8,6 +8,7 @@ import pytest
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.scene_labels import labels_on_truth
 from razer.metrics.protocol.vertex_labels import flatten_masks, relabel
+from razer.metrics.protocol.vertex_masks import VertexMasks
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 NAMES = {1: "chair", 2: "bed"}
@@ -68,3 +69,19 @@ def test_a_truth_is_checked_at_birth() -> None:
         PredictedScene(instances=np.zeros(3, int), masks={})
     with pytest.raises(ValueError, match="no masks"):
         PredictedScene(np.zeros((2, 3)), np.zeros(3, int))
+
+
+def test_masks_are_the_same_as_numbers_or_truth_values_on_all_vertices_or_those_that_count():
+    rng = np.random.default_rng(0)
+    inside = {number: rng.random(300) < 0.3 for number in (7, 2)}
+    counts = rng.random(300) < 0.6
+    for given in (inside, {number: np.flatnonzero(mask)[::-1] for number, mask in inside.items()}):
+        masks = VertexMasks(given, 300)
+        assert list(masks) == [2, 7]
+        for number, mask in inside.items():
+            assert masks[number].tolist() == np.flatnonzero(mask).tolist()
+            assert masks.among(counts)[number].tolist() == np.flatnonzero(mask[counts]).tolist()
+    with pytest.raises(ValueError, match="do not have"):
+        VertexMasks({1: np.array([300])}, 300)
+    with pytest.raises(ValueError, match="299 predicted labels"):
+        VertexMasks({1: np.ones(299, bool)}, 300)
