@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_tools.recordings.sequence import FrameIteration
+from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
+from data_tools.synthetic.rendering.rgbd_renderer import Renderer, RgbdRenderer
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
@@ -35,12 +37,13 @@ class RenderedSequence(FrameIteration):
         name: what to call the recording.
         things: instance id -> Thing.
         poses: (N, 4, 4) world_from_camera.
-        camera: of colour and depth.
+        camera: of depth, and declared for colour too.
         sensor: what its images suffer.
         seed: of textures and of the sensor.
         made_by: makes the same sequence again, in another process.
         move: an instance that changes its place; None = none.
         frames_per_s: of the stamps.
+        misalignment: how the true colour camera differs from the declared one; None = not at all.
     """
 
     has_poses = True
@@ -58,6 +61,7 @@ class RenderedSequence(FrameIteration):
         *,
         move: Move | None = None,
         frames_per_s: float = FRAMES_PER_S,
+        misalignment: RgbdMisalignment | None = None,
     ) -> None:
         self.name = name
         self.intrinsics = camera
@@ -68,8 +72,10 @@ class RenderedSequence(FrameIteration):
         self._made_by = made_by
         self._frames_per_s = frames_per_s
         self._final = {**things, move.instance: move.thing} if move else things
-        self._before = RayRenderer(things, camera, seed)
-        self._after = RayRenderer(self._final, camera, seed) if move else self._before
+        planted = misalignment or RgbdMisalignment()
+        self.calibration = None if planted.is_none else planted.calibration(camera)
+        self._before = self._renderer(things)
+        self._after = self._renderer(self._final) if move else self._before
         self.classes = {number: thing.class_name for number, thing in self._final.items()}
 
     def __reduce__(self) -> tuple[Callable[[], RenderedSequence], tuple[()]]:
@@ -94,7 +100,16 @@ class RenderedSequence(FrameIteration):
         (metres along the optical axis) in at least 3 frames."""
         viewpoints = [Viewpoint(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
-        return ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
+        truth = ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
+        return replace(truth, rgbd_calibration=self.calibration)
 
-    def _renderer_at(self, index: int) -> RayRenderer:
+    def _renderer(self, things: Mapping[int, Thing]) -> Renderer:
+        def seen_by(camera: Intrinsics) -> RayRenderer:
+            return RayRenderer(things, camera, self._seed)
+
+        if self.calibration is None:
+            return seen_by(self.intrinsics)
+        return RgbdRenderer(seen_by, self.intrinsics, self.calibration)
+
+    def _renderer_at(self, index: int) -> Renderer:
         return self._after if self.move and index >= self.move.frame else self._before

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from data_tools.synthetic.camera.hand_held import walk_round
+from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.rendered_sequence import CAMERA, Move, RenderedSequence
@@ -28,6 +30,7 @@ class SyntheticRoom(RenderedSequence):
             before and after.
         noise: short for SensorModel.plain().
         sensor: what its images suffer; None = by `noise`.
+        misalignment: how the true colour camera differs from the declared one; None = not at all.
 
     Raises:
         BadInput: for an empty recording.
@@ -43,10 +46,12 @@ class SyntheticRoom(RenderedSequence):
         moved: bool = False,
         noise: bool = False,
         sensor: SensorModel | None = None,
+        misalignment: RgbdMisalignment | None = None,
     ) -> None:
         if n_frames < 1:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
         sensor = sensor or (SensorModel.plain() if noise else SensorModel.none())
+        options: dict[str, Any] = {"moved": moved, "sensor": sensor, "misalignment": misalignment}
         layout = living_room(seed)
         super().__init__(
             f"synthetic-room-{seed}",
@@ -55,6 +60,7 @@ class SyntheticRoom(RenderedSequence):
             CAMERA.resized(width, height),
             sensor,
             seed,
-            partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, sensor=sensor),
+            partial(SyntheticRoom, seed, n_frames, width, height, **options),
             move=Move(layout.movable, n_frames // 2, layout.elsewhere) if moved else None,
+            misalignment=misalignment,
         )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
 from data_tools.synthetic.rendered_sequence import CAMERA, RenderedSequence
@@ -38,6 +39,7 @@ class SyntheticScene(RenderedSequence):
         width: of the images, pixels.
         height: of the images, pixels.
         sensor: what its images suffer; None = nothing.
+        misalignment: how the true colour camera differs from the declared one; None = not at all.
 
     Raises:
         BadInput: for an unknown scene or a recording of fewer than 0 frames.
@@ -52,6 +54,7 @@ class SyntheticScene(RenderedSequence):
         height: int = 480,
         *,
         sensor: SensorModel | None = None,
+        misalignment: RgbdMisalignment | None = None,
     ) -> None:
         if scene not in SCENES:
             raise BadInput(f"unknown scene '{scene}': choose one of {', '.join(SCENES)}")
@@ -73,6 +76,7 @@ class SyntheticScene(RenderedSequence):
             CAMERA.resized(width, height),
             filmed_by,
             seed,
-            partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor),
+            partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor, misalignment=misalignment),
             frames_per_s=rate,
+            misalignment=misalignment,
         )

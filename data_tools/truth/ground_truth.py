@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_tools.truth.rgbd_calibration import RgbdCalibration
 from razer.arrays import BoolArray, Float32Array, Int32Array
 
 
@@ -14,7 +15,8 @@ from razer.arrays import BoolArray, Float32Array, Int32Array
 class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
-    enough to count; notes say in words what a reader could not make out."""
+    enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
+    declared camera is not that of its colour, which one is."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -23,6 +25,7 @@ class GroundTruth:
     class_names: Mapping[int, str]
     visible: BoolArray
     notes: tuple[str, ...] = ()
+    rgbd_calibration: RgbdCalibration | None = None
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

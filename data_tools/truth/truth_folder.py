@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from data_tools.truth import rgbd_calibration
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply
@@ -26,12 +27,15 @@ def write_objects(folder: Path, classes: Mapping[int, str]) -> None:
 
 
 def write_truth(truth: GroundTruth, folder: Path) -> None:
-    """Write a ground truth; vertices also say whether they are visible (0 or 1)."""
+    """Write a ground truth; vertices also say whether they are visible (0 or 1). Beside it rgbd_calibration.json, where
+    the truth knows a colour camera other than the declared one."""
     write_objects(folder, truth.instance_classes)
     write_json(folder / "classes.json", {str(number): name for number, name in sorted(truth.class_names.items())})
     properties = {"instance": truth.instances.astype("<i4"), "class": truth.classes.astype("<i4")}
     properties |= {"visible": truth.visible.astype(np.uint8)}
     write_ply(folder / "mesh.ply", truth.vertices, properties, truth.triangles)
+    if truth.rgbd_calibration is not None:
+        write_json(folder / rgbd_calibration.FILE_NAME, truth.rgbd_calibration.to_json())
 
 
 def read_truth(folder: Path) -> GroundTruth:

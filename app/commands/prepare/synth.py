@@ -13,10 +13,12 @@ from cyclopts import Parameter
 from app.console.streams import progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.assignments import split_assignment
+from app.settings.misalignment_options import MisalignmentOptions
 from app.settings.options import Assignments, Flag
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
+    from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
     from data_tools.synthetic.camera.sensor_model import SensorModel
     from data_tools.synthetic.synthetic_scene import SyntheticScene
 
@@ -42,15 +44,16 @@ class SceneOptions:
     set: Assignments = ()
     """One error of the sensor model as name=strength; may be repeated. 0 switches it off."""
 
-    def sequence(self) -> SyntheticScene:
-        """The recording; raises BadInput."""
+    def sequence(self, misalignment: RgbdMisalignment) -> SyntheticScene:
+        """The recording, with colour so misaligned; raises BadInput."""
         match = re.fullmatch(r"(\d+)x(\d+)", self.size)
         if not match or not all(8 <= int(n) <= 8192 for n in match.groups()):
             raise BadInput(f"--size {self.size}: write it as 640x480")
         from data_tools.synthetic.synthetic_scene import SyntheticScene
 
         width, height = int(match[1]), int(match[2])
-        return SyntheticScene(self.scene, self.seed, self.frames, width, height, sensor=self.sensor_model())
+        cameras: dict[str, Any] = {"sensor": self.sensor_model(), "misalignment": misalignment}
+        return SyntheticScene(self.scene, self.seed, self.frames, width, height, **cameras)
 
     def sensor_model(self) -> SensorModel:
         """The sensor with some errors of another strength; raises BadInput."""
@@ -73,6 +76,7 @@ def synth(
     /,
     *,
     options: SceneOptions = SceneOptions(),
+    colour: MisalignmentOptions = MisalignmentOptions(),  # noqa: B008
     layout: str = "own",
     spacing: float = 0.015,
     lossless: Flag = False,
@@ -98,7 +102,7 @@ def synth(
     from data_tools.writers.table import write_recording
 
     _check_arguments(out, layout, spacing)
-    sequence, console = options.sequence(), progress_console()
+    sequence, console = options.sequence(colour.misalignment()), progress_console()
     selection = Selection.of(sequence, 1, None, console)
     try:
         console.print("computing which surfaces are visible")
@@ -112,6 +116,8 @@ def synth(
     result = {"format": FORMAT, "out": str(out), "scene": options.scene, "seed": options.seed, "layout": layout}
     result |= {"sensor": options.sensor, "frames": len(sequence), "written": len(sequence) - len(skipped)}
     result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
+    if sequence.calibration is not None:
+        result |= {"rgbd_calibration": sequence.calibration.to_json()}
     _report(result, json)
     return 0
 

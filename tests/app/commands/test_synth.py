@@ -85,6 +85,10 @@ def test_errors_of_the_sensor_are_switched_one_by_one(tmp_path: Path, capsys: py
         (("--set", "fog=1"), "--set fog=1"),
         (("--set", "shutter=much"), "much is no number"),
         (("--spacing", 0), "--spacing 0"),
+        (("--rgb-zoom", 4), "colour zoom of 4"),
+        (("--rgb-shift", "8"), "--rgb-shift 8: write it as X,Y"),
+        (("--rgb-shift", "80,0", *TINY), "images are 64x48"),
+        (("--rgb-baseline", "0,nan,0"), "colour baseline"),
     ],
 )
 def test_what_cannot_be_made_is_said_in_one_line(
@@ -95,6 +99,27 @@ def test_what_cannot_be_made_is_said_in_one_line(
     assert words in stderr
     assert len(stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_colour_camera_that_does_not_fit_depth_is_planted_and_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    planted = ("--rgb-zoom", 0.9, "--rgb-shift", "-8,4", "--rgb-baseline", "-0.03,0,0.01")
+    usual = ("--scene", "tabletop", "--frames", 2, *TINY, "--sensor", "none", "--lossless", "--json")
+    told = {}
+    for name, extra in {"plain": (), "planted": planted}.items():
+        code, stdout, _ = razer(capsys, "synth", tmp_path / name, *usual, *extra)
+        assert code == 0
+        told[name] = json.loads(stdout)
+    truth = json.loads((tmp_path / "planted/truth/rgbd_calibration.json").read_text())
+    assert told["planted"]["rgbd_calibration"] == truth
+    assert [row[3] for row in truth["color_from_depth"]] == [0.03, 0, -0.01, 1]
+    assert truth["color"]["cx"] == pytest.approx(31.5 - 8)
+    assert "rgbd_calibration" not in told["plain"]
+    same = ("intrinsics.json", "trajectory.txt", "depth/000001.png", "ids/000001.png")
+    for path in same:
+        assert (tmp_path / "plain" / path).read_bytes() == (tmp_path / "planted" / path).read_bytes()
+    assert (tmp_path / "plain/color/000001.png").read_bytes() != (tmp_path / "planted/color/000001.png").read_bytes()
 
 
 def test_an_existing_folder_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
