@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.truth.rgbd_calibration import RgbdCalibration
-from razer.arrays import BoolArray, Float32Array, Int32Array
+from razer.arrays import BoolArray, Float32Array, Int32Array, Uint8Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +16,7 @@ class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
     enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
-    declared camera is not that of its colour, which one is."""
+    declared camera is not that of its colour, which one is; colors (V, 3) uint8 where the surface has any."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -26,6 +26,7 @@ class GroundTruth:
     visible: BoolArray
     notes: tuple[str, ...] = ()
     rgbd_calibration: RgbdCalibration | None = None
+    colors: Uint8Array | None = None
 
     def __post_init__(self) -> None:
         count = len(self.vertices)
