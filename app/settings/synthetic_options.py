@@ -14,6 +14,8 @@ from app.settings.options import Assignments
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
     from data_tools.synthetic.camera.sensor_model import SensorModel
     from data_tools.synthetic.rendered_frames import RenderedFrames
@@ -68,8 +70,8 @@ class SceneOptions(MisalignmentOptions):
     set: Assignments = ()
     """One error of the sensor model as name=strength; may be repeated. 0 switches it off."""
 
-    def sequence(self) -> RenderedFrames:
-        """The recording; raises BadInput."""
+    def sequence(self, report: Callable[[str], None] | None = None) -> RenderedFrames:
+        """The recording; `report` is told what takes long; raises BadInput."""
         match = re.fullmatch(r"(\d+)x(\d+)", self.size)
         if not match or not all(8 <= int(n) <= 8192 for n in match.groups()):
             raise BadInput(f"--size {self.size}: write it as 640x480")
@@ -84,7 +86,7 @@ class SceneOptions(MisalignmentOptions):
         from data_tools.synthetic.mesh_sequence import MeshSequence
 
         self._check_mesh()
-        return MeshSequence(self.mesh, *walk, **cameras, up=self.up, scale=self.mesh_scale)
+        return MeshSequence(self.mesh, *walk, **cameras, up=self.up, scale=self.mesh_scale, report=report)
 
     def sensor_model(self) -> SensorModel:
         """The sensor with some errors of another strength; raises BadInput."""

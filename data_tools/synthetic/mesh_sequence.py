@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,13 +17,13 @@ from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
 from data_tools.synthetic.rendering.mesh_renderer import MeshRenderer
 from data_tools.synthetic.rendering.rgbd_renderer import Renderer
 from data_tools.synthetic.scans.scan_walk import nearest_m, plan_walk
-from data_tools.synthetic.scans.surface import check_mesh, upright_surface
+from data_tools.synthetic.scans.surface import check_mesh
 from data_tools.synthetic.scans.upright import upright_from_mesh
 from data_tools.synthetic.truth.tessellation import SampledSurface
 from data_tools.synthetic.truth.true_surface import MIN_VIEWS
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint, visible_vertices
 from data_tools.truth.ground_truth import GroundTruth
-from data_tools.truth.labelled_mesh import open_labelled_mesh, renumbered
+from data_tools.truth.labelled_mesh import open_labelled_mesh, renumbered, stated_up
 from razer.arrays import BoolArray
 from razer.errors import BadInput
 from razer.geometry import inverse
@@ -46,6 +46,7 @@ class MeshSequence(RenderedFrames):
         misalignment: how the true colour camera differs from the declared one; None = not at all.
         up: which way is up in the mesh, as upright_from_mesh takes it.
         scale: metres per unit of the mesh.
+        report: told what takes long; None = nobody.
 
     Raises:
         BadInput: for what is no labelled mesh of a place in metres, or has no floor to walk on.
@@ -63,14 +64,18 @@ class MeshSequence(RenderedFrames):
         misalignment: RgbdMisalignment | None = None,
         up: str = "auto",
         scale: float = 1.0,
+        report: Callable[[str], None] | None = None,
     ) -> None:
         if n_frames is not None and n_frames < 0:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
         sensor = sensor or SensorModel.none()
         truth = renumbered(open_labelled_mesh(mesh, scale), _LARGEST_ID)
         check_mesh(truth, str(mesh))
-        self._upright_from_mesh = upright_from_mesh(truth, up)
-        plan = plan_walk(upright_surface(truth, self._upright_from_mesh), seed)
+        if report is not None:
+            report(f"planning a walk through {len(truth.triangles)} faces")
+        stated = stated_up(mesh) if up == "auto" else None
+        plan = plan_walk(truth, upright_from_mesh(truth, ",".join(map(str, stated)) if stated else up), seed)
+        self._upright_from_mesh = plan.upright_from_mesh
         usual = usual_frames(plan.stations)
         count = n_frames or usual
         rate = FRAMES_PER_S * max(count - 1, 1) / (usual - 1)
@@ -99,7 +104,7 @@ class MeshSequence(RenderedFrames):
     def notes(self) -> tuple[str, ...]:
         """What the reader of the mesh could not make out, which way was taken for up, and where the walk leads."""
         up = f"up is {self._up[0]:.2f}, {self._up[1]:.2f}, {self._up[2]:.2f} in the mesh (--up says otherwise)"
-        return (*self._truth.notes, up, f"the walk leads {self._plan.where}")
+        return (*self._truth.notes, up, f"the walk leads {self._plan.ground}")
 
     @property
     def summary(self) -> Mapping[str, Any]:

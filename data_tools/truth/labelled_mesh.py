@@ -85,6 +85,14 @@ def _read_any(path: Path, scale: float) -> GroundTruth:
     return GroundTruth(points, mesh.triangles, instances, classes, known, visible, notes, colors=colors)
 
 
+def stated_up(path: Path) -> tuple[float, ...] | None:
+    """Which way is up, as the instances.json of a run beside its mesh says; None where nothing does."""
+    run = _json((path if path.is_dir() else path.parent) / "instances.json")
+    up = run.get("up") if isinstance(run, dict) else None
+    is_direction = isinstance(up, list) and len(up) == 3 and all(isinstance(x, int | float) for x in up)
+    return tuple(up) if is_direction and any(up) else None
+
+
 def renumbered(truth: GroundTruth, largest: int) -> GroundTruth:
     """The same with instances counted from 1 where one is above `largest`, which is what images of ids can hold."""
     if truth.instances.max(initial=0) <= largest:

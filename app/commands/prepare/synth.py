@@ -48,9 +48,7 @@ def synth(
     _check_arguments(out, layout, spacing)
     console = progress_console()
     try:
-        if options.mesh is not None:
-            console.print("planning a walk through the mesh")
-        sequence = options.sequence()
+        sequence = options.sequence(console.print)
         print_notes(sequence.notes)
         selection = Selection.of(sequence, 1, None, console)
         console.print("computing which surfaces are visible")

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from data_tools.synthetic.layout.placement import solid_boxes
 from data_tools.synthetic.shapes.thing import Thing
-from razer.arrays import Float64Array, Uint8Array
+from razer.arrays import BoolArray, Float64Array, Uint8Array
 
 CLEAR_M = 0.36
 # What is lower is reached over by the arms that hold the camera.
@@ -26,10 +26,12 @@ _SMOOTH_CELLS = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmptyCells:
-    """Where nothing stands: origin (2,) metres, and empty (I, J) 1 or 0 for cells of CELL_M along x and y."""
+    """Where nothing stands: origin (2,) metres, and empty (I, J) 1 or 0 for cells of CELL_M along x and y; ground
+    (I, J) bool: above which of them a camera may be, None = all."""
 
     origin: Float64Array
     empty: Uint8Array
+    ground: BoolArray | None = None
 
     @classmethod
     def among(cls, things: Iterable[Thing]) -> EmptyCells:
@@ -54,7 +56,8 @@ class FreeSpace:
     def __init__(self, cells: EmptyCells, home: Sequence[float] | None = None, clear_m: float = CLEAR_M) -> None:
         self._origin, self._clear_m = cells.origin, clear_m
         self._room_m = cv2.distanceTransform(cells.empty, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M
-        parts, n_parts = label(self._room_m > clear_m)
+        wide = self._room_m > clear_m
+        parts, n_parts = label(wide if cells.ground is None else wide & cells.ground)
         sizes = np.bincount(parts.ravel(), minlength=2)
         home_part = int(sizes[1:].argmax()) + 1 if home is None else parts[self._cell(home)]
         if home_part == 0 or n_parts == 0:
@@ -76,7 +79,7 @@ class FreeSpace:
 
     def nearest(self, point: ArrayLike) -> Float64Array:
         """The place (2,) nearest to a point that can be reached."""
-        place: Float64Array = self.places[np.linalg.norm(self.places - point, axis=1).argmin()]
+        place: Float64Array = self.places[np.linalg.norm(self.places - np.asarray(point), axis=1).argmin()]
         return place
 
     def route(self, start: ArrayLike, end: ArrayLike) -> Float64Array:
@@ -95,7 +98,7 @@ class FreeSpace:
         return int(i), int(j)
 
     def _number(self, point: ArrayLike) -> int:
-        return int(np.linalg.norm(self.places - point, axis=1).argmin())
+        return int(np.linalg.norm(self.places - np.asarray(point), axis=1).argmin())
 
     def _connected(self) -> coo_matrix:
         """The free cells as a graph whose edges are longer the nearer they are to things."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,16 +11,17 @@ import open3d as o3d
 from data_tools.synthetic.camera.camera_path import EYE_M
 from data_tools.synthetic.camera.walk import Station, usual_frames, walk
 from data_tools.synthetic.layout.free_space import CELL_M, EmptyCells, FreeSpace
-from data_tools.synthetic.scans.surface import ScannedSurface
+from data_tools.synthetic.scans.surface import ScannedSurface, upright_surface
 from data_tools.synthetic.scans.view_planning import View, plan_views
-from data_tools.synthetic.scans.walkable import walkable_cells
+from data_tools.synthetic.scans.walkable import GROUNDS, walkable_cells
+from data_tools.truth.ground_truth import GroundTruth
 from razer.arrays import Float64Array
 from razer.errors import BadInput
 
 NEAREST_M = 0.3
 """No camera comes nearer to any surface."""
 # Kept on the plan, in the order in which they are tried: rounded corners and the hand come a little nearer.
-_CLEAR_M = (0.4, 0.5, 0.6, 0.34)
+_CLEAR_M = (0.34, 0.4, 0.5, 0.6)
 _LEAST_M2 = 0.5
 _STRIDE_M, _TURN_DEG, _STAY = 0.15, 8.0, 4
 _AHEAD_M = 1.5
@@ -28,28 +30,40 @@ _FACING_RAYS, _ONE_SIDED = 400, 0.75
 
 @dataclass(frozen=True, slots=True)
 class ScanWalk:
-    """The stations of a walk, the surface with its faces turned to it, and a word on where it leads."""
+    """The stations of a walk through an upright surface with its floor at z = 0, whose faces are turned to the walk;
+    the transform (4, 4) from the mesh to it; and on which of GROUNDS the walk leads."""
 
     stations: tuple[Station, ...]
     surface: ScannedSurface
-    where: str
+    upright_from_mesh: Float64Array
+    ground: str
 
 
-def plan_walk(surface: ScannedSurface, seed: int) -> ScanWalk:
-    """A walk past views of all that can be seen of an upright surface with its floor at z = 0, never nearer than
-    NEAREST_M to it; raises BadInput where there is no room for one."""
-    for where, cells in walkable_cells(surface):
-        for clear_m in _CLEAR_M:
-            if (space := _roomy(cells, clear_m)) is None:
-                continue
-            faced = _turned_to_room(surface, space)
-            stations = _past(plan_views(faced, space, seed), space)
-            if len(stations) > 1 and nearest_m(faced, walk(stations, usual_frames(stations), seed)) >= NEAREST_M:
-                return ScanWalk(tuple(stations), faced, where)
+def plan_walk(truth: GroundTruth, transforms: Sequence[Float64Array], seed: int) -> ScanWalk:
+    """A walk past views of all that can be seen of a labelled surface, never nearer than NEAREST_M to it, by the first
+    of some transforms to z up in which a person could walk on its floor, or else by the first, above what is there;
+    raises BadInput where there is no room for one."""
+    likeliest = transforms[0]
+    for upright, ground in [*((each, GROUNDS[0]) for each in transforms), *((likeliest, g) for g in GROUNDS[1:])]:
+        surface = upright_surface(truth, upright)
+        if (found := _walk_on(walkable_cells(surface, ground), surface, seed)) is not None:
+            return ScanWalk(*found, upright, ground)
     raise BadInput(
         f"there is no free floor where a camera could be carried {NEAREST_M:g} m from everything: "
         "is --up right, and the mesh in metres (--mesh-scale)?"
     )
+
+
+def _walk_on(
+    cells: EmptyCells, surface: ScannedSurface, seed: int
+) -> tuple[tuple[Station, ...], ScannedSurface] | None:
+    for clear_m in _CLEAR_M:
+        if (space := _roomy(cells, clear_m)) is not None:
+            faced = _turned_to_room(surface, space)
+            stations = _past(plan_views(faced, space, seed), space)
+            if len(stations) > 1 and nearest_m(faced, walk(stations, usual_frames(stations), seed)) >= NEAREST_M:
+                return tuple(stations), faced
+    return None
 
 
 def nearest_m(surface: ScannedSurface, poses: Float64Array) -> float:

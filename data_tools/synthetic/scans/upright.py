@@ -10,29 +10,28 @@ from razer.arrays import Float64Array
 from razer.errors import BadInput
 
 AXES = {f"{sign}{axis}": s * np.eye(3)[k] for sign, s in (("", 1), ("-", -1)) for k, axis in enumerate("xyz")}
-# Most datasets have z up, within these degrees: another axis must have so much more level surface to be believed.
-_Z_FAVOUR, _Z_DEG = 1.4, 12.0
+# Most datasets have z up, within these degrees: another axis must be so much likelier to be believed.
+_Z_FAVOUR, _Z_DEG = 1.2, 12.0
+# What furniture below the middle of a room tells, beside level surface: in rooms, flats and corridors with and without
+# a ceiling it is 0.04 to 0.15 along the axis that is up and below 0.03 along others, of which walls make level surface.
+_SKEW_OFFSET = 0.05
 _CONES_DEG = (40.0, 20.0, 10.0, 5.0)
 _LEVEL_COS = 0.95
-# Furniture stands below the middle of a room; z is turned only where surfaces clearly hang above it.
-_HANGING = 0.6
+# z is turned only where surfaces clearly hang above the middle.
+_HANGING = 0.1
 _FLOOR_BIN_M, _FLOOR_SHARE = 0.05, 0.2
 
 
-def upright_from_mesh(truth: GroundTruth, up: str) -> Float64Array:
-    """The rigid transform (4, 4) that turns a mesh to z up and puts its floor to z = 0 and its middle over the origin.
+def upright_from_mesh(truth: GroundTruth, up: str) -> list[Float64Array]:
+    """Rigid transforms (4, 4) that turn a mesh to z up and put its floor to z = 0 and its middle over the origin, the
+    likeliest first.
 
-    up: one of AXES, x,y,z of any direction, or auto: the axis, or what is within 40 degrees of it, that most surface
-    is level to, with furniture below the middle. Raises BadInput.
+    up: one of AXES or x,y,z of any direction: there is one transform. Or auto: one for each axis, or what is within 40
+    degrees of it, likelier the more surface is level to it and the more of all lies below the middle. Raises BadInput.
     """
     surface = ScannedSurface.of(truth.vertices, truth.triangles, truth.instances, truth.colors)
-    direction = _up_direction(surface) if up == "auto" else parse_up(up)
-    transform = np.eye(4)
-    transform[:3, :3] = _turned_to_z(direction)
-    points = surface.vertices[surface.triangles[:, 0]] @ transform[:3, :3].T
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    transform[:3, 3] = -middle[0], -middle[1], -_floor_height(surface, direction)
-    return transform
+    directions = _up_directions(surface) if up == "auto" else [parse_up(up)]
+    return [_upright(surface, direction) for direction in directions]
 
 
 def parse_up(text: str) -> Float64Array:
@@ -49,16 +48,32 @@ def parse_up(text: str) -> Float64Array:
     return direction / np.linalg.norm(direction)
 
 
-def _up_direction(surface: ScannedSurface) -> Float64Array:
+def _upright(surface: ScannedSurface, up: Float64Array) -> Float64Array:
+    transform = np.eye(4)
+    transform[:3, :3] = _turned_to_z(up)
+    points = surface.vertices[surface.triangles[:, 0]] @ transform[:3, :3].T
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    transform[:3, 3] = -middle[0], -middle[1], -_floor_height(surface, up)
+    return transform
+
+
+def _up_directions(surface: ScannedSurface) -> list[Float64Array]:
     axes = [_settled(surface, axis) for axis in np.eye(3)]
     level = [surface.areas[np.abs(surface.normals @ axis) > _LEVEL_COS].sum() for axis in axes]
-    usual = axes[2][2] > np.cos(np.radians(_Z_DEG))
-    best = int(np.argmax(np.array(level) * (1, 1, _Z_FAVOUR if usual else 1)))
-    heights = surface.vertices[surface.triangles[:, 0]] @ axes[best]
+    skew = [_furniture_below(surface, axis) for axis in axes]
+    favour = [1.0, 1.0, 1.0]
+    if axes[2][2] > np.cos(np.radians(_Z_DEG)):
+        favour[2], skew[2] = _Z_FAVOUR, max(skew[2], 0.0) if skew[2] > -_HANGING else skew[2]
+    likely = np.array(favour) * level * (_SKEW_OFFSET + np.abs(skew))
+    return [-axes[k] if skew[k] < 0 else axes[k] for k in np.argsort(-likely, kind="stable")]
+
+
+def _furniture_below(surface: ScannedSurface, axis: Float64Array) -> float:
+    """By how much the mean height of the surface along an axis lies below the middle, a share of its extent."""
+    heights = surface.vertices[surface.triangles[:, 0]] @ axis
     low, high = np.quantile(heights, (0.01, 0.99))
-    middle = float(np.average(heights.clip(low, high), weights=surface.areas) - low) / max(high - low, 1e-9)
-    hangs = middle > (_HANGING if best == 2 and usual else 0.5)
-    return -axes[best] if hangs else axes[best]
+    mean = float(np.average(heights.clip(low, high), weights=surface.areas))
+    return 0.5 - (mean - low) / max(high - low, 1e-9)
 
 
 def _settled(surface: ScannedSurface, axis: Float64Array) -> Float64Array:

@@ -20,7 +20,7 @@ _AZIMUTHS, _PITCHES_DEG = 90, np.arange(-66.0, 39.0, 5.0)
 _HEADINGS, _LOOKS_DEG = 24, (-28.0, -8.0)
 _HALF_VIEW_DEG = (28.0, 22.0)
 # Enough is seen when the next view adds less than this share of what can be seen, or little is left.
-_LEAST_GAIN, _ENOUGH = 0.004, 0.985
+_LEAST_GAIN, _ENOUGH = 0.006, 0.985
 
 
 @dataclass(frozen=True, slots=True)

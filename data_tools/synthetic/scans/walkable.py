@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import cv2
 import numpy as np
-from scipy.ndimage import binary_fill_holes
 
 from data_tools.synthetic.layout.free_space import CELL_M, HEIGHTS_M, EmptyCells
 from data_tools.synthetic.scans.surface import ScannedSurface
-from razer.arrays import BoolArray, Float32Array, IndexArray, Uint8Array
+from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray, Uint8Array
 
-KNEE_M = 0.3
+GROUNDS = ("where a person can walk", "above floor and low furniture", "above all that was scanned")
+KNEE_M, BODY_M = 0.3, 0.15
 _FLOOR_M = 0.15
 _FLOOR_COS = 0.8
 _GAP_M = 0.3  # holes of the floor no wider than twice this are floor too
@@ -20,10 +18,12 @@ _MARGIN_M = 0.5
 _MOST_SAMPLES = 400  # along one edge
 
 
-def walkable_cells(surface: ScannedSurface) -> Iterator[tuple[str, EmptyCells]]:
-    """Where a camera may be carried above a surface whose floor is at z = 0, in words and as cells, the most cautious
-    first: where a person can walk; where the arms reach over what is lower than 1 m; the same where no floor was
-    scanned, above anything that was."""
+def walkable_cells(surface: ScannedSurface, ground: str) -> EmptyCells:
+    """Where a camera may be carried above a surface whose floor is at z = 0, by one of GROUNDS.
+
+    They are floor with nothing from the knees to the chest within BODY_M; floor and what stands on it lower than 1 m,
+    which the arms reach over; and, where no floor was scanned, all that is lower than 1 m.
+    """
     points, level = _samples(surface)
     origin = points[:, :2].min(axis=0).astype(np.float64) - _MARGIN_M
     shape = np.ceil((points[:, :2].max(axis=0) + _MARGIN_M - origin) / CELL_M).astype(int)
@@ -35,20 +35,25 @@ def walkable_cells(surface: ScannedSurface) -> Iterator[tuple[str, EmptyCells]]:
         return grid
 
     height = points[:, 2]
-    floor = _without_gaps(covered(level & (np.abs(height) < _FLOOR_M)))
-    body, head = (covered((height > low) & (height < HEIGHTS_M[1])) for low in (KNEE_M, HEIGHTS_M[0]))
-    yield "where a person can walk", EmptyCells(origin, floor * (1 - body))
-    yield "above floor and low furniture", EmptyCells(origin, floor * (1 - head))
-    everything = _without_gaps(covered(height < HEIGHTS_M[0]))
-    yield "above all that was scanned", EmptyCells(origin, everything * (1 - head))
+    at_camera = covered((height > HEIGHTS_M[0]) & (height < HEIGHTS_M[1]))
+    scanned_floor = height < HEIGHTS_M[0] if ground == GROUNDS[2] else level & (np.abs(height) < _FLOOR_M)
+    allowed = _without_gaps(covered(scanned_floor))
+    if ground == GROUNDS[0]:
+        low = covered((height > KNEE_M) & (height < HEIGHTS_M[0]))
+        allowed = allowed & ~_grown(low, BODY_M)
+    return EmptyCells(origin, 1 - at_camera, allowed)
 
 
-def _without_gaps(grid: Uint8Array) -> Uint8Array:
-    size = 2 * round(_GAP_M / CELL_M) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    margin = cv2.copyMakeBorder(grid, size, size, size, size, cv2.BORDER_CONSTANT, value=0)
-    closed = cv2.morphologyEx(margin, cv2.MORPH_CLOSE, disc)[size:-size, size:-size]
-    return binary_fill_holes(closed).astype(np.uint8)
+def _without_gaps(grid: Uint8Array) -> BoolArray:
+    margin = round(2 * _GAP_M / CELL_M)
+    padded = cv2.copyMakeBorder(grid, *[margin] * 4, cv2.BORDER_CONSTANT, value=0)
+    return ~_grown((~_grown(padded, _GAP_M)).astype(np.uint8), _GAP_M)[margin:-margin, margin:-margin]
+
+
+def _grown(grid: Uint8Array, by_m: float) -> BoolArray:
+    """The cells (I, J) no further than by_m from one that is set."""
+    distance_m: Float64Array = cv2.distanceTransform(1 - grid, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M
+    return distance_m <= by_m
 
 
 def _samples(surface: ScannedSurface) -> tuple[Float32Array, BoolArray]:
