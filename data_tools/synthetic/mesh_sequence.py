@@ -14,8 +14,9 @@ from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
 from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
-from data_tools.synthetic.rendering.mesh_renderer import MeshRenderer
 from data_tools.synthetic.rendering.rgbd_renderer import Renderer
+from data_tools.synthetic.scans.labelled_mesh import open_labelled_mesh, renumbered, stated_up
+from data_tools.synthetic.scans.mesh_renderer import MeshRenderer
 from data_tools.synthetic.scans.scan_walk import nearest_m, plan_walk
 from data_tools.synthetic.scans.surface import check_mesh
 from data_tools.synthetic.scans.upright import upright_from_mesh
@@ -23,7 +24,6 @@ from data_tools.synthetic.truth.tessellation import SampledSurface
 from data_tools.synthetic.truth.true_surface import MIN_VIEWS
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint, visible_vertices
 from data_tools.truth.ground_truth import GroundTruth
-from data_tools.truth.labelled_mesh import open_labelled_mesh, renumbered, stated_up
 from razer.arrays import BoolArray
 from razer.errors import BadInput
 from razer.geometry import inverse

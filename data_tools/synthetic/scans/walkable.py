@@ -46,7 +46,7 @@ def walkable_cells(surface: ScannedSurface, ground: str) -> EmptyCells:
 
 def _without_gaps(grid: Uint8Array) -> BoolArray:
     margin = round(2 * _GAP_M / CELL_M)
-    padded = cv2.copyMakeBorder(grid, *[margin] * 4, cv2.BORDER_CONSTANT, value=0)
+    padded = np.pad(grid, margin)
     return ~_grown((~_grown(padded, _GAP_M)).astype(np.uint8), _GAP_M)[margin:-margin, margin:-margin]
 
 

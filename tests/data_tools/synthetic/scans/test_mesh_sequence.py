@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.walk import usual_frames, walk
 from data_tools.synthetic.mesh_sequence import MeshSequence
-from data_tools.synthetic.rendering.mesh_renderer import MeshRenderer
+from data_tools.synthetic.scans.mesh_renderer import MeshRenderer
 from data_tools.synthetic.scans.scan_walk import plan_walk
 from data_tools.synthetic.scans.surface import upright_surface
 from data_tools.synthetic.scans.upright import upright_from_mesh
@@ -103,11 +103,10 @@ def test_nothing_is_seen_through_a_hole_and_no_back_of_a_wall(sequence: MeshSequ
     ("rotation", "shift", "seed"),
     [
         (np.eye(3), (0, 0, 0), 0),
-        (np.eye(3), (300.0, -200.0, 25.0), 3),
-        (Z_TO_Y, (0, 0, 0), 1),
+        (Z_TO_Y, (300.0, -200.0, 25.0), 1),
         (np.array([[1, 0, 0], [0, 0.94, -0.342], [0, 0.342, 0.94]]), (1, 2, 3), 2),
     ],
-    ids=["z up", "far away", "y up", "tilted"],
+    ids=["z up", "y up and far away", "tilted"],
 )
 def test_the_walk_keeps_out_of_furniture_and_upright(rotation: np.ndarray, shift: tuple, seed: int) -> None:
     truth = turned(furnished_room(noise_m=0.003), rotation, shift)

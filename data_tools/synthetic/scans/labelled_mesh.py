@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from data_tools.synthetic.scans.connected_parts import connected_parts
 from data_tools.truth import replica_truth, scannet_truth
-from data_tools.truth.connected_parts import connected_parts
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import has_truth, open_truth
 from data_tools.truth.ply import Ply, read_ply
@@ -89,8 +89,9 @@ def stated_up(path: Path) -> tuple[float, ...] | None:
     """Which way is up, as the instances.json of a run beside its mesh says; None where nothing does."""
     run = _json((path if path.is_dir() else path.parent) / "instances.json")
     up = run.get("up") if isinstance(run, dict) else None
-    is_direction = isinstance(up, list) and len(up) == 3 and all(isinstance(x, int | float) for x in up)
-    return tuple(up) if is_direction and any(up) else None
+    if not isinstance(up, list) or len(up) != 3 or not all(isinstance(x, int | float) for x in up):
+        return None
+    return tuple(up) if any(up) else None
 
 
 def renumbered(truth: GroundTruth, largest: int) -> GroundTruth:
