@@ -19,8 +19,9 @@ _PATCH_M = 0.15
 _AZIMUTHS, _PITCHES_DEG = 90, np.arange(-66.0, 39.0, 5.0)
 _HEADINGS, _LOOKS_DEG = 24, (-28.0, -8.0)
 _HALF_VIEW_DEG = (28.0, 22.0)
-# Enough is seen when the next view adds less than this share of what can be seen, or little is left.
-_LEAST_GAIN, _ENOUGH = 0.006, 0.985
+# Enough is seen when the next view adds fewer patches (of some 120 that it can meet) and a small share of what can be
+# seen, or little is left.
+_LEAST_PATCHES, _LEAST_SHARE, _ENOUGH = 40, 0.03, 0.985
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ def plan_views(surface: ScannedSurface, space: FreeSpace, seed: int) -> list[Vie
     while total and fresh.sum() > (1 - _ENOUGH) * total:
         gains = np.add.reduceat(fresh[every].astype(np.int64), starts)
         best = int(gains.argmax())
-        if views and gains[best] < max(1, _LEAST_GAIN * total):
+        if views and gains[best] < max(1, min(_LEAST_PATCHES, _LEAST_SHARE * total)):
             break
         place, heading, pitch, patches_seen = seen_by[best]
         views.append(View((float(places[place][0]), float(places[place][1])), heading, pitch))
