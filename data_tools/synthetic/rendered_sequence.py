@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from data_tools.recordings.sequence import FrameIteration
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
+from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
-from data_tools.synthetic.rendering.rgbd_renderer import Renderer, RgbdRenderer
+from data_tools.synthetic.rendering.rgbd_renderer import Renderer
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
 from razer.arrays import Float64Array
-from razer.frame import Frame, Intrinsics
+from razer.frame import Intrinsics
 
-CAMERA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
+__all__ = ["CAMERA", "Move", "RenderedSequence"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Move:
     thing: Thing
 
 
-class RenderedSequence(FrameIteration):
+class RenderedSequence(RenderedFrames):
     """A recording of things along a camera path; frames are a pure function of the arguments and the index.
 
     Args:
@@ -46,9 +46,6 @@ class RenderedSequence(FrameIteration):
         misalignment: how the true colour camera differs from the declared one; None = not at all.
     """
 
-    has_poses = True
-    depth_scale = 1.0
-
     def __init__(
         self,
         name: str,
@@ -57,43 +54,25 @@ class RenderedSequence(FrameIteration):
         camera: Intrinsics,
         sensor: SensorModel,
         seed: int,
-        made_by: Callable[[], RenderedSequence],
+        made_by: Callable[[], RenderedFrames],
         *,
         move: Move | None = None,
         frames_per_s: float = FRAMES_PER_S,
         misalignment: RgbdMisalignment | None = None,
     ) -> None:
-        self.name = name
-        self.intrinsics = camera
+        super().__init__(
+            name, poses, camera, sensor, seed, made_by, frames_per_s=frames_per_s, misalignment=misalignment
+        )
         self.move = move
-        self._poses = poses
-        self._sensor = sensor
-        self._seed = seed
-        self._made_by = made_by
-        self._frames_per_s = frames_per_s
         self._final = {**things, move.instance: move.thing} if move else things
-        planted = misalignment or RgbdMisalignment()
-        self.calibration = None if planted.is_none else planted.calibration(camera)
         self._before = self._renderer(things)
         self._after = self._renderer(self._final) if move else self._before
-        self.classes = {number: thing.class_name for number, thing in self._final.items()}
+        self._classes = {number: thing.class_name for number, thing in self._final.items()}
 
-    def __reduce__(self) -> tuple[Callable[[], RenderedSequence], tuple[()]]:
-        # A ray caster cannot be sent to another process, but made again there.
-        return self._made_by, ()
-
-    def __len__(self) -> int:
-        return len(self._poses)
-
-    def __getitem__(self, index: int) -> Frame:
-        """Render one frame; raises IndexError outside the recording."""
-        if not 0 <= index < len(self):
-            raise IndexError(f"frame {index} of {len(self)}")
-        pose = self._poses[index]
-        rgb, depth, ids = self._renderer_at(index).render(pose)
-        rgb, depth = self._sensor.observe(rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed)
-        stamp = index / self._frames_per_s
-        return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, dict(self.classes))
+    @property
+    def classes(self) -> Mapping[int, str]:
+        """The class name of each instance id."""
+        return self._classes
 
     def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
         """The surface as it is at the end, sampled every spacing_m metres; visible = seen within range_m
@@ -104,12 +83,7 @@ class RenderedSequence(FrameIteration):
         return replace(truth, rgbd_calibration=self.calibration)
 
     def _renderer(self, things: Mapping[int, Thing]) -> Renderer:
-        def seen_by(camera: Intrinsics) -> RayRenderer:
-            return RayRenderer(things, camera, self._seed)
-
-        if self.calibration is None:
-            return seen_by(self.intrinsics)
-        return RgbdRenderer(seen_by, self.intrinsics, self.calibration)
+        return self._seen_by(lambda camera: RayRenderer(things, camera, self._seed))
 
     def _renderer_at(self, index: int) -> Renderer:
         return self._after if self.move and index >= self.move.frame else self._before

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
-from razer.arrays import BoolArray, Float32Array, Int32Array
+from razer.arrays import BoolArray, Float32Array, Int32Array, Uint8Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class GroundTruth:
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
     enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
     declared camera is not that of its colour, which one is; vocabulary: the list whose numbers the classes have, empty
-    where they are numbered by the truth itself."""
+    where they are numbered by the truth itself; colors (V, 3) uint8 where the surface has any."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -28,6 +28,7 @@ class GroundTruth:
     notes: tuple[str, ...] = ()
     rgbd_calibration: RgbdCalibration | None = None
     vocabulary: str = ""
+    colors: Uint8Array | None = None
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

@@ -16,6 +16,7 @@ import numpy as np
 from data_tools.truth.class_names import category_of
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import Ply, read_ply
+from data_tools.truth.vertex_colors import vertex_colors
 from razer.arrays import Int64Array
 from razer.errors import BadInput
 from razer.vocabulary import vocabulary
@@ -57,9 +58,9 @@ def read_replica_truth(folder: Path, vocabulary_name: str | None = None) -> Grou
     class_of = np.array([classes[i].number if i in classes else 0 for i in known.tolist()], np.int32)
     names = {each.number: each.name for each in classes.values()}
     visible = np.ones(len(points), np.bool_)
-    listed = vocabulary_name or OWN_LIST
-    instances, numbers = instance_of[where], class_of[where]
-    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=listed)
+    listed, colors = vocabulary_name or OWN_LIST, vertex_colors(mesh)
+    labels_of = instance_of[where], class_of[where]
+    return GroundTruth(points, mesh.triangles, *labels_of, names, visible, notes, vocabulary=listed, colors=colors)
 
 
 def read_objects(path: Path) -> Mapping[int, ObjectClass]:

@@ -20,6 +20,7 @@ from data_tools.truth.class_names import category_of
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.label_map import FILE_NAME, LabelMap, find_label_map, read_label_map
 from data_tools.truth.ply import read_ply
+from data_tools.truth.vertex_colors import vertex_colors
 from razer.arrays import IndexArray, Int64Array
 from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary, vocabulary
@@ -83,8 +84,10 @@ def read_scannet_truth(
     class_of = np.array([0, *(category.id if category else 0 for category in categories)], np.int32)
     names = {category.id: category.name for category in categories if category}
     owners, visible = owner_of[where], np.ones(len(points), np.bool_)
-    instances, numbers = instance_of[owners], class_of[owners]
-    return GroundTruth(points, mesh.triangles, instances, numbers, names, visible, notes, vocabulary=vocabulary_name)
+    labels_of, colors = (instance_of[owners], class_of[owners]), vertex_colors(mesh)
+    return GroundTruth(
+        points, mesh.triangles, *labels_of, names, visible, notes, vocabulary=vocabulary_name, colors=colors
+    )
 
 
 def read_segments(path: Path) -> Int64Array:

@@ -15,6 +15,7 @@ import numpy as np
 
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
+from data_tools.truth.vertex_colors import vertex_colors
 from razer.errors import BadInput
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
@@ -47,6 +48,11 @@ def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTr
     name or its free name, or else the only ones with its NYU40 number; where there is none the class is 0."""
     if (scene := _scene(folder)) is None:
         raise BadInput(f"{folder} has no mesh with an .xml of the same name, as SceneNN's ground truth has")
+    return read_scenenn_mesh(scene, vocabulary_name)
+
+
+def read_scenenn_mesh(scene: Path, vocabulary_name: str = "nyu40") -> GroundTruth:
+    """The labelled mesh in one file, with its xml beside it, as read_scenenn_truth reads that of a folder."""
     mesh = read_ply(scene)
     labels = read_labels(scene.with_suffix(".xml"))
     of_vertex = mesh.column("label", scene).astype(np.int64)
@@ -57,8 +63,9 @@ def read_scenenn_truth(folder: Path, vocabulary_name: str = "nyu40") -> GroundTr
     numbers = np.array([category.id if (category := category_of.get(i)) else 0 for i in known.tolist()], np.int32)
     names = {category.id: category.name for category in category_of.values() if category}
     visible = np.ones(len(of_vertex), np.bool_)
-    points, of_class = mesh.points(scene), numbers[where]
-    return GroundTruth(points, mesh.triangles, instances[where], of_class, names, visible, vocabulary=vocabulary_name)
+    points, colors = mesh.points(scene), vertex_colors(mesh)
+    labels_of = instances[where], numbers[where]
+    return GroundTruth(points, mesh.triangles, *labels_of, names, visible, vocabulary=vocabulary_name, colors=colors)
 
 
 def read_labels(path: Path) -> Mapping[int, Label]:

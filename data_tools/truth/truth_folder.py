@@ -12,6 +12,7 @@ from data_tools.recordings import rgbd_calibration
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply
+from data_tools.truth.vertex_colors import vertex_colors
 from razer.errors import BadInput
 
 
@@ -33,6 +34,8 @@ def write_truth(truth: GroundTruth, folder: Path) -> None:
     write_json(folder / "classes.json", {str(number): name for number, name in sorted(truth.class_names.items())})
     properties = {"instance": truth.instances.astype("<i4"), "class": truth.classes.astype("<i4")}
     properties |= {"visible": truth.visible.astype(np.uint8)}
+    if truth.colors is not None:
+        properties |= dict(zip(("red", "green", "blue"), truth.colors.T, strict=True))
     write_ply(folder / "mesh.ply", truth.vertices, properties, truth.triangles)
     if truth.rgbd_calibration is not None:
         write_json(folder / rgbd_calibration.FILE_NAME, truth.rgbd_calibration.to_json())
@@ -57,4 +60,5 @@ def read_truth(folder: Path) -> GroundTruth:
     names |= {number: f"class {number}" for number in unnamed}
     notes = (f"classes.json has no name for {', '.join(names[n] for n in unnamed[:5])}",) if unnamed else ()
     visible = mesh.vertices.get("visible", np.ones(len(points))).astype(np.bool_)
-    return GroundTruth(points, mesh.triangles, instances, classes, names, visible, notes)
+    colors = vertex_colors(mesh)
+    return GroundTruth(points, mesh.triangles, instances, classes, names, visible, notes, colors=colors)

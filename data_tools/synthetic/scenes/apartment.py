@@ -11,7 +11,7 @@ from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.camera.walk import Station
 from data_tools.synthetic.layout.building import DOOR_HEIGHT_M, Doorway, Room, door_frame, shell
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
-from data_tools.synthetic.layout.free_space import FreeSpace
+from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
 from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.scenes import apartment_rooms as rooms
 from data_tools.synthetic.scenes.world import World
@@ -112,7 +112,7 @@ def _tour(plan: Plan, things: list[Thing]) -> list[Station]:
     hall = plan.rooms["hall"]
     y = hall.center[1]
     start = (1.2, y)
-    path = CameraPath(FreeSpace(things, (hall.center[0], y)), start)
+    path = CameraPath(FreeSpace(EmptyCells.among(things), (hall.center[0], y)), start)
     path.look((3.5, y))
     for name in ("living", "kitchen", "study", "bathroom", "bedroom"):
         door, room = plan.doors[name], plan.rooms[name]

@@ -7,7 +7,7 @@ import numpy as np
 from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.layout.building import SIDES, Room, Side, block_walls, flat, walls
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
-from data_tools.synthetic.layout.free_space import FreeSpace
+from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
 from data_tools.synthetic.layout.furnishing import load, piece
 from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.objects.catalogue import PIECES
@@ -125,7 +125,7 @@ def _tour(size: tuple[float, float], things: list[Thing]) -> CameraPath:
     """Once round against the clock, from the middle of the south side and back to it."""
     x, y, half = *size, _WIDE_M / 2
     start = (x / 2, half)
-    path = CameraPath(FreeSpace(things, start), start)
+    path = CameraPath(FreeSpace(EmptyCells.among(things), start), start)
     path.look((x, half))
     for corner in ((x - half, half), (x - half, y - half), (half, y - half), (half, half), start):
         path.go(corner, _SWAY_DEG)

@@ -7,7 +7,7 @@ import numpy as np
 from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.layout.building import Room, shell
 from data_tools.synthetic.layout.finishes import finish, warm_floor
-from data_tools.synthetic.layout.free_space import FreeSpace
+from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
 from data_tools.synthetic.layout.furnishing import against
 from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.scenes.apartment_rooms import living_room
@@ -23,6 +23,6 @@ def single_room(seed: int) -> World:
         placer.add(thing)
     against(placer, room, "north", 0.5, "door")
     living_room(room, placer)
-    path = CameraPath(FreeSpace(placer.things, room.center), (room.center[0], room.high[1] - 0.8))
+    path = CameraPath(FreeSpace(EmptyCells.among(placer.things), room.center), (room.center[0], room.high[1] - 0.8))
     path.round(room.low, room.high, reach=0.45, turns=1.0, places=8)
     return World(dict(enumerate(placer.things, start=1)), tuple(path.stations))

@@ -7,7 +7,7 @@ import numpy as np
 from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.layout.building import SIDES, Room, shell
 from data_tools.synthetic.layout.finishes import concrete_floor, finish
-from data_tools.synthetic.layout.free_space import FreeSpace
+from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
 from data_tools.synthetic.layout.furnishing import against, load, piece, scatter, window, workplace
 from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.scenes.world import World
@@ -93,7 +93,7 @@ def _camera_path(things: list[Thing], first_x: float) -> CameraPath:
     """Up and down the three lanes, looking at the racks on both sides."""
     near, far = first_x - 2.1, first_x + (_RACKS - 1) * _RACK_M[0] + 2.6
     lanes = (1.7, sum(_ROWS_M) / 2, 8.3)
-    path = CameraPath(FreeSpace(things, (near, lanes[0])), (near, lanes[0]))
+    path = CameraPath(FreeSpace(EmptyCells.among(things), (near, lanes[0])), (near, lanes[0]))
     path.look((far, lanes[0]))
     for number, y in enumerate(lanes):
         path.go((near if number % 2 == 0 else far, y), _SWAY_DEG / 2)

@@ -12,9 +12,11 @@ from data_tools.registry import open_sequence, recognise
 from data_tools.synthetic.rendered_sequence import RenderedSequence
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from data_tools.truth.open_truth import open_truth
+from data_tools.truth.ply_writer import write_ply
 from data_tools.writers.table import WRITERS
 from razer.frame import Frame
 from tests.support.cli import razer
+from tests.support.labelled_meshes import write_room
 
 TINY = ("--size", "64x48", "--spacing", 0.08)
 READ_AS = {"own": "folder"}
@@ -99,6 +101,56 @@ def test_what_cannot_be_made_is_said_in_one_line(
     assert words in stderr
     assert len(stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_walk_through_a_labelled_mesh_is_written_with_the_mesh_as_truth(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = write_room(tmp_path / "scan")
+    code, stdout, stderr = razer(
+        capsys, "synth", tmp_path / "made", "--mesh", mesh, "--frames", 30, "--size", "64x48", "--lossless", "--json"
+    )
+    assert code == 0
+    told = json.loads(stdout)
+    assert (told["mesh"], told["scene"], told["written"], told["instances"]) == (str(mesh), None, 30, 8)
+    assert told["up"] == pytest.approx([0, 0, 1], abs=0.01)
+    assert told["nearest_m"] >= 0.3
+    assert "where a person can walk" in stderr
+    back, truth, given = open_sequence(tmp_path / "made"), open_truth(tmp_path / "made"), open_truth(tmp_path / "scan")
+    assert len(back) == 30
+    assert back[3].instance_classes == given.instance_classes
+    np.testing.assert_array_equal(truth.vertices, given.vertices)
+    np.testing.assert_array_equal(truth.colors, given.colors)
+    np.testing.assert_array_equal(truth.triangles, given.triangles)
+    assert set(np.unique(truth.instances[truth.visible])) == set(range(1, 9))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--mesh", "nowhere.ply"), "nowhere.ply does not exist"),
+        (("--mesh", "text.ply"), "text.ply is no PLY file"),
+        (("--mesh", "bare.ply"), "bare.ply has no labels: its vertices or faces need a number instance, object_id or"),
+        (("--mesh", "large.ply"), "if these are millimetres, add --mesh-scale 0.001"),
+        (("--mesh", "large.ply", "--mesh-scale", 0), "--mesh-scale 0"),
+        (("--mesh", "large.ply", "--scene", "apartment"), "give one of them"),
+        (("--mesh", "room/mesh.ply", "--up", "w"), "--up w"),
+        (("--mesh", "room/mesh.ply", "--seed", -1), "seed -1"),
+    ],
+)
+def test_a_mesh_that_cannot_be_walked_through_is_said_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    room = open_truth(write_room(tmp_path / "room").parent)
+    (tmp_path / "text.ply").write_text("ply? no")
+    write_ply(tmp_path / "bare.ply", room.vertices, {}, room.triangles)
+    write_ply(tmp_path / "large.ply", room.vertices * 1000, {"instance": room.instances}, room.triangles)
+    code, stdout, stderr = razer(capsys, "synth", tmp_path / "out", *arguments)
+    assert (code, stdout) == (2, "")
+    assert words in stderr
+    assert [line for line in stderr.splitlines() if not line.startswith("planning")] == stderr.splitlines()[-1:]
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_colour_camera_that_does_not_fit_depth_is_planted_and_told(

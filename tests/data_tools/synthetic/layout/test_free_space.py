@@ -7,7 +7,7 @@ import pytest
 
 from data_tools.synthetic.camera.camera_path import CameraPath
 from data_tools.synthetic.camera.walk import Station, usual_frames, walk
-from data_tools.synthetic.layout.free_space import CLEAR_M, FreeSpace
+from data_tools.synthetic.layout.free_space import CLEAR_M, EmptyCells, FreeSpace
 from data_tools.synthetic.shapes.primitives import block
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
@@ -20,7 +20,7 @@ TABLE = block(1.5, 0, 0, (1, 1, 0.8), GREY)
 
 
 def hall(*solids: object) -> FreeSpace:
-    return FreeSpace([Thing("wall", (*OUTLINE, *solids))], (-2, -1))
+    return FreeSpace(EmptyCells.among([Thing("wall", (*OUTLINE, *solids))]), (-2, -1))
 
 
 def length(way: np.ndarray) -> float:
@@ -50,7 +50,7 @@ def test_a_place_behind_a_closed_wall_is_not_reached() -> None:
     nearest = hall(closed).nearest((2, 0))
     assert nearest[0] == pytest.approx(-0.05 - CLEAR_M, abs=0.1)
     with pytest.raises(ValueError, match="no camera can be"):
-        FreeSpace([Thing("wall", tuple(OUTLINE))], (2.9, 0))
+        FreeSpace(EmptyCells.among([Thing("wall", tuple(OUTLINE))]), (2.9, 0))
 
 
 def test_a_tour_looks_ahead_and_across() -> None:

@@ -11,10 +11,12 @@ import numpy as np
 import open3d as o3d
 import pytest
 
+from data_tools.synthetic.camera.hand_held import walk_round
 from data_tools.synthetic.camera.walk import usual_frames, walk
 from data_tools.synthetic.layout.building import Room, block_walls, walls
 from data_tools.synthetic.layout.placement import Placer, solid_boxes
 from data_tools.synthetic.rendering.ray_renderer import scene_of
+from data_tools.synthetic.scenes.living_room import living_room
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.primitives import block
 from data_tools.synthetic.shapes.solids import quad_normals
@@ -122,6 +124,15 @@ def test_the_six_chairs_are_equal_and_stand_round_the_table(name: str) -> None:
     assert all(np.hypot(*center[:2]) < 1.4 for center in centers)
     quadrants = Counter((bool(c[0] > 0.2) - bool(c[0] < -0.2), bool(c[1] > 0.2) - bool(c[1] < -0.2)) for c in centers)
     assert len(quadrants) == 6
+
+
+@pytest.mark.parametrize("seed", [1, 2, 9])
+def test_the_camera_keeps_out_of_furniture_near_a_table_and_in_the_demo_room(seed: int) -> None:
+    walks = {"tabletop": (world("tabletop", seed).things, poses("tabletop", seed))}
+    walks["demo"] = (living_room(seed).things, walk_round(240, (1.75, 1.3), seed))
+    for things, path in walks.values():
+        centers = np.ascontiguousarray(path[:, :3, 3], np.float32)
+        assert scene_of(things).compute_distance(o3d.core.Tensor(centers)).numpy().min() > 0.25
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES)

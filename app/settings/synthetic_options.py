@@ -1,0 +1,120 @@
+"""Command-line options of a synthetic recording: of what, by which camera, on which walk."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from app.settings.assignments import split_assignment
+from app.settings.options import Assignments
+from razer.errors import BadInput
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
+    from data_tools.synthetic.camera.sensor_model import SensorModel
+    from data_tools.synthetic.rendered_frames import RenderedFrames
+
+_DEFAULT_SCENE = "room"
+# Negative numbers begin as options do.
+Text = Annotated[str, Parameter(allow_leading_hyphen=True)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MisalignmentOptions:
+    """The true colour camera, where it is not the declared one."""
+
+    rgb_zoom: float = 1.0
+    """Focal length of colour relative to depth's. What is declared stays one camera for both; the truth says which."""
+    rgb_shift: Text = "0,0"
+    """X,Y: by how many pixels of the image colour lies further to the right and down than depth."""
+    rgb_baseline: Text = "0,0,0"
+    """X,Y,Z: where the colour camera stands in the depth camera (right, down, forward), metres."""
+
+    def misalignment(self) -> RgbdMisalignment:
+        """How the colour camera differs from the depth camera; raises BadInput."""
+        from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
+
+        right, down = _numbers("--rgb-shift", self.rgb_shift, "X,Y")
+        x, y, z = _numbers("--rgb-baseline", self.rgb_baseline, "X,Y,Z")
+        return RgbdMisalignment(self.rgb_zoom, (right, down), (x, y, z))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SceneOptions(MisalignmentOptions):
+    """Synthetic scene or labelled mesh, camera path and sensor model."""
+
+    scene: str = _DEFAULT_SCENE
+    """room, apartment, corridor-loop, tabletop or warehouse."""
+    mesh: Path | None = None
+    """Instead of a scene a labelled mesh: a PLY file, or a folder with a truth (ScanNet, Replica, SceneNN, own)."""
+    mesh_scale: float = 1.0
+    """Metres per unit of the mesh: 0.001 for millimetres."""
+    up: Text = "auto"
+    """Which way is up in the mesh: x, y, z, -x, -y, -z or three numbers; auto: by its level surfaces."""
+    seed: int = 0
+    """Seed of layout, colours, the walk through a mesh, and camera shake."""
+    frames: int = 0
+    """Frames, spread evenly over the camera path; 0 = 15 a second."""
+    size: str = "640x480"
+    """Width x height of the images, pixels."""
+    sensor: Literal["kinect", "plain", "none"] = "kinect"
+    """kinect: every error of such a camera; plain: depth noise and missing edges; none: an ideal camera."""
+    set: Assignments = ()
+    """One error of the sensor model as name=strength; may be repeated. 0 switches it off."""
+
+    def sequence(self, report: Callable[[str], None] | None = None) -> RenderedFrames:
+        """The recording; `report` is told what takes long; raises BadInput."""
+        match = re.fullmatch(r"(\d+)x(\d+)", self.size)
+        if not match or not all(8 <= int(n) <= 8192 for n in match.groups()):
+            raise BadInput(f"--size {self.size}: write it as 640x480")
+        if self.seed < 0:
+            raise BadInput(f"seed {self.seed} is negative: give 0 or more")
+        walk = self.seed, self.frames, int(match[1]), int(match[2])
+        cameras: dict[str, Any] = {"sensor": self.sensor_model(), "misalignment": self.misalignment()}
+        if self.mesh is None:
+            from data_tools.synthetic.synthetic_scene import SyntheticScene
+
+            return SyntheticScene(self.scene, *walk, **cameras)
+        from data_tools.synthetic.mesh_sequence import MeshSequence
+
+        self._check_mesh()
+        return MeshSequence(self.mesh, *walk, **cameras, up=self.up, scale=self.mesh_scale, report=report)
+
+    def sensor_model(self) -> SensorModel:
+        """The sensor with some errors of another strength; raises BadInput."""
+        from data_tools.synthetic.camera.sensor_model import SensorModel
+
+        changes: dict[str, Any] = {}
+        known = [field.name for field in fields(SensorModel) if field.name != "range_m"]
+        for assignment in self.set:
+            name, text = split_assignment(assignment, f"error=strength, with one of {', '.join(known)}", known)
+            try:
+                changes[name] = float(text)
+            except ValueError:
+                raise BadInput(f"--set {assignment}: {text} is no number") from None
+        model: SensorModel = getattr(SensorModel, self.sensor)()
+        return replace(model, **changes)
+
+    def _check_mesh(self) -> None:
+        if self.scene != _DEFAULT_SCENE:
+            raise BadInput(f"--scene {self.scene} and --mesh {self.mesh}: give one of them")
+        if not 0 < self.mesh_scale < float("inf"):
+            raise BadInput(f"--mesh-scale {self.mesh_scale:g}: give metres per unit, such as 0.001 for millimetres")
+
+
+def _numbers(option: str, text: str, form: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != form.count(",") + 1:
+        raise BadInput(f"{option} {text}: write it as {form}")
+    return numbers

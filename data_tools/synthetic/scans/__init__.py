@@ -1,0 +1,1 @@
+"""Recordings of labelled meshes: scans that a simulated camera is carried through."""
