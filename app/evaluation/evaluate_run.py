@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
+from app.evaluation.view_counts import view_counter
+from app.run_folder.run_folder import CONFIG
 from app.run_folder.timed_poses import timed_poses
+from app.settings.config_file import read_run_config
 from data_tools import open_sequence
 from data_tools.recordings.image_files import ImageFiles
 from data_tools.recordings.recorded_sequence import RecordedSequence
@@ -19,7 +23,7 @@ from razer.errors import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
-from razer.metrics.scene_pair import TimedPoses, TruthScene
+from razer.metrics.scene_pair import PredictedScene, TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
 
 Job = tuple[str, Path, Path]
@@ -61,7 +65,8 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices))
-            yield name, truth_scene(truth, true_poses(truth_folder)), predicted
+            true_scene = truth_scene(truth, true_poses(truth_folder))
+            yield name, true_scene, with_views(predicted, prediction, true_scene)
 
     try:
         return evaluate(pairs(), preset)
@@ -69,6 +74,13 @@ def evaluate_jobs(
         raise
     except ValueError as error:
         raise BadInput(f"{current}: {error}") from error
+
+
+def with_views(predicted: PredictedScene, prediction: Path, truth: TruthScene) -> PredictedScene:
+    """The prediction with what counts the views of the truth, if it is a run that knows its camera."""
+    if predicted.trajectory is None or not (prediction / CONFIG).is_file():
+        return predicted
+    return replace(predicted, views_of_truth=view_counter(prediction, read_run_config(prediction / CONFIG), truth))
 
 
 def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundTruth:

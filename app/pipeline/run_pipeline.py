@@ -22,7 +22,7 @@ from app.pipeline.main_loop import map_frames
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
-from app.run_folder.save_run import save_run, save_timings
+from app.run_folder.save_run import save_camera, save_run, save_timings
 from app.settings.run_config import InputSettings, RunConfig
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
@@ -66,6 +66,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
+        save_camera(folder, sequence.intrinsics)
         timings = recorder.timings()
         if mapper.reintegrator is not None:
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
 from data_tools.recordings.trajectories import tum_line
 from razer.arrays import Float64Array
+from razer.frame import Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.semantics.gravity import up_direction
@@ -50,6 +52,11 @@ def save_run(
 def _write_glb(path: Path, panoptic: PanopticMap, up: Float64Array) -> None:
     node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
     write_glb(path, panoptic.mesh, up, node_names)
+
+
+def save_camera(folder: RunFolder, camera: Intrinsics) -> None:
+    """Write camera.json, in the form that `--intrinsics FILE.json` reads."""
+    folder.write(names.CAMERA, lambda path: _write_text(path, json.dumps(asdict(camera)) + "\n"))
 
 
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:

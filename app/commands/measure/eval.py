@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes, result_console
+from app.console.streams import print_notes, print_warnings, result_console
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -118,6 +118,7 @@ def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: P
     """Print notes, write metrics and plots into the run folder, if there is one, and print the metrics."""
     from app.evaluation.report import report
 
+    print_warnings(result.warnings)
     print_notes(notes)
     print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
     content = result.as_json()
