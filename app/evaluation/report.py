@@ -140,7 +140,11 @@ def _print_classes(result: Evaluation, console: Console) -> None:
 
 def _class_row(aware: Mapping[str, Any], panoptic: Mapping[str, Any]) -> list[str]:
     counts = [str(panoptic.get(key, "-")) for key in ("n_true", "n_predicted")]
-    return [*counts, *(format_number(aware.get(key)) for key in ("ap", "ap50", "ap25")), format_number(panoptic.get("pq"))]
+    return [
+        *counts,
+        *(format_number(aware.get(key)) for key in ("ap", "ap50", "ap25")),
+        format_number(panoptic.get("pq")),
+    ]
 
 
 def _print_worst(result: Evaluation, console: Console) -> None:

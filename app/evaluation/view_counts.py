@@ -28,14 +28,17 @@ class ViewCounter:
     mapped, with nothing of the truth before it. What moved during the recording is taken to be where the truth has it.
     """
 
-    def __init__(self, truth: TruthScene, triangles: IntArray, camera: Intrinsics, range_m: tuple[float, float]) -> None:
+    def __init__(
+        self, truth: TruthScene, triangles: IntArray, camera: Intrinsics, range_m: tuple[float, float]
+    ) -> None:
         """`triangles` (T, 3) are those of the truth; range_m: the least and the largest depth that is mapped."""
         import open3d as o3d  # late, as in all verbs
 
         self._tensor = o3d.core.Tensor
         self._scene = o3d.t.geometry.RaycastingScene(nthreads=1)
         self._scene.add_triangles(
-            o3d.core.Tensor(np.asarray(truth.vertices, np.float32)), o3d.core.Tensor(np.asarray(triangles, np.uint32))
+            self._tensor.from_numpy(np.array(truth.vertices, np.float32)),
+            self._tensor.from_numpy(np.array(triangles, np.uint32)),
         )
         self._owners = _owners(truth.instances, triangles)
         self._directions = _pixel_rays(camera)

@@ -47,9 +47,7 @@ def open_queryable_map(
     panoptic, config = open_map(folder, embedder, assignments, trust=trust)
     assert panoptic.text_queries is not None
     model = cast(Embedder, panoptic.text_queries.embedder)
-    encoder = (
-        TextQueryEncoder(model, negative_prompts_of(panoptic.text_queries, config.embedder)) if by_text else None
-    )
+    encoder = TextQueryEncoder(model, negative_prompts_of(panoptic.text_queries, config.embedder)) if by_text else None
     return QueryableMap(folder, config, model, replace(panoptic, text_queries=encoder), panoptic.up_or_z)
 
 

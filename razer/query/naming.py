@@ -15,9 +15,7 @@ from razer.query.ranking import COMMON_SHARE, SHARE_POWER, SHARPNESS, common_par
 _ROWS_AT_ONCE = 4096
 
 
-def name_log_shares(
-    hypotheses: EmbeddingTable, names: Float32Array, rows: IndexArray | None = None
-) -> Float64Array:
+def name_log_shares(hypotheses: EmbeddingTable, names: Float32Array, rows: IndexArray | None = None) -> Float64Array:
     """The logarithm of each name's share in a softmax over all names (M, N); of an instance's hypotheses the best
     counts, and weaker ones less.
 

@@ -28,10 +28,7 @@ class TextQueryEncoder:
     """The text encoder of an embedder. It may have none: what needs text then raises BadInput."""
 
     def __init__(
-        self,
-        embedder: object,
-        negatives: NegativePrompts | None = None,
-        templates: Sequence[str] = TEMPLATES,
+        self, embedder: object, negatives: NegativePrompts | None = None, templates: Sequence[str] = TEMPLATES
     ) -> None:
         """`negatives`, where they are known already, need not be embedded; templates: sentences with {} for a text."""
         self._make = lambda: embedder

@@ -12,7 +12,7 @@ N_BINS = 10
 
 
 def calibration(confidences: Float64Array, is_right: BoolArray) -> dict[str, Any] | None:
-    """ece = sum over bins of n / N * |accuracy - mean confidence|, and `bins`: range, n, mean_confidence and accuracy of
+    """ece = sum over bins of n / N * |accuracy - mean confidence|, and `bins`: range, n, mean_confidence, accuracy of
     each tenth of [0, 1] that holds a prediction.
 
     confidences (N,) of predictions and whether each is_right (N,); None where there are none, or a confidence lies

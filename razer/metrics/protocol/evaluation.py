@@ -24,8 +24,8 @@ class Evaluation:
     """All metrics of one evaluation, by the preset's rules. Parts that do not apply are None, metrics without a value
     (a class without truth) nan.
 
-    duplicates, missed, n_...: instances, regardless of class and at an overlap of 0.5; n_true (also n_truth) = n_matched +
-    missed, n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as `PredictionAccount` has them.
+    duplicates, missed, n_...: instances, regardless of class, at an overlap of 0.5; n_true (also n_truth) = n_matched
+    + missed; n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as in `PredictionAccount`.
     recall_by_views, calibration: of the same matches. curves: precision over recall at 0.5 by class, "any" for all
     merged. confusion: names (C,), "" for none, and counts, C rows of C, true by predicted class. scenes: the same
     metrics of each scene, with the ids of matches, duplicates, inventions and misses. warnings: what makes the numbers

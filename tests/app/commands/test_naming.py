@@ -16,7 +16,6 @@ from data_tools.writers.own_folder import write_folder
 from tests.support.cli import QUICK, call
 
 
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """(recording, file with the truth's names, run that was named while it was mapped)."""
