@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from app.console.streams import print_notes
 from app.query.queryable_map import open_map
 from app.run_folder import run_folder as names
 from app.run_folder.timed_poses import timed_poses
@@ -98,7 +99,10 @@ def _by_text(panoptic: PanopticMap, class_names: Sequence[str], template: str | 
         return None
     if template is not None:
         panoptic = replace(panoptic, text_queries=TextQueryEncoder(embedder, templates=(template,)))
-    return best_names(panoptic, known_names(panoptic, class_names, "of the truth"))
+    known = known_names(panoptic, class_names, "of the truth")
+    if n_unknown := len(class_names) - len(known):
+        print_notes([f"the embedder does not know {n_unknown} of the truth's {len(class_names)} names: left out"])
+    return best_names(panoptic, known)
 
 
 def _trajectory(path: Path) -> TimedPoses | None:

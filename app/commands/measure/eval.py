@@ -120,7 +120,8 @@ def _deliver(result: Evaluation, notes: list[str], run: Path | None, pictures: P
 
     print_warnings(result.warnings)
     print_notes(notes)
-    print_notes(f"class '{name}' is in no list known here: it counts as no class" for name in result.unknown_names)
+    if names := result.unknown_names:
+        print_notes([f"in no list known here, and so of no class: {', '.join(names)}"])
     content = result.as_json()
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
