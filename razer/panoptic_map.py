@@ -13,6 +13,7 @@ from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
+from razer.query.naming import ranked_names
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.map_folder import SavedParts, save_map
@@ -73,7 +74,7 @@ class PanopticMap:
             return Answer((), threshold)
         scores = ranking.scores(query)[:, 0]
         rows = _above(scores, threshold)
-        return self._answer(scores, rows, threshold, ranking.nearest_names(rows))
+        return self._answer(scores, rows, threshold, self._guesses(rows))
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageEncoder.embed_region`; raises BadInput
@@ -84,6 +85,18 @@ class PanopticMap:
         scores = image_scores(self.embedding_table, vector)
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, [None] * len(rows))
+
+    def ranked_names(self, names: Float32Array) -> IndexArray:
+        """The names, as `text_vectors` (N, D), that suit each instance of `embedding_table`, the best first: their
+        numbers (M, N). Whatever gives instances names asks here. Raises BadInput for vectors of another embedder."""
+        self._check(names.shape[1])
+        return ranked_names(self.embedding_table, names)
+
+    def _guesses(self, rows: IndexArray) -> list[str]:
+        """The negative prompt that suits each of some instances best, by their rows in `embedding_table`."""
+        negatives = self._text_queries().negatives
+        best = ranked_names(self.embedding_table, negatives.vectors, rows)
+        return [negatives.names[number] for number in best[:, 0]]
 
     @cached_property
     def embedding_table(self) -> EmbeddingTable:

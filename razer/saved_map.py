@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from razer.errors import BadInput, one_line
-from razer.models import Embedder, make_embedder
+from razer.models import Embedder, embedder_of, make_embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
@@ -30,7 +30,7 @@ _DAMAGED = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFi
 def load_map(
     folder: str | Path,
     *,
-    embedder: str | Embedder | None = None,
+    embedder: str | Embedder | EmbedderSettings | None = None,
     embedder_options: Mapping[str, Any] | None = None,
     trust_plugins: bool = False,
     device: str = "CPU:0",
@@ -39,8 +39,8 @@ def load_map(
 
     Args:
         folder: of a run, or that `save` wrote.
-        embedder: what texts are embedded by, an object or a name with `embedder_options`; None = the one that the map
-            was made with.
+        embedder: what texts are embedded by, an object, its settings, or a name with `embedder_options`; None = the
+            one that the map was made with.
         embedder_options: its named arguments.
         trust_plugins: whether an embedder from outside the project, "module:Class", may be loaded because the
             folder's settings name it.
@@ -77,10 +77,13 @@ def load_map(
     )
 
 
-def _embedder(folder: Path, chosen: str | Embedder | None, options: Mapping[str, Any], trust: Trust) -> Embedder:
+def _embedder(
+    folder: Path, chosen: str | Embedder | EmbedderSettings | None, options: Mapping[str, Any], trust: Trust
+) -> Embedder:
     if chosen is None:
-        settings = _saved_embedder(folder)
-        return make_embedder(settings.name, settings.options, trust)
+        return embedder_of(_saved_embedder(folder).with_trust(trust))
+    if isinstance(chosen, EmbedderSettings):
+        return embedder_of(chosen)
     return make_embedder(chosen, options, trust) if isinstance(chosen, str) else chosen
 
 

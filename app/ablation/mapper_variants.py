@@ -24,6 +24,7 @@ from razer.metrics.surface.nearest_vertices import transfer_labels
 from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
+from razer.semantics.labelling import best_names
 
 _NEVER = 10**6
 # Perception is shared, so only what comes after it may differ: association, bank, maintenance.
@@ -76,17 +77,15 @@ def measure_variants(
             if index % stride == 0:
                 mapper.fuse(observation)
     truth = sequence.truth()
-    return {
-        stride: {name: _row(mappers.pop((stride, name)), truth, embedder) for name in variants} for stride in strides
-    }
+    return {stride: {name: _row(mappers.pop((stride, name)), truth) for name in variants} for stride in strides}
 
 
-def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
+def _row(mapper: Mapper, truth: GroundTruth) -> Row:
     mapper.finish()
     ground_truth = TruthScene(
         truth.vertices, truth.instances, truth.classes, truth.class_names, evaluated=truth.visible.astype(np.bool_)
     )
-    predicted = _predicted(mapper.snapshot(), truth, embedder)
+    predicted = _predicted(mapper.snapshot(), truth)
     result = evaluate([("scene", ground_truth, predicted)], PRESETS["default"]).as_json()
     return {
         "ap50": result["class_agnostic"]["ap50"],
@@ -98,14 +97,12 @@ def _row(mapper: Mapper, truth: GroundTruth, embedder: OracleEmbedder) -> Row:
     }
 
 
-def _predicted(panoptic: PanopticMap, truth: GroundTruth, embedder: OracleEmbedder) -> PredictedScene:
-    """The instances, each of the class its embeddings are nearest to, on the truth's vertices: surface
+def _predicted(panoptic: PanopticMap, truth: GroundTruth) -> PredictedScene:
+    """The instances, each named as `razer label` would among the truth's classes, on the truth's vertices: surface
     distances are not measured."""
-    names = sorted(set(truth.instance_classes.values()))
-    vectors = np.stack([embedder.class_vector(name) for name in names])
-    nearest = {o.id: names[int((o.embeddings @ vectors.T).max(axis=0).argmax())] for o in panoptic.objects}
+    named = best_names(panoptic, sorted(set(truth.instance_classes.values())))
     labels = transfer_labels(panoptic.mesh.vertices, panoptic.mesh.instances, truth.vertices)
-    return PredictedScene(instances=labels, scores={o.id: o.score for o in panoptic.objects}, class_names=nearest)
+    return PredictedScene(instances=labels, scores={o.id: o.score for o in panoptic.objects}, class_names=named)
 
 
 def variants_table(rows: list[dict[int, dict[str, Row]]], title: str) -> Table:

@@ -24,7 +24,7 @@ from razer.config import BankSettings
 NEIGHBOUR_SHARES = {"own": 0.0, "with neighbour": 1 / 3}
 BANKS = {"bank": BankSettings(), "mean": BankSettings(hypotheses=1)}
 RECALLS = (0.6, 0.7, 0.8, 0.9)
-MEANS = {"top1": "name top-1", "top5": "top-5", "text_top1": "text top-1"}
+MEANS = {"top1": "name top-1", "top5": "top-5", "cosine_top1": "top-1 by cosine", "text_top1": "text top-1"}
 
 
 def measure_queries(exemplars: Exemplars, draws: int) -> dict[str, list[QueryScore]]:

@@ -15,6 +15,7 @@ from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray
 from razer.config import BankSettings
 from razer.metrics.instances.precision_recall import Curve, precision_recall
 from razer.query.embedding_table import EmbeddingTable
+from razer.query.naming import ranked_names
 from razer.query.ranking import PRESENT, NegativePrompts, TextRanking
 from razer.tracking.embedding_bank import EmbeddingBank
 
@@ -34,11 +35,13 @@ class Protocol:
 
 @dataclass(frozen=True)
 class QueryScore:
-    """Shares of a draw: names whose instance's name comes first, or among five (top1, top5); texts whose instance
-    comes first (text_top1). best (2n,) is the best score of each query, present (2n,) whether it is in the map."""
+    """Shares of a draw: instances whose own name comes first of all names, or among five (top1, top5), and first by the
+    highest cosine alone (cosine_top1); texts whose instance comes first (text_top1). best (2n,) is the best score of
+    each query, present (2n,) whether it is in the map."""
 
     top1: float
     top5: float
+    cosine_top1: float
     text_top1: float
     best: Float64Array
     present: BoolArray
@@ -93,14 +96,16 @@ def query_score(exemplars: Exemplars, banks: Banks, present: IndexArray, absent:
         present: (n,) rows of the names that are in the map, in the order of the objects.
         absent: (n,) rows of names that are not.
     """
-    ranking = TextRanking(EmbeddingTable.of(banks), NegativePrompts(exemplars.names, exemplars.text))
-    evidence, objects = ranking.log_ratios(exemplars.text), np.arange(len(present))
-    n_better = (evidence > evidence[objects, present][:, None]).sum(axis=1)
+    table, objects = EmbeddingTable.of(banks), np.arange(len(present))
+    ranking = TextRanking(table, NegativePrompts(exemplars.names, exemplars.text))
+    is_own = ranked_names(table, exemplars.text) == present[:, None]
+    cosines = table.best((table.vectors @ exemplars.text.T).astype(np.float64))
     queries = np.concatenate([present, absent])
     return QueryScore(
-        top1=float((n_better < 1).mean()),
-        top5=float((n_better < 5).mean()),
-        text_top1=float((evidence[:, present].argmax(axis=0) == objects).mean()),
+        top1=float(is_own[:, 0].mean()),
+        top5=float(is_own[:, :5].any(axis=1).mean()),
+        cosine_top1=float((cosines.argmax(axis=1) == present).mean()),
+        text_top1=float((ranking.log_ratios(exemplars.text[present]).argmax(axis=0) == objects).mean()),
         best=ranking.scores(exemplars.text[queries]).max(axis=0),
         present=np.arange(len(queries)) < len(present),
     )

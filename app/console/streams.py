@@ -21,3 +21,9 @@ def print_notes(notes: Iterable[str]) -> None:
     """What one should know of a result, on standard error."""
     for note in notes:
         progress_console().print(f"note: {note}", soft_wrap=True)
+
+
+def print_warnings(warnings: Iterable[str]) -> None:
+    """What makes a result doubtful, on standard error."""
+    for warning in warnings:
+        progress_console().print(f"WARNING: {warning}", style="bold red", soft_wrap=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,10 @@ import numpy as np
 from app.evaluation.class_numbers import class_numbers
 from app.evaluation.export import Export
 from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
+from app.evaluation.view_counts import view_counter
+from app.run_folder.run_folder import CONFIG
 from app.run_folder.timed_poses import timed_poses
+from app.settings.config_file import read_run_config
 from data_tools import open_sequence
 from data_tools.recordings.image_files import ImageFiles
 from data_tools.recordings.recorded_sequence import RecordedSequence
@@ -21,7 +25,7 @@ from razer.errors import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
-from razer.metrics.scene_pair import TimedPoses, TruthScene
+from razer.metrics.scene_pair import PredictedScene, TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
 
 Job = tuple[str, Path, Path]
@@ -65,10 +69,10 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
-            scene_truth = truth_scene(truth, true_poses(truth_folder))
+            true_scene = truth_scene(truth, true_poses(truth_folder))
             if export is not None:
-                notes.append(export.write(name, scene_truth, predicted, preset))
-            yield name, scene_truth, predicted
+                notes.append(export.write(name, true_scene, predicted, preset))
+            yield name, true_scene, with_views(predicted, prediction, true_scene)
 
     try:
         return evaluate(pairs(), preset)
@@ -76,6 +80,13 @@ def evaluate_jobs(
         raise
     except ValueError as error:
         raise BadInput(f"{current}: {error}") from error
+
+
+def with_views(predicted: PredictedScene, prediction: Path, truth: TruthScene) -> PredictedScene:
+    """The prediction with what counts the views of the truth, if it is a run that knows its camera."""
+    if predicted.trajectory is None or not (prediction / CONFIG).is_file():
+        return predicted
+    return replace(predicted, views_of_truth=view_counter(prediction, read_run_config(prediction / CONFIG), truth))
 
 
 def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundTruth:

@@ -1,18 +1,15 @@
-"""Plots of an evaluation; with those of a comparison the only importer of matplotlib."""
+"""Plots of an evaluation; with those of a comparison the only importers of matplotlib."""
 
 from __future__ import annotations
 
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from app.evaluation.precision_recall_plot import precision_recall_figure
 from razer.metrics.protocol.evaluation import Evaluation
-
-_MAX_CURVES = 12
-_MERGED = "any"
 
 
 def confusion_matrix(result: Evaluation) -> bytes | None:
@@ -39,21 +36,9 @@ def confusion_matrix(result: Evaluation) -> bytes | None:
 
 
 def precision_recall(result: Evaluation) -> bytes | None:
-    """Precision over recall at an overlap of 0.5: all classes merged, and those with most points, as PNG."""
-    curves = {name: curve for name, curve in result.curves.items() if len(curve.recall)}
-    if not curves:
-        return None
-    ranked = sorted(curves, key=lambda name: (name != _MERGED, -len(curves[name].recall), name))
-    figure = Figure(figsize=(7.5, 5), layout="constrained")
-    axes = figure.add_subplot()
-    for name in ranked[:_MAX_CURVES]:
-        style: dict[str, Any] = {"color": "black", "linewidth": 2.5} if name == _MERGED else {"linewidth": 1}
-        label = "all merged" if name == _MERGED else name
-        axes.plot(curves[name].recall, curves[name].precision, marker=".", label=label, **style)
-    axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.02), ylim=(0, 1.02), title="instances at IoU 0.5")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=7, loc="lower left")
-    return png(figure)
+    """Precision over recall at an overlap of 0.5, a panel for each class, as PNG; None without curves."""
+    figure = precision_recall_figure(result)
+    return None if figure is None else png(figure)
 
 
 def png(figure: Figure) -> bytes:

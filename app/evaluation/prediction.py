@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from app.console.streams import print_notes
 from app.evaluation.class_numbers import ClassNumbers
+from app.query.queryable_map import open_map
 from app.run_folder import run_folder as names
 from app.run_folder.timed_poses import run_poses
-from app.settings.config_file import read_run_config
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
-from razer.arrays import FloatArray
 from razer.errors import BadInput
 from razer.metrics.scene_pair import PredictedScene
-from razer.models import NameTable, TextEncoder, make_embedder
+from razer.models import TextEncoder
+from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
-from razer.query.embedding_table import EmbeddingTable
-from razer.saved_map import load_map
+from razer.query.text_queries import TextQueryEncoder
+from razer.semantics.labelling import best_names, known_names
 from razer.storage.file_names import is_map_folder
 
 Naming = Literal["auto", "run", "text"]
@@ -34,7 +36,7 @@ def read_prediction(
     *,
     numbers: ClassNumbers | None = None,
     naming: Naming = "auto",
-    template: str = "{}",
+    template: str | None = None,
     scene: str | None = None,
     labels: LabelMeaning = "instance",
     trust: Trust = NO_TRUST,
@@ -47,7 +49,7 @@ def read_prediction(
         n_vertices: number of vertices of the truth.
         numbers: what class numbers in files mean; None = as in class_names.
         naming: where a run's instances get their classes: from the run, by text, or by text if the run has none.
-        template: text prompt with {} for the class name.
+        template: text prompt with {} for the class name; None: the prompts of `razer query`.
         scene: which scene, where a folder holds several.
         labels: what numbers below 1000 in a file of vertex labels are.
         trust: which outside code may be loaded for the run's embedder.
@@ -70,11 +72,13 @@ def read_prediction(
     )
 
 
-def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: str, trust: Trust) -> PredictedScene:
-    panoptic = load_map(folder)
+def _of_run(
+    folder: Path, class_names: Sequence[str], naming: Naming, template: str | None, trust: Trust
+) -> PredictedScene:
+    panoptic, config = open_map(folder, trust=trust)
     own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
     needs_text = naming == "text" or (naming == "auto" and not own)
-    by_text = _by_text(folder, panoptic.embedding_table, class_names, template, trust) if needs_text else None
+    by_text = _by_text(panoptic, class_names, template) if needs_text else None
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text encoder; use --names run")
     return PredictedScene(
@@ -84,33 +88,23 @@ def _of_run(folder: Path, class_names: Sequence[str], naming: Naming, template: 
         scores={o.id: o.score for o in panoptic.objects},
         class_names=own if by_text is None else by_text,
         trajectory=None if (own_poses := run_poses(folder)) is None else own_poses[0],
-        own_frame=_estimated_poses(folder / names.CONFIG),
+        own_frame=config.input.poses == "slam",
     )
 
 
-def _estimated_poses(config: Path) -> bool:
-    """Whether a run estimated its poses, and so lies in a frame of its own."""
-    return config.exists() and read_run_config(config).input.poses == "slam"
-
-
-def _by_text(
-    folder: Path, table: EmbeddingTable, class_names: Sequence[str], template: str, trust: Trust
-) -> dict[int, str] | None:
-    """The class whose text is nearest to any of an instance's embeddings; None where the embedder knows no text."""
-    config = read_run_config(folder / names.CONFIG, trust=trust)
-    embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+def _by_text(panoptic: PanopticMap, class_names: Sequence[str], template: str | None) -> dict[int, str] | None:
+    """The class that `razer label` would choose among those of the truth, by instance; None where the embedder knows
+    no text. template: the only prompt, instead of those of `razer query`."""
+    assert panoptic.text_queries is not None
+    embedder = panoptic.text_queries.embedder
     if not isinstance(embedder, TextEncoder):
         return None
-    texts = class_names if isinstance(embedder, NameTable) else [template.format(name) for name in class_names]
-    return nearest_names(table, class_names, embedder.embed_texts(texts))
-
-
-def nearest_names(table: EmbeddingTable, class_names: Sequence[str], texts: FloatArray) -> dict[int, str]:
-    """For each instance the name whose text vector (N, D) has the largest cosine with any of its embeddings."""
-    if not len(table):  # which has no width either
-        return {}
-    best = table.best(table.vectors @ texts.T).argmax(axis=1)
-    return {int(i): class_names[int(name)] for i, name in zip(table.ids, best, strict=True)}
+    if template is not None:
+        panoptic = replace(panoptic, text_queries=TextQueryEncoder(embedder, templates=(template,)))
+    known = known_names(panoptic, class_names, "of the truth")
+    if n_unknown := len(class_names) - len(known):
+        print_notes([f"the embedder does not know {n_unknown} of the truth's {len(class_names)} names: left out"])
+    return best_names(panoptic, known)
 
 
 def _of_submission(path: Path, numbers: ClassNumbers, n_vertices: int) -> PredictedScene:

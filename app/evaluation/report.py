@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +54,38 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
     for row in (result.retrieval or {}).items():
         _add_flat(table, "retrieval", row)
     console.print(table)
-    if result.n_truth is not None:
-        counts = f"{result.n_truth} true and {result.n_predicted} predicted instances: {result.missed} missed, "
-        console.print(f"{counts}{result.duplicates} duplicates")
+    if result.n_true is not None:
+        console.print(counts_in_words(result), soft_wrap=True)
+    if result.recall_by_views:
+        console.print(f"found, by frames that show it: {_views_in_words(result.recall_by_views)}", soft_wrap=True)
+    if result.calibration is not None:
+        error = format_number(result.calibration["ece"])
+        console.print(f"confidences differ from the share that is right by {error} on average (ECE)", soft_wrap=True)
     _print_ids(result, console)
     _print_classes(result, console)
     _print_worst(result, console)
     if pictures is not None:
         console.print(f"pictures: {pictures}", soft_wrap=True)
+
+
+def counts_in_words(result: Evaluation) -> str:
+    """What became of true and predicted instances; the numbers of the predicted ones add up."""
+    parts = [
+        f"{result.n_true} true, {result.n_predicted} predicted: {result.n_matched} matched",
+        f"{result.missed} missed",
+        f"{result.duplicates} pieces of matched ones",
+        f"{result.n_invented} on nothing",
+    ]
+    if result.n_parts:
+        parts.insert(3, f"{result.n_parts} parts of missed ones or of several")
+    if result.n_uncounted:
+        parts.append(f"{result.n_uncounted} on walls and other surface that does not count")
+    return ", ".join(parts)
+
+
+def _views_in_words(bins: Sequence[Mapping[str, Any]]) -> str:
+    ranges = [(f"{low}" if low == high else f"{low}-{high}", part) for part in bins for low, high in (part["views"],)]
+    return ", ".join(f"{views}: {round(part['recall50'] * part['n'])} of {part['n']}" for views, part in ranges)
 
 
 def _print_rules(result: Evaluation, console: Console) -> None:
@@ -98,19 +122,29 @@ def _print_ids(result: Evaluation, console: Console) -> None:
 
 
 def _print_classes(result: Evaluation, console: Console) -> None:
-    per_class: Mapping[str, Any] = (result.class_aware or {}).get("per_class") or {}
-    if not per_class:
+    aware: Mapping[str, Any] = (result.class_aware or {}).get("per_class") or {}
+    panoptic: Mapping[str, Any] = (result.panoptic or {}).get("per_class") or {}
+    names = sorted({*aware, *panoptic})
+    if not aware:
         return
-    table = Table(title=f"{len(per_class)} classes", title_justify="left")
+    table = Table(title=f"{len(names)} classes", title_justify="left")
     table.add_column("class")
-    for key in ("AP", "AP50", "AP25"):
+    for key in ("true", "predicted", "AP", "AP50", "AP25", "PQ"):
         table.add_column(key, justify="right")
-    for name, numbers in list(per_class.items())[:_MAX_CLASSES]:
-        values = numbers if isinstance(numbers, Mapping) else vars(numbers)
-        table.add_row(name, *(format_number(values[key]) for key in ("ap", "ap50", "ap25")))
+    for name in names[:_MAX_CLASSES]:
+        table.add_row(name, *_class_row(aware.get(name, {}), panoptic.get(name, {})))
     console.print(table)
-    if len(per_class) > _MAX_CLASSES:
-        console.print(f"and {len(per_class) - _MAX_CLASSES} more: --json has them all")
+    if len(names) > _MAX_CLASSES:
+        console.print(f"and {len(names) - _MAX_CLASSES} more: --json has them all")
+
+
+def _class_row(aware: Mapping[str, Any], panoptic: Mapping[str, Any]) -> list[str]:
+    counts = [str(panoptic.get(key, "-")) for key in ("n_true", "n_predicted")]
+    return [
+        *counts,
+        *(format_number(aware.get(key)) for key in ("ap", "ap50", "ap25")),
+        format_number(panoptic.get("pq")),
+    ]
 
 
 def _print_worst(result: Evaluation, console: Console) -> None:
@@ -129,5 +163,9 @@ def _print_worst(result: Evaluation, console: Console) -> None:
 
 
 def format_number(value: Any) -> str:
-    """A number in four digits, "-" for none."""
-    return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"
+    """A number in four digits, "-" for none; what rounds to less than 0.0001 is 0."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    if abs(value) < 1e-4:
+        value = round(value, 4) + 0.0  # no minus before a zero
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"

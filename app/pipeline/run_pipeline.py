@@ -25,7 +25,7 @@ from app.pipeline.stored_masks import note_stored_masks
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
-from app.run_folder.save_run import save_registration, save_run, save_timings
+from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.rerun_timeline import Timeline
@@ -81,6 +81,7 @@ def run_to_folder(
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             timeline.finish(mapper, panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
+        save_camera(folder, sequence.intrinsics)
         save_registration(folder, registration)
         timings = recorder.timings() | {"account": accounting.account().as_json()}
         if mapper.reintegrator is not None:

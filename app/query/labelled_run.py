@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from json import dumps, loads
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from app.query.queryable_map import QueryableMap
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
+from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Label, Segment, segment_ids, segments
 from razer.semantics.scene_graph import scene_graph
 from razer.storage.atomic_files import replace_files
@@ -56,6 +57,12 @@ class LabelledRun:
                 folder / names.INSTANCES: lambda path: _write_json(path, instances),
             }
         )
+
+    def named(self) -> PanopticMap:
+        """The map with the classes given."""
+        given = {label.id: label.category.name for label in self.labels}
+        panoptic = self.queryable.panoptic
+        return replace(panoptic, objects=tuple(replace(o, class_name=given.get(o.id)) for o in panoptic.objects))
 
     def as_json(self) -> dict[str, Any]:
         """The JSON of `razer label`."""

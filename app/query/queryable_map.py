@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.run_folder import run_folder as names
 from app.settings.config_file import read_run_config
 from app.settings.run_config import RunConfig
 from razer.arrays import Float64Array
-from razer.models import Embedder, make_embedder
+from razer.models import Embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
 from razer.query.text_queries import TextQueryEncoder
@@ -43,14 +44,21 @@ def open_queryable_map(
     Raises:
         BadInput: naming the file that is missing or damaged, or the embedder that cannot be used.
     """
-    panoptic = load_map(folder)
+    panoptic, config = open_map(folder, embedder, assignments, trust=trust)
+    assert panoptic.text_queries is not None
+    model = cast(Embedder, panoptic.text_queries.embedder)
+    encoder = TextQueryEncoder(model, negative_prompts_of(panoptic.text_queries, config.embedder)) if by_text else None
+    return QueryableMap(folder, config, model, replace(panoptic, text_queries=encoder), panoptic.up_or_z)
+
+
+def open_map(
+    folder: Path, embedder: str | None = None, assignments: tuple[str, ...] = (), *, trust: Trust = NO_TRUST
+) -> tuple[PanopticMap, RunConfig]:
+    """A map with its settings; its embedder, the settings' or the one named, is made when the first text comes.
+    Arguments and errors as above."""
     config_file = path if (path := folder / names.CONFIG).is_file() else None
     # Another embedder does not take the options of the run's own.
     no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
     config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
-    model = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
-    encoder = (
-        TextQueryEncoder(model, negative_prompts_of(TextQueryEncoder(model), config.embedder)) if by_text else None
-    )
-    return QueryableMap(folder, config, model, replace(panoptic, text_queries=encoder), panoptic.up_or_z)
+    return load_map(folder, embedder=config.embedder), config

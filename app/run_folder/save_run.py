@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
 from data_tools.recordings.trajectories import tum_line
 from razer.arrays import Float64Array
+from razer.frame import Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.semantics.gravity import up_direction
@@ -56,6 +58,11 @@ def _write_glb(path: Path, panoptic: PanopticMap, up: Float64Array) -> None:
 def save_registration(folder: RunFolder, registration: ColorRegistration) -> None:
     """Write rgbd_calibration.json."""
     folder.write(names.RGBD_CALIBRATION, lambda path: _write_text(path, json_text(registration)))
+
+
+def save_camera(folder: RunFolder, camera: Intrinsics) -> None:
+    """Write camera.json, in the form that `--intrinsics FILE.json` reads."""
+    folder.write(names.CAMERA, lambda path: _write_text(path, json.dumps(asdict(camera)) + "\n"))
 
 
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:

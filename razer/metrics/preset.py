@@ -106,7 +106,11 @@ class Preset(Settings):
     )
 
     # How the published maps were made, for reproducing them; the evaluation itself does not use it.
-    text_template: str = Field("a {} in a scene", description="Sentence a class name is put into to be embedded.")
+    text_template: str | None = Field(
+        None,
+        description="Sentence with {} for a class name, by which instances are named where they are named by text; "
+        "none: the prompts of `razer query`, averaged.",
+    )
     name_among: Literal["vocabulary", "scene"] = Field(
         "vocabulary", description="Classes a system may choose from: the whole list, or those in the scene's truth."
     )

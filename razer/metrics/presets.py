@@ -79,7 +79,6 @@ _CONCEPTGRAPHS = Preset(
     semantic_ignored=(*_CONCEPTGRAPHS_4, "door", "window"),
     semantic_lists={"without 1": _CONCEPTGRAPHS_1, "without 4": _CONCEPTGRAPHS_4},
     count_ignored_points=False,
-    text_template="an image of {}",
     name_among="scene",
     voxel_size_m=0.02,
     every=10,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,7 +69,8 @@ class PredictedScene:
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved first, by
-    the alignment of the trajectories by full poses. Predictions of equal score are taken in the order of their ids."""
+    the alignment of the trajectories by full poses. views_of_truth: in how many of some poses (N, 4, 4) in the truth's
+    frame each true instance is shown, by id. Predictions of equal score are taken in the order of their ids."""
 
     vertices: FloatArray | None = None
     instances: IntArray | None = None
@@ -82,6 +83,7 @@ class PredictedScene:
     names_of_truth: Mapping[int, str] | None = None
     trajectory: TimedPoses | None = None
     own_frame: bool = False
+    views_of_truth: Callable[[FloatArray], Mapping[int, int]] | None = None
 
     def __post_init__(self) -> None:
         labels = [part for part in (self.instances, self.classes) if part is not None]

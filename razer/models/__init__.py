@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from razer.arrays import BoolArray, Float32Array, Uint8Array
 from razer.frame import Frame, Masks
-from razer.plugins import Trust, load
+from razer.plugins import EmbedderSettings, Trust, load
 
 SEGMENTERS = {
     "geometric": "razer.models.geometric.segmenter:GeometricSegmenter",
@@ -76,6 +76,11 @@ def make_embedder(name: str, options: Mapping[str, Any] | None = None, trust: Tr
     """The embedder called `name` (see EMBEDDERS), or a trusted "module:Class"; raises BadInput."""
     embedder: Embedder = load("embedder", name, EMBEDDERS, options or {}, methods=["embed"], trust=trust)
     return embedder
+
+
+def embedder_of(settings: EmbedderSettings) -> Embedder:
+    """The embedder that settings name, as far as they are trusted; raises BadInput."""
+    return make_embedder(settings.name, settings.options, settings.trust)
 
 
 def unrelated_cosine(embedder: Embedder) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from razer.config import MapperConfig
-from razer.models import EMBEDDERS, SEGMENTERS, Embedder, Segmenter, make_embedder, make_segmenter
+from razer.models import EMBEDDERS, SEGMENTERS, Embedder, Segmenter, embedder_of, make_segmenter
 from razer.plugins import EmbedderSettings, SegmenterSettings
 
 
@@ -23,7 +23,7 @@ def choose_models(
     if segmenter is None or isinstance(segmenter, str):
         segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
     if embedder is None or isinstance(embedder, str):
-        embedder = make_embedder(config.embedder.name, config.embedder.options, config.embedder.trust)
+        embedder = embedder_of(config.embedder)
     return config, segmenter, embedder
 
 

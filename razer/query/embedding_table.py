@@ -34,6 +34,14 @@ class EmbeddingTable:
             relative_shares=np.concatenate([np.zeros(0), *(w / w[0] for w in weights)]),
         )
 
+    def select(self, rows: IndexArray) -> EmbeddingTable:
+        """Only some instances, by their rows of M."""
+        ends = np.append(self.starts[1:], len(self.vectors))
+        counts = ends[rows] - self.starts[rows]
+        starts = np.cumsum(counts) - counts
+        kept = np.arange(counts.sum()) + np.repeat(self.starts[rows] - starts, counts)
+        return EmbeddingTable(self.ids[rows], starts, self.vectors[kept], self.relative_shares[kept])
+
     def __len__(self) -> int:
         return len(self.ids)
 

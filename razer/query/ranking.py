@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from razer.arrays import Float32Array, Float64Array, IndexArray
+from razer.arrays import Float32Array, Float64Array
 from razer.query.embedding_table import EmbeddingTable
 
 # CLIP is trained with products of 100; names are told apart best a little above.
@@ -65,17 +65,6 @@ class TextRanking:
         own_share = np.minimum(share @ same[repeated].astype(np.float64), 1 - 1e-9)
         others = self._negative_logits[:, None] + np.log1p(-own_share) - np.log(n_others)
         return self._hypotheses.best(self._logits(queries) - others + self._prior[:, None])
-
-    def relative_logits(self, texts: Float32Array) -> Float64Array:
-        """Which of N texts (N, D) suits an instance best is where a row of (M, N) is largest."""
-        relative = self._logits(texts) - self._negative_logits[:, None] + self._prior[:, None]
-        return self._hypotheses.best(relative)
-
-    def nearest_names(self, rows: IndexArray) -> list[str]:
-        """The negative prompt nearest to the strongest hypothesis of each of some instances (rows of M)."""
-        strongest = self._hypotheses.vectors[self._hypotheses.starts[rows]]
-        logits = strongest @ self._negatives.vectors.T - self._negatives.vectors @ self._common
-        return [self._negatives.names[i] for i in logits.argmax(axis=1)]
 
     def _logits(self, texts: Float32Array) -> Float64Array:
         """Logits (R, N) of N texts (N, D) for each hypothesis: scaled cosines without the part common to all."""

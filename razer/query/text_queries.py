@@ -27,10 +27,13 @@ _ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
 class TextQueryEncoder:
     """The text encoder of an embedder. It may have none: what needs text then raises BadInput."""
 
-    def __init__(self, embedder: object, negatives: NegativePrompts | None = None) -> None:
-        """`negatives`, where they are known already, need not be embedded."""
+    def __init__(
+        self, embedder: object, negatives: NegativePrompts | None = None, templates: Sequence[str] = TEMPLATES
+    ) -> None:
+        """`negatives`, where they are known already, need not be embedded; templates: sentences with {} for a text."""
         self._make = lambda: embedder
         self._known_negatives = negatives
+        self._templates = templates
 
     @classmethod
     def deferred(cls, make: Callable[[], object]) -> Self:
@@ -40,18 +43,19 @@ class TextQueryEncoder:
         return encoder
 
     @cached_property
-    def _embedder(self) -> object:
+    def embedder(self) -> object:
+        """The embedder, which may know no words."""
         return self._make()
 
     @property
     def text_encoder(self) -> TextEncoder:
         """The embedder; raises BadInput if it knows no words."""
-        if not isinstance(self._embedder, TextEncoder):
+        if not isinstance(self.embedder, TextEncoder):
             raise BadInput(
-                f"{type(self._embedder).__name__} has no text encoder, so that its vectors cannot be queried by text: "
+                f"{type(self.embedder).__name__} has no text encoder, so that its vectors cannot be queried by text: "
                 "map with another --embedder, or ask with --image"
             )
-        return self._embedder
+        return self.embedder
 
     @property
     def is_table(self) -> bool:
@@ -66,8 +70,8 @@ class TextQueryEncoder:
         bare = [_ARTICLE.sub("", text.strip()) for text in texts]
         if isinstance(side, NameTable):
             return side.embed_texts(bare)
-        prompts = [template.format(text) for text in bare for template in TEMPLATES]
-        means = side.embed_texts(prompts).reshape(len(texts), len(TEMPLATES), -1).mean(axis=1)
+        prompts = [template.format(text) for text in bare for template in self._templates]
+        means = side.embed_texts(prompts).reshape(len(texts), len(self._templates), -1).mean(axis=1)
         return means / np.linalg.norm(means, axis=1, keepdims=True)
 
     def knows(self, name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,28 +36,40 @@ class Segment:
 
 def known_categories(panoptic: PanopticMap, vocabulary: Vocabulary) -> list[Category]:
     """The classes whose names the embedder of a map knows; raises BadInput if there is none."""
+    known = known_names(panoptic, vocabulary.names, f"of the vocabulary {vocabulary.name}")
+    return [vocabulary.by_name[name] for name in known]
+
+
+def known_names(panoptic: PanopticMap, names: Sequence[str], whose: str) -> list[str]:
+    """Those of some names that the embedder of a map knows; raises BadInput if there is none, saying `whose`."""
     if panoptic.text_queries is None:
         raise BadInput("no embedder is known for this map, so that names mean nothing")
-    known = [category for category in vocabulary.categories if panoptic.text_queries.knows(category.name)]
+    known = [name for name in names if panoptic.text_queries.knows(name)]
     if not known:
-        raise BadInput(f"the embedder knows no name of the vocabulary {vocabulary.name}: choose another of either")
+        raise BadInput(f"the embedder knows no name {whose}: choose another of either")
     return known
 
 
 def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
-    """The nearest of the given classes for each instance that has an embedding, by id. Raises BadInput."""
+    """The best of the given classes for each instance that has an embedding, by id. Raises BadInput."""
     texts = panoptic.text_vectors([category.name for category in categories])
-    ranking = panoptic.text_ranking
-    if not len(panoptic.embedding_table):
+    order = panoptic.ranked_names(texts)
+    if not len(order):
         return []
-    logits, scores = ranking.relative_logits(texts), ranking.scores(texts)
+    scores = panoptic.text_ranking.scores(texts)
     labels = []
     for row, instance in enumerate(panoptic.embedding_table.ids.tolist()):
-        order = np.argsort(-logits[row], kind="stable")
-        best = int(order[0])
-        second = categories[order[1]] if len(order) > 1 else None
+        best, *others = order[row, :2].tolist()
+        second = categories[others[0]] if others else None
         labels.append(Label(instance, categories[best], float(scores[row, best]), second))
     return sorted(labels, key=lambda label: label.id)
+
+
+def best_names(panoptic: PanopticMap, names: Sequence[str]) -> dict[int, str]:
+    """The name that `label` gives each instance that has an embedding, by id, without the probability that it fits,
+    which needs the negative prompts. Raises BadInput."""
+    order = panoptic.ranked_names(panoptic.text_vectors(names))
+    return {int(i): names[int(row[0])] for i, row in zip(panoptic.embedding_table.ids, order, strict=True)}
 
 
 def segments(labels: list[Label]) -> list[Segment]:

@@ -17,7 +17,7 @@ from data_tools.writers.table import write_recording
 N_FRAMES = 12
 RUN_FILES = {
     "config.toml", "trajectory.txt", "mesh.ply", "mesh.glb", "instances.json", "embeddings.npz", "map.npz",
-    "timings.json", "timeline.rrd", "rgbd_calibration.json",
+    "timings.json", "timeline.rrd", "rgbd_calibration.json", "camera.json",
 }  # fmt: skip
 QUICK = ("--set", "voxels.voxel_size_m=0.05", "--device", "cpu")
 

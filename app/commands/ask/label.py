@@ -5,9 +5,7 @@ from __future__ import annotations
 from json import dumps
 from pathlib import Path
 
-from app.console.streams import print_notes
 from app.settings.options import Assignments, Flag, TrustOptions
-from razer.errors import BadInput
 
 
 def label(
@@ -38,23 +36,12 @@ def label(
     json:
         One line of JSON.
     """
-    # Late, since these bring Open3D and torch along.
-    from app.query.labelled_run import LabelledRun
-    from app.query.queryable_map import open_queryable_map
-    from razer.semantics.labelling import known_categories
-    from razer.semantics.labelling import label as label_map
     from razer.vocabulary import vocabulary as read_vocabulary
 
     classes = read_vocabulary(vocabulary)
-    queryable = open_queryable_map(run, embedder, set, by_text=True, trust=options.trust)
-    known = known_categories(queryable.panoptic, classes)
-    if n_unknown := len(classes.categories) - len(known):
-        print_notes([f"the embedder does not know {n_unknown} of the {len(classes.categories)} names: left out"])
-    labelled = LabelledRun.of(queryable, classes.name, label_map(queryable.panoptic, known))
-    try:
-        labelled.write()
-    except OSError as error:
-        raise BadInput(f"{run} cannot be written to ({error.strerror}): its older files are as they were") from error
+    from app.query.label_run import label_run  # late, since it brings Open3D and torch along
+
+    labelled = label_run(run, classes, embedder, set, trust=options.trust)
     if json:
         print(dumps(labelled.as_json()))
     else:

@@ -14,6 +14,8 @@ from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.options import BOTH, Flag, RunOptions
+from razer.vocabulary import Vocabulary
+from razer.vocabulary import vocabulary as read_vocabulary
 
 if TYPE_CHECKING:
     from app.pipeline.run_pipeline import RunResult
@@ -27,6 +29,7 @@ def run(
     *,
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     options: RunOptions = RunOptions(),  # noqa: B008
+    vocabulary: str | None = None,
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -40,15 +43,18 @@ def run(
         The recording; its layout is recognised.
     out:
         The folder to write; it appears when it is complete. With --poses both it holds given, slam and compare.
+    vocabulary:
+        Name the instances by a vocabulary, as `razer label` does: one of its names, or a file.
     overwrite:
         Replace an older run at the same place, once the new one is complete.
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
+    classes = None if vocabulary is None else read_vocabulary(vocabulary)
     if options.poses == "both":
-        return _run_both(folder, out, options, overwrite, json)
+        return _run_both(folder, out, options, classes, overwrite, json)
     target = RunFolder(out, overwrite=overwrite)
-    result = _run(folder, options.read(), target)
+    result = _run(folder, options.read(), target, classes)
 
     from app.pipeline.run_report import print_run
 
@@ -56,7 +62,7 @@ def run(
     return INTERRUPTED if result.accounting.interrupted else 0
 
 
-def _run(folder: Path, config: RunConfig, target: RunFolder) -> RunResult:
+def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.color_registration import register_color
@@ -67,17 +73,26 @@ def _run(folder: Path, config: RunConfig, target: RunFolder) -> RunResult:
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     registration = register_color(sequence, config.input.rgbd_calibration, console)
-    return run_to_folder(sequence, config.model_copy(update={"input": noted}), target, console, registration)
+    noted_config = config.model_copy(update={"input": noted})
+    if classes is None:
+        return run_to_folder(sequence, noted_config, target, console, registration)
+    from app.query.label_run import label_run, require_names
+
+    require_names(config.embedder, classes)
+    result = run_to_folder(sequence, noted_config, target, console, registration)
+    return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
-def _run_both(folder: Path, out: Path, options: RunOptions, overwrite: bool, json: bool) -> int:
+def _run_both(
+    folder: Path, out: Path, options: RunOptions, classes: Vocabulary | None, overwrite: bool, json: bool
+) -> int:
     """One run under given poses, one under estimated ones, and their comparison: OUT/given, OUT/slam, OUT/compare."""
     for name in BOTH:
         RunFolder(out / name, overwrite=overwrite)  # before hours are spent on the first
     for name in BOTH:
         progress_console().print(f"mapping under poses: {name}")
         config = replace(options, poses=name).read()
-        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite))
+        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), classes)
         if result.accounting.interrupted:
             return INTERRUPTED
     # What was trusted to make the runs is trusted to compare them.

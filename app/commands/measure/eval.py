@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes, result_console
+from app.console.streams import print_notes, print_warnings, result_console
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -161,9 +161,11 @@ def _deliver(
     from app.evaluation.frame_accounts import with_accounts
     from app.evaluation.report import report
 
+    print_warnings(result.warnings)
     print_notes(notes)
     print_notes(f"ATE: positions hardly align: {cause}" for cause in (result.pose or {}).get("degenerate", ()))
-    print_notes(f"class '{name}' is none of the preset's: it counts as no class" for name in result.unknown_names)
+    if names := result.unknown_names:
+        print_notes([f"in no list known here, and so of no class: {', '.join(names)}"])
     content = with_accounts(result.as_json(), [(name, prediction) for name, prediction, _ in jobs])
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")

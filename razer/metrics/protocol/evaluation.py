@@ -11,6 +11,7 @@ from razer.metrics.instances.precision_recall import Curve
 from razer.metrics.instances.worst_instances import WorstInstance, worst_of
 from razer.metrics.preset import Preset
 from razer.metrics.protocol import instance_aggregation, scene_aggregation
+from razer.metrics.protocol.scene_overlap import NEAR_M, is_of_another_scene
 from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
@@ -23,9 +24,12 @@ class Evaluation:
     """All metrics of one evaluation, by the preset's rules. Parts that do not apply are None, metrics without a value
     (a class without truth) nan.
 
-    duplicates, missed, n_truth, n_predicted: instances, regardless of class and at an overlap of 0.5. curves: precision
-    over recall at 0.5 by class, "any" for all merged. confusion: names (C,), "" for none, and counts, C rows of C, true
-    by predicted class. scenes: the same metrics of each scene, with the ids of matches, duplicates and misses."""
+    duplicates, missed, n_...: instances, regardless of class, at an overlap of 0.5; n_true (also n_truth) = n_matched
+    + missed; n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as in `PredictionAccount`.
+    recall_by_views, calibration: of the same matches. curves: precision over recall at 0.5 by class, "any" for all
+    merged. confusion: names (C,), "" for none, and counts, C rows of C, true by predicted class. scenes: the same
+    metrics of each scene, with the ids of matches, duplicates, inventions and misses. warnings: what makes the numbers
+    doubtful, in words."""
 
     preset: Preset
     class_agnostic: Metrics | None = None
@@ -38,10 +42,18 @@ class Evaluation:
     pose: Metrics | None = None
     n_truth: int | None = None
     n_predicted: int | None = None
+    n_true: int | None = None
+    n_matched: int | None = None
+    n_parts: int | None = None
+    n_uncounted: int | None = None
+    n_invented: int | None = None
+    recall_by_views: Sequence[Metrics] | None = None
+    calibration: Metrics | None = None
     retrieval: Metrics | None = None
     confusion: Metrics | None = None
     worst: tuple[WorstInstance, ...] = ()
     unknown_names: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     scenes: Mapping[str, Metrics] = field(default_factory=dict)
     curves: Mapping[str, Curve] = field(default_factory=dict)
 
@@ -66,17 +78,26 @@ def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
     return _summary(results, preset, scenes)
 
 
+_SCENE_METRICS = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "pose")
+_SCENE_COUNTS = ("n_truth", "n_predicted", "n_true", "n_matched", "n_parts", "n_uncounted", "n_invented")
+
+
 def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:
     """The metrics of one scene, without tables by class."""
     evaluation = _summary([result], preset, {})
-    metrics = {
-        name: _without_tables(getattr(evaluation, name))
-        for name in ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "pose")
-    }
-    summary = None if result.instances is None else result.instances.match_summary
-    ids = {} if summary is None else {"duplicates": summary.duplicates, "missed": summary.missed}
-    matches = [] if summary is None else [match._asdict() for match in summary.matches]
-    return metrics | {"n_truth": evaluation.n_truth, "n_predicted": evaluation.n_predicted, **ids, "matches": matches}
+    metrics: dict[str, Any] = {name: _without_tables(getattr(evaluation, name)) for name in _SCENE_METRICS}
+    counts = {name: getattr(evaluation, name) for name in _SCENE_COUNTS}
+    views = {"recall_by_views": evaluation.recall_by_views, "calibration": evaluation.calibration}
+    overlap = None if result.overlap is None else result.overlap._asdict()
+    return metrics | counts | views | {"overlap": overlap} | _ids(result)
+
+
+def _ids(result: SceneResult) -> dict[str, Any]:
+    if result.instances is None:
+        return {"matches": []}
+    summary, account = result.instances.match_summary, result.instances.account
+    ids = {"duplicates": summary.duplicates, "missed": summary.missed, "invented": account.invented}
+    return ids | {"matches": [match._asdict() for match in summary.matches]}
 
 
 def _without_tables(metrics: Metrics | None) -> Metrics | None:
@@ -102,6 +123,9 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
         pose=scene_aggregation.pose([r.pose for r in results if r.pose is not None]),
         n_truth=sum(r.n_truth for r in instances) if instances else None,
         n_predicted=sum(r.n_predicted for r in instances) if instances else None,
+        **instance_aggregation.prediction_counts(instances),
+        recall_by_views=instance_aggregation.views_table(instances, max((r.n_frames for r in results), default=0)),
+        calibration=instance_aggregation.calibration_of(instances),
         retrieval=scene_aggregation.retrieval(
             [r.retrieval_given for r in results if r.retrieval_given is not None],
             [r.retrieval_partners for r in results if r.retrieval_partners is not None],
@@ -109,9 +133,23 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
         confusion=scene_aggregation.confusion_table(confusions),
         worst=worst_of((w for r in instances for w in r.worst), preset.worst),
         unknown_names=tuple(sorted({name for r in results for name in r.unknown_names})),
+        warnings=tuple(w for r in results for w in _warnings(r)),
         scenes=scenes,
         curves=instance_aggregation.curves(instances, aware is not None),
     )
+
+
+def _warnings(result: SceneResult) -> list[str]:
+    """What makes the numbers of a scene doubtful."""
+    counts = result.instances
+    n_matched, n_truth = (None, None) if counts is None else (len(counts.match_summary.matches), counts.n_truth)
+    overlap = result.overlap
+    if overlap is None or not is_of_another_scene(overlap, n_matched, n_truth):
+        return []
+    return [
+        f"{result.name}: only {overlap.predicted:.0%} of the map lie within {100 * NEAR_M:.0f} cm of the truth, and "
+        f"{overlap.truth:.0%} of the truth within that of the map: a map of another scene, or in another frame"
+    ]
 
 
 def plain_json(value: Any) -> Any:

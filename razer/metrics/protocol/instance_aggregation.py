@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
+from razer.metrics.instances.calibration import calibration
 from razer.metrics.instances.instance_ap import (
     ANY_CLASS,
     InstanceAp,
@@ -16,6 +19,8 @@ from razer.metrics.instances.instance_ap import (
 )
 from razer.metrics.instances.panoptic_quality import PanopticCounts, panoptic_quality
 from razer.metrics.instances.precision_recall import Curve, precision_recall
+from razer.metrics.instances.prediction_account import PredictionAccount
+from razer.metrics.instances.recall_by_views import recall_by_views
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.scene_result import MAIN_LIST, InstanceResult
 
@@ -112,6 +117,53 @@ def panoptic(results: Sequence[InstanceResult], aware: bool, preset: Preset) -> 
 def _panoptic_metrics(counts: Sequence[Mapping[Any, PanopticCounts]], preset: Preset) -> Metrics:
     keys = ("pq", "sq", "rq")
     total = panoptic_quality(counts)
-    per_class = {str(name): dict(zip(keys, values, strict=True)) for name, values in total.per_class.items()}
+    per_class = {
+        str(name): dict(zip(keys, values, strict=True)) | _segments(name, counts)
+        for name, values in total.per_class.items()
+    }
     each = [total] if preset.instances_over_scenes == "pooled" else [panoptic_quality([scene]) for scene in counts]
     return {key: nanmean(getattr(one, key) for one in each) for key in keys} | {"per_class": per_class}
+
+
+def _segments(name: Any, counts: Sequence[Mapping[Any, PanopticCounts]]) -> dict[str, int]:
+    """How many segments of a class are true, predicted and matched."""
+    total = sum((scene[name] for scene in counts if name in scene), PanopticCounts())
+    return {
+        "n_true": total.true_positives + total.false_negatives,
+        "n_predicted": total.true_positives + total.false_positives,
+        "n_matched": total.true_positives,
+    }
+
+
+def prediction_counts(results: Sequence[InstanceResult]) -> Metrics:
+    """How many true and predicted instances there are, and what became of the predicted ones: they add up."""
+    if not results:
+        return {}
+    total = {name: sum(len(getattr(r.account, name)) for r in results) for name in PredictionAccount._fields}
+    return {
+        "n_true": sum(r.n_truth for r in results),
+        "n_matched": total["matched"],
+        "n_parts": total["parts"],
+        "n_uncounted": total["uncounted"],
+        "n_invented": total["invented"],
+    }
+
+
+def calibration_of(results: Sequence[InstanceResult]) -> Metrics | None:
+    """Calibration of the confidences of all predictions that are right or wrong; None where they have none."""
+    if not results or any(r.confidences is None for r in results):
+        return None
+    pairs = [
+        (confidences.get(number, 1.0), number in r.account.matched)
+        for r in results
+        if (confidences := r.confidences) is not None
+        for number in (*r.account.matched, *r.account.wrong)
+    ]
+    return calibration(np.array([c for c, _ in pairs], np.float64), np.array([right for _, right in pairs], np.bool_))
+
+
+def views_table(results: Sequence[InstanceResult], n_frames: int) -> list[Metrics] | None:
+    """Recall by views over scenes; None where the views of one are not known."""
+    if not results or any(r.views is None for r in results):
+        return None
+    return recall_by_views((instance for r in results for instance in r.views or ()), n_frames)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,14 +14,18 @@ from razer.metrics.instances.instance_ap import Scene, SceneOutcomes, match_scen
 from razer.metrics.instances.match_summary import MatchSummary, summarize_matches
 from razer.metrics.instances.matching import Overlaps
 from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segments, merge_stuff
+from razer.metrics.instances.prediction_account import PredictionAccount, account_for
+from razer.metrics.instances.recall_by_views import ViewedInstance
 from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrieval, predicted_mask_retrieval
 from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
 from razer.metrics.preset import Preset
+from razer.metrics.protocol.prediction_grounds import prediction_grounds
 from razer.metrics.protocol.scene_labels import SceneLabels, class_by_vertices, labels_on_truth
+from razer.metrics.protocol.scene_overlap import SceneOverlap, scene_overlap
 from razer.metrics.protocol.vertex_masks import VertexMasks
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
-from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_metrics
+from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_distances, surface_metrics
 from razer.metrics.trajectory_errors import TrajectoryMetrics, trajectory_metrics
 
 MAIN_LIST = ""
@@ -30,12 +34,17 @@ MAIN_LIST = ""
 @dataclass(frozen=True, slots=True)
 class InstanceResult:
     """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
-    named: whether any prediction has a class. groups: class name -> split of the vocabulary."""
+    named: whether any prediction has a class. account: what became of each prediction; confidences, by id, None where
+    it has none. views: of each true instance that counts, None where not known. groups: class name -> split of the
+    vocabulary."""
 
     agnostic: SceneOutcomes
     aware: Mapping[str, SceneOutcomes] | None
     named: bool
     match_summary: MatchSummary
+    account: PredictionAccount
+    confidences: Mapping[int, float] | None
+    views: tuple[ViewedInstance, ...] | None
     n_truth: int
     n_predicted: int
     panoptic_agnostic: Mapping[Any, PanopticCounts]
@@ -46,7 +55,8 @@ class InstanceResult:
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """Results of one scene; None for parts that do not apply. unknown_names: names that the list lacks."""
+    """Results of one scene; None for parts that do not apply. n_frames: poses of the prediction's trajectory;
+    unknown_names: names that the list lacks."""
 
     name: str
     instances: InstanceResult | None
@@ -54,7 +64,9 @@ class SceneResult:
     retrieval_given: RetrievalCounts | None
     retrieval_partners: RetrievalCounts | None
     surface: SurfaceMetrics | None
+    overlap: SceneOverlap | None
     pose: TrajectoryMetrics | None
+    n_frames: int
     unknown_names: frozenset[str]
 
 
@@ -74,14 +86,22 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
     predicted = _moved(predicted, pose)
     labels = labels_on_truth(truth, predicted, preset)
     overlaps = None if labels.predicted_instances is None else _scene(labels, _evaluated(labels, preset)).overlaps()
+    distances = surface_distances(truth, predicted)
+    instances = None
+    if overlaps is not None:
+        grounds = prediction_grounds(truth, predicted, labels, distances, _evaluated(labels, preset), preset)
+        instances = _instances(name, labels, overlaps, grounds, _views(predicted, pose), preset)
     return SceneResult(
         name,
-        None if overlaps is None else _instances(name, labels, overlaps, preset),
+        instances,
         _confusion(labels),
         _retrieval_given(labels, predicted, preset),
         None if overlaps is None else _retrieval_partners(labels, preset),
-        surface_metrics(truth, predicted),
-        pose,
+        surface_metrics(truth, predicted, distances),
+        scene_overlap(distances),
+        # Given poses would be compared with themselves.
+        pose if predicted.own_frame else None,
+        0 if predicted.trajectory is None else len(predicted.trajectory.stamps),
         frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
     )
 
@@ -131,19 +151,40 @@ def _scene(labels: SceneLabels, evaluated: set[int], aware: bool = False) -> Sce
     return Scene(truth, predicted, labels.scores, classes if aware else None, own if aware else None)
 
 
-def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> InstanceResult:
+def _views(predicted: PredictedScene, pose: TrajectoryMetrics | None) -> Mapping[int, int] | None:
+    """How many frames of the prediction's trajectory show each true instance, None where that is not known."""
+    if predicted.views_of_truth is None or predicted.trajectory is None or (predicted.own_frame and pose is None):
+        return None
+    motion = pose.truth_from_estimate if predicted.own_frame and pose is not None else np.eye(4)
+    return predicted.views_of_truth(motion @ predicted.trajectory.world_from_camera)
+
+
+def _instances(
+    name: str,
+    labels: SceneLabels,
+    overlaps: Overlaps,
+    grounds: Mapping[int, Int64Array],
+    views: Mapping[int, int] | None,
+    preset: Preset,
+) -> InstanceResult:
     evaluated = _evaluated(labels, preset)
     scene = _scene(labels, evaluated)
     scores = scores_of(scene, overlaps)
     summary = summarize_matches(overlaps, scores, preset.min_region, preset.strict)
+    things = {i for i, c in labels.predicted_instance_classes.items() if c in evaluated}
+    account = account_for(overlaps, summary, grounds, things, preset.min_region)
+    truths = overlaps.truth_ids[overlaps.truth_sizes >= preset.min_region].tolist()
     single, names = labels.single_instances, labels.table.names
     return InstanceResult(
         match_scene(scene, overlaps, preset.ap_settings),
         _aware(labels, overlaps, preset) if labels.truth_instance_classes else None,
         bool(labels.predicted_instance_classes),
-        summary,
-        int((overlaps.truth_sizes >= preset.min_region).sum()),
-        int((overlaps.predicted_sizes >= preset.min_region).sum()),
+        summary._replace(duplicates=account.pieces),
+        account,
+        labels.scores or None,
+        None if views is None else _viewed(truths, views, summary),
+        len(truths),
+        sum(map(len, account)),
         count_segments(scene.truth, single, min_region=preset.panoptic_min_region),
         _panoptic(labels, single, evaluated, preset) if labels.truth_instance_classes else None,
         labels.table.groups,
@@ -156,6 +197,11 @@ def _instances(name: str, labels: SceneLabels, overlaps: Overlaps, preset: Prese
             preset.worst,
         ),
     )
+
+
+def _viewed(truths: Sequence[int], views: Mapping[int, int], summary: MatchSummary) -> tuple[ViewedInstance, ...]:
+    matched = {match.truth for match in summary.matches}
+    return tuple(ViewedInstance(views.get(number, 0), number in matched) for number in truths)
 
 
 def _aware(labels: SceneLabels, overlaps: Overlaps, preset: Preset) -> dict[str, SceneOutcomes]:

@@ -30,22 +30,41 @@ class SurfaceMetrics:
     on_truth: bool = False
 
 
-def surface_metrics(truth: TruthScene, predicted: PredictedScene) -> SurfaceMetrics | None:
-    """Compare the surfaces; None where the prediction is masks only, or where either side has no vertex.
+@dataclass(frozen=True, slots=True)
+class SurfaceDistances:
+    """Metres: to_truth (P,) of the predicted vertices from the true surface, to_predicted (C,) of the true ones that
+    count from the predicted surface."""
+
+    to_truth: FloatArray
+    to_predicted: FloatArray
+
+
+def surface_distances(truth: TruthScene, predicted: PredictedScene) -> SurfaceDistances | None:
+    """The distances between both surfaces; None where the prediction has none of its own, or either side no vertex."""
+    if predicted.vertices is None or len(predicted.vertices) == 0 or not truth.counts.any():
+        return None
+    return SurfaceDistances(
+        TriangleSurface(truth.vertices, truth.triangles).distances(predicted.vertices),
+        TriangleSurface(predicted.vertices, predicted.triangles).distances(truth.vertices[truth.counts]),
+    )
+
+
+def surface_metrics(
+    truth: TruthScene, predicted: PredictedScene, distances: SurfaceDistances | None = None
+) -> SurfaceMetrics | None:
+    """Compare the surfaces, by their distances if these are known; None where the prediction is masks only, or either
+    side has no vertex.
 
     Vertices that no frame observed need not be complete, but a prediction may lie on them. Labels on the truth's
     vertices have the truth's surface, which is 0 from itself."""
-    if not truth.counts.any():
+    distances = distances or surface_distances(truth, predicted)
+    if distances is not None:
+        return metrics_of_distances(distances.to_truth, distances.to_predicted)
+    is_labelled = predicted.instances is not None or predicted.classes is not None
+    if predicted.vertices is not None or not is_labelled or not truth.counts.any():
         return None
-    if predicted.vertices is None:
-        zeros = np.zeros(len(truth.vertices))
-        is_labelled = predicted.instances is not None or predicted.classes is not None
-        return replace(metrics_of_distances(zeros, zeros), on_truth=True) if is_labelled else None
-    if len(predicted.vertices) == 0:
-        return None
-    to_truth = TriangleSurface(truth.vertices, truth.triangles).distances(predicted.vertices)
-    to_prediction = TriangleSurface(predicted.vertices, predicted.triangles).distances(truth.vertices[truth.counts])
-    return metrics_of_distances(to_truth, to_prediction)
+    zeros = np.zeros(len(truth.vertices))
+    return replace(metrics_of_distances(zeros, zeros), on_truth=True)
 
 
 def metrics_of_distances(to_truth_m: FloatArray, to_predicted_m: FloatArray) -> SurfaceMetrics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 
 import cv2
@@ -64,14 +65,37 @@ def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
     result = evaluated(capsys, run, "--truth", room)
     for part, keys in CONTRACT.items():
         assert keys <= result[part].keys()
-    assert result["pose"]["ate_rmse_m"] < 1e-6
+    assert result["pose"] is None  # they are the truth's own
     assert result["class_agnostic"]["ap50"] > 0.5
     assert isinstance(result["duplicates"], int)
+    kinds = ("n_matched", "duplicates", "n_parts", "n_uncounted", "n_invented")
+    assert result["n_predicted"] == sum(result[kind] for kind in kinds)
+    assert result["n_true"] == result["n_matched"] + result["missed"]
+    assert {"pq", "sq", "rq", "n_true", "n_predicted"} <= result["panoptic"]["per_class"]["chair"].keys()
+    assert 0 <= result["calibration"]["ece"] <= 1
+    right_or_wrong = result["n_predicted"] - result["n_uncounted"]
+    assert sum(part["n"] for part in result["calibration"]["bins"]) == right_or_wrong
+    assert result["warnings"] == []
+    assert sum(part["n"] for part in result["recall_by_views"]) == result["n_true"]
+    assert 6 < max(part["views"][1] for part in result["recall_by_views"]) <= 24
     assert json.loads((run / "metrics.json").read_text()) == result
     for name in ("confusion.png", "precision_recall.png"):
         picture = cv2.imread(str(run / "eval" / name))
         assert min(picture.shape[:2]) > 300
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5
+
+
+def test_recall_by_views_goes_by_the_frames_the_run_used(room, run, tmp_path, capsys):
+    half = shutil.copytree(run, tmp_path / "half")
+    lines = (run / "trajectory.txt").read_text().splitlines(keepends=True)
+    (half / "trajectory.txt").write_text("".join([lines[0], *lines[1::4]]))
+    fewer = evaluated(capsys, half, "--truth", room)["recall_by_views"]
+    assert max(part["views"][1] for part in fewer) <= 6
+    # A run of another machine that kept no camera: nobody knows what its frames show.
+    (half / "camera.json").unlink()
+    config = (half / "config.toml").read_text().replace(str(room), "/nowhere")
+    (half / "config.toml").write_text(config)
+    assert evaluated(capsys, half, "--truth", room)["recall_by_views"] is None
 
 
 def test_names_by_text_are_those_of_the_embeddings(room, run, capsys):
@@ -96,9 +120,14 @@ def test_a_run_shifted_by_half_a_metre_is_found_nowhere(room, run, capsys):
     mesh = read_mesh_ply(run / "mesh.ply")
     mesh.vertices[:] += np.float32(0.5)
     write_mesh_ply(moved / "mesh.ply", mesh)
-    result = evaluated(capsys, moved, "--truth", room)
+    assert call("eval", moved, "--truth", room, "--json") == 0
+    printed = capsys.readouterr()
+    result = json.loads(printed.out.splitlines()[-1])
     assert result["class_agnostic"]["ap50"] < 0.1
     assert result["surface"]["fscore_5cm"] < 0.5
+    (warning,) = [line for line in printed.err.splitlines() if line.startswith("WARNING: ")]
+    assert "another scene" in warning
+    assert warning == f"WARNING: {result['warnings'][0]}"
 
 
 def test_classes_alone_have_semantics_and_no_instances(room, tmp_path, capsys):
@@ -114,6 +143,10 @@ def test_a_table_names_rules_classes_and_the_worst(room, run, capsys):
     text = capsys.readouterr().out
     for words in ("preset default", "least 20 vertices", "AP50 by class", "chair", "matched worst", "missed"):
         assert words in text
+    assert re.search(r"\d+ true, \d+ predicted: \d+ matched, \d+ missed, \d+ pieces of matched ones", text)
+    assert "found, by frames that show it: " in text
+    assert "ATE" not in text
+    assert not re.search(r"\de-\d", text)
 
 
 def test_scenes_that_are_missing_are_named_and_left_out(room, run, tmp_path, capsys):

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from app.evaluation.class_numbers import ClassNumbers
-from app.evaluation.prediction import nearest_names, read_prediction
+from app.evaluation.prediction import read_prediction
 from data_tools.predictions.mask_file import mask_text, read_mask
 from data_tools.predictions.packed_masks import PackedMasks
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import read_vertex_labels
 from razer.errors import BadInput
-from razer.query.embedding_table import EmbeddingTable
 
 NUMBERS = ClassNumbers({2: "stool", 5: "throne", 7: "crown"}, "a list")
 
@@ -140,9 +139,3 @@ def test_what_is_no_prediction_is_said_in_one_line(tmp_path):
         read_prediction(tmp_path / "nothing", {}, 3)
     with pytest.raises(BadInput, match="no run folder"):
         read_prediction(tmp_path, {}, 3)
-
-
-def test_an_instance_takes_the_name_nearest_to_any_of_its_hypotheses():
-    banks = {4: [[0.9, 0.1, 0.0], [0.0, 0.1, 0.95]], 9: [[0.2, 0.8, 0.1]]}
-    table = EmbeddingTable.of({i: (np.array(bank, np.float32), np.ones(len(bank))) for i, bank in banks.items()})
-    assert nearest_names(table, ["a", "b", "c"], np.eye(3)) == {4: "c", 9: "b"}

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from app.evaluation.prediction import nearest_names
 from razer.panoptic_map import PanopticMap
 from razer.query import ranking as rules
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.ranking import NegativePrompts, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
-from razer.semantics.labelling import label
+from razer.semantics.labelling import best_names, label
 from razer.vocabulary import Category
 from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.named_vectors import unit_rows
@@ -84,15 +83,6 @@ def test_many_queries_at_once_are_those_one_by_one_and_instances_do_not_depend_o
     assert_allclose(turned.scores(queries)[::-1], one_by_one, atol=1e-5)
 
 
-def test_instances_are_named_as_their_evidence_says():
-    rng = np.random.default_rng(3)
-    negatives = some_negatives(rng)
-    banks = {i: (negatives.vectors[[row]], np.ones(1)) for i, row in enumerate((4, 0, 9))}
-    ranking = TextRanking(EmbeddingTable.of(banks), negatives)
-    assert ranking.nearest_names(np.array([0, 2])) == ["name 4", "name 9"]
-    assert ranking.relative_logits(negatives.vectors).argmax(axis=1).tolist() == [4, 0, 9]
-
-
 def test_a_weak_hypothesis_gives_way_to_an_instance_that_is_mostly_that():
     rng = np.random.default_rng(4)
     negatives = some_negatives(rng)
@@ -127,7 +117,7 @@ def test_in_a_map_without_instances_nothing_is_found():
     panoptic = PanopticMap.of([], mesh, TextQueryEncoder(TwoNames()))
     assert panoptic.query("a").hits == panoptic.query_image(np.eye(1, DIMENSION, dtype=np.float32)[0]).hits == ()
     assert label(panoptic, [Category(1, "a", 0, "", False)]) == []
-    assert nearest_names(panoptic.embedding_table, ["a"], np.ones((1, DIMENSION))) == {}
+    assert best_names(panoptic, ["a", "b"]) == {}
 
 
 def test_an_image_is_nearest_to_the_instance_it_shows():
