@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.evaluation.predicted_relations import with_relations
 from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
 from app.run_folder.timed_poses import timed_poses
 from data_tools import open_sequence
@@ -21,6 +22,7 @@ from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.scene_pair import TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
+from razer.storage.file_names import is_map_folder
 
 Job = tuple[str, Path, Path]
 
@@ -61,6 +63,8 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices))
+            if truth.relations is not None and is_map_folder(prediction):
+                predicted = with_relations(predicted, prediction, preset.stuff)
             yield name, truth_scene(truth, true_poses(truth_folder)), predicted
 
     try:
@@ -87,6 +91,7 @@ def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> Tru
         triangles=truth.triangles,
         evaluated=truth.visible.astype(np.bool_),
         trajectory=trajectory,
+        relations=truth.relations,
     )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_tools.recordings.sequence import FrameIteration
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
+from data_tools.synthetic.layout.arrangement import Triple
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.truth.true_surface import ground_truth
@@ -40,6 +41,7 @@ class RenderedSequence(FrameIteration):
         seed: of textures and of the sensor.
         made_by: makes the same sequence again, in another process.
         move: an instance that changes its place; None = none.
+        relations: how the things were placed, for the truth.
         frames_per_s: of the stamps.
     """
 
@@ -57,11 +59,13 @@ class RenderedSequence(FrameIteration):
         made_by: Callable[[], RenderedSequence],
         *,
         move: Move | None = None,
+        relations: tuple[Triple, ...] = (),
         frames_per_s: float = FRAMES_PER_S,
     ) -> None:
         self.name = name
         self.intrinsics = camera
         self.move = move
+        self._relations = relations
         self._poses = poses
         self._sensor = sensor
         self._seed = seed
@@ -94,7 +98,8 @@ class RenderedSequence(FrameIteration):
         (metres along the optical axis) in at least 3 frames."""
         viewpoints = [Viewpoint(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
-        return ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
+        truth = ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
+        return replace(truth, relations=self._relations)
 
     def _renderer_at(self, index: int) -> RayRenderer:
         return self._after if self.move and index >= self.move.frame else self._before

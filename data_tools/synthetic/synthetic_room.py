@@ -56,5 +56,6 @@ class SyntheticRoom(RenderedSequence):
             sensor,
             seed,
             partial(SyntheticRoom, seed, n_frames, width, height, moved=moved, sensor=sensor),
+            relations=layout.relations,
             move=Move(layout.movable, n_frames // 2, layout.elsewhere) if moved else None,
         )

@@ -74,5 +74,6 @@ class SyntheticScene(RenderedSequence):
             filmed_by,
             seed,
             partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor),
+            relations=world.relations,
             frames_per_s=rate,
         )

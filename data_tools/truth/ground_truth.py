@@ -14,7 +14,8 @@ from razer.arrays import BoolArray, Float32Array, Int32Array
 class GroundTruth:
     """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
-    enough to count; notes say in words what a reader could not make out."""
+    enough to count; notes say in words what a reader could not make out. relations: (instance, relation, instance),
+    such as what is "on" what; None where the truth does not state them."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -23,6 +24,7 @@ class GroundTruth:
     class_names: Mapping[int, str]
     visible: BoolArray
     notes: tuple[str, ...] = ()
+    relations: tuple[tuple[int, str, int], ...] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,7 +32,8 @@ class TimedPoses:
 class TruthScene:
     """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for none, classes (V,) with 0 for
     unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all; what no frame
-    observed should not count), triangles (T, 3) of vertex numbers, and the trajectory."""
+    observed should not count), triangles (T, 3) of vertex numbers, the trajectory, and relations (instance, relation,
+    instance), None where they are not known."""
 
     vertices: FloatArray
     instances: IntArray
@@ -41,6 +42,7 @@ class TruthScene:
     triangles: IntArray | None = None
     evaluated: BoolArray | None = None
     trajectory: TimedPoses | None = None
+    relations: Sequence[tuple[int, str, int]] | None = None
 
     def __post_init__(self) -> None:
         _check_points(self.vertices, "truth")
@@ -66,7 +68,7 @@ class PredictedScene:
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the
-    alignment of the trajectories first. Predictions of equal score are taken in the order of their ids."""
+    alignment of the trajectories first. relations: (instance, relation, instance), None for none made out. Predictions of equal score are taken in the order of their ids."""
 
     vertices: FloatArray | None = None
     instances: IntArray | None = None
@@ -79,6 +81,7 @@ class PredictedScene:
     names_of_truth: Mapping[int, str] | None = None
     trajectory: TimedPoses | None = None
     own_frame: bool = False
+    relations: Sequence[tuple[int, str, int]] | None = None
 
     def __post_init__(self) -> None:
         labels = [part for part in (self.instances, self.classes) if part is not None]

@@ -12,6 +12,7 @@ from razer.metrics.instances.worst_instances import WorstInstance, worst_of
 from razer.metrics.preset import Preset
 from razer.metrics.protocol import instance_aggregation, scene_aggregation
 from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
+from razer.metrics.relation_scores import relation_scores
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 Pair = tuple[str, TruthScene, PredictedScene]
@@ -39,6 +40,7 @@ class Evaluation:
     n_truth: int | None = None
     n_predicted: int | None = None
     retrieval: Metrics | None = None
+    relations: Metrics | None = None
     confusion: Metrics | None = None
     worst: tuple[WorstInstance, ...] = ()
     unknown_names: tuple[str, ...] = ()
@@ -71,7 +73,7 @@ def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:
     evaluation = _summary([result], preset, {})
     metrics = {
         name: _without_tables(getattr(evaluation, name))
-        for name in ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "pose")
+        for name in ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
     }
     summary = None if result.instances is None else result.instances.match_summary
     ids = {} if summary is None else {"duplicates": summary.duplicates, "missed": summary.missed}
@@ -106,6 +108,7 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
             [r.retrieval_given for r in results if r.retrieval_given is not None],
             [r.retrieval_partners for r in results if r.retrieval_partners is not None],
         ),
+        relations=relation_scores([r.relations for r in results if r.relations is not None]),
         confusion=scene_aggregation.confusion_table(confusions),
         worst=worst_of((w for r in instances for w in r.worst), preset.worst),
         unknown_names=tuple(sorted({name for r in results for name in r.unknown_names})),

@@ -18,6 +18,7 @@ from razer.metrics.instances.retrieval import RetrievalCounts, given_mask_retrie
 from razer.metrics.instances.worst_instances import WorstInstance, worst_instances
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.scene_labels import SceneLabels, labels_on_truth
+from razer.metrics.relation_scores import RelationCounts, RelationScene, count_relations
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
 from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_metrics
@@ -54,6 +55,7 @@ class SceneResult:
     retrieval_partners: RetrievalCounts | None
     surface: SurfaceMetrics | None
     pose: TrajectoryMetrics | None
+    relations: RelationCounts | None
     unknown_names: frozenset[str]
 
 
@@ -83,6 +85,7 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         None if overlaps is None else _retrieval_partners(labels, preset),
         surface_metrics(truth, predicted),
         pose,
+        _relations(labels, truth, predicted, preset),
         frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
     )
 
@@ -100,6 +103,24 @@ def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryMetrics | N
     if truth.trajectory is None or predicted.trajectory is None:
         return None
     return trajectory_metrics(truth.trajectory, predicted.trajectory)
+
+
+def _relations(
+    labels: SceneLabels, truth: TruthScene, predicted: PredictedScene, preset: Preset
+) -> RelationCounts | None:
+    if truth.relations is None or predicted.relations is None:
+        return None
+    stuff = labels.table.subset(preset.stuff)
+    stuff_of = {number: c for number, c in labels.truth_instance_classes.items() if c in stuff}
+    scene = RelationScene(
+        labels.truth_instances,
+        labels.single_instances,
+        truth.relations,
+        predicted.relations,
+        stuff_of,
+        preset.min_region,
+    )
+    return count_relations(scene)
 
 
 def _evaluated(labels: SceneLabels, preset: Preset, classes: tuple[str, ...] | None = None) -> set[int]:
