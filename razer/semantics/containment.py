@@ -11,7 +11,7 @@ TOUCH_M = 0.08  # masks are shrunk and surfaces are rounded by the voxels: what 
 HEADROOM_M = 0.6  # what is over something is at most this far above it
 _SECTORS = 24
 # Of the directions round a thing: a rim goes all the way round, a compartment is open to one side.
-_RIM, _COMPARTMENT = 0.85, 0.45
+_RIM, _COMPARTMENT = 0.85, 0.5
 _COVERED = 0.5
 _INWARD = 0.3
 _ABOVE_FOOT_M, _RIM_M = 0.03, 0.1

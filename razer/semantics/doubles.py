@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from razer.semantics.upright_instance import UprightInstance
 
-_ABUT_M = 0.05
+_ABUT_M = 0.04
 _OVERLAP = 0.3  # share of the smaller that lies on the larger
-_CONTINUES = 0.5  # share of the border across which the surface goes on
+_CONTINUES = 0.35  # share of the border across which the surface goes on
 _PARALLEL, _STEP_M = 0.9, 0.012
 _MIN_BORDER = 3
 
@@ -20,7 +19,7 @@ def is_double(one: UprightInstance, other: UprightInstance) -> bool:
     if not one.name or one.name != other.name or one.stuff or other.stuff:
         return False
     small, large = sorted((one, other), key=lambda instance: len(instance.points))
-    distances, rows = KDTree(large.points).query(small.points, distance_upper_bound=_ABUT_M)
+    distances, rows = large.tree.query(small.points, distance_upper_bound=_ABUT_M)
     touching = np.isfinite(distances)
     if touching.mean() >= _OVERLAP:
         return True

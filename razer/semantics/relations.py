@@ -21,6 +21,8 @@ from razer.semantics.upright_instance import UprightInstance
 
 RelationKind = Literal["on", "in", "under", "against", "next to"]
 
+AGAINST_M = 0.1
+FAR_M = HEADROOM_M  # nothing is related to what is farther away
 NEAR_M = 0.3  # things farther apart than this do not stand next to each other
 _CONTACTS = 3
 _COVERED = 0.7
@@ -55,6 +57,7 @@ class _Scene:
         self._index = BoxIndex()
         for instance in instances:
             self._index.put(instance.id, instance.box)
+        self._has_stuff = any(instance.stuff for instance in instances)
         things = [instance for instance in instances if not instance.stuff]
         surfaces = SupportingSurfaces(instances, background)
         self._supporter = {thing.id: surfaces.supporter(thing) for thing in things}
@@ -64,7 +67,7 @@ class _Scene:
         """One for each pair that has any."""
         for one in self._by_id.values():
             for other in self._near(one):
-                if other.id > one.id and not is_double(one, other):
+                if other.id > one.id and not (one.stuff and other.stuff) and not is_double(one, other):
                     yield from self._between(one, other)
 
     def _near(self, one: UprightInstance) -> list[UprightInstance]:
@@ -79,7 +82,7 @@ class _Scene:
 
     def _between(self, one: UprightInstance, other: UprightInstance) -> list[Relation]:
         distance_m = _distance_m(one, other)
-        if distance_m > HEADROOM_M:
+        if distance_m > FAR_M:
             return []
         for relate in (self._carried, self._against, self._under):
             for source, target in ((one, other), (other, one)):
@@ -96,7 +99,8 @@ class _Scene:
 
     def _against(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
         """Only what stands on the floor or hangs: a book on a shelf is not against the wall behind both."""
-        if self._is_on_thing(source) or distance_m > TOUCH_M:
+        may_be_wall = target.stuff or (target.is_sheet and not self._has_stuff)
+        if not may_be_wall or self._is_on_thing(source) or distance_m > AGAINST_M:
             return None
         return "against" if is_against(source, target) else None
 
@@ -105,7 +109,9 @@ class _Scene:
         return self._container[source.id] is not None or (supporter is not None and not supporter.stuff)
 
     def _under(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
-        if target.stuff or target.is_wall or covered(source, target) < _COVERED:
+        if target.stuff or target.is_wall or (source.name and source.name == target.name):
+            return None
+        if covered(source, target) < _COVERED:
             return None
         height = float(np.median(covering(source, target)[:, 2]))
         others = [other for other in self._near(source) if other.id != target.id]
@@ -115,18 +121,19 @@ class _Scene:
         """Whether they stand on the same thing, or on nothing that is known, at the same height, with no wall between."""
         if one.stuff or other.stuff or self._supporter[one.id] != self._supporter[other.id]:
             return False
+        if one.name == other.name != "" and self._supporter[one.id] is None and not (one.is_sheet and other.is_sheet):
+            return False  # what floats beside a thing of its class is a piece of it
         walls = [wall for wall in self._near(one) if wall.stuff]
         return _same_level(one, other) and not any(_is_parted(one, other, wall) for wall in walls)
 
 
 def is_against(source: UprightInstance, target: UprightInstance) -> bool:
     """Whether `source` touches the upright surface of a wall, or of a sheet that stands like one, and is none."""
-    is_wall = target.is_wall and (target.stuff or target.is_sheet)
-    if not is_wall or (source.is_wall and source.is_sheet and source.box.volume > target.box.volume):
+    if not target.is_wall or (source.is_wall and source.is_sheet and source.box.volume > target.box.volume):
         return False
-    low, high = source.bounds + [[-TOUCH_M], [TOUCH_M]]
+    low, high = source.bounds + [[-AGAINST_M], [AGAINST_M]]
     steep = target.steep[((target.steep >= low) & (target.steep <= high)).all(axis=1)]
-    near = source.tree.query(steep, distance_upper_bound=TOUCH_M)[0] if len(steep) else np.zeros(0)
+    near = source.tree.query(steep, distance_upper_bound=AGAINST_M)[0] if len(steep) else np.zeros(0)
     return int(np.isfinite(near).sum()) >= _CONTACTS
 
 
@@ -138,16 +145,16 @@ def _is_between(source: UprightInstance, other: UprightInstance, height: float) 
 
 def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstance) -> bool:
     """Whether a wall stands between the points at which two instances are nearest."""
-    distances, rows = other.tree.query(one.sample)
+    distances, rows = other.tree.query(one.sample, distance_upper_bound=FAR_M)
     nearest = int(distances.argmin())
     ends = one.sample[nearest], other.points[rows[nearest]]
     between = np.linspace(*ends, 7)[1:-1]
-    return float(distances[nearest]) > TOUCH_M and bool((wall.tree.query(between)[0] <= TOUCH_M / 2).any())
+    return float(distances[nearest]) > TOUCH_M and bool((wall.tree.query(between, distance_upper_bound=TOUCH_M)[0] <= TOUCH_M / 2).any())
 
 
 def _distance_m(one: UprightInstance, other: UprightInstance) -> float:
     few, many = sorted((one, other), key=lambda instance: len(instance.points))
-    return float(many.tree.query(few.sample)[0].min())
+    return float(many.tree.query(few.sample, distance_upper_bound=FAR_M)[0].min())
 
 
 def _same_level(one: UprightInstance, other: UprightInstance) -> bool:

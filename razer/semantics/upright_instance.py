@@ -19,7 +19,11 @@ LEVEL, _STEEP = 0.7, 0.3
 # What is this tall and this wide, and steep for the most part, is a wall or stands like one.
 _WALL_HEIGHT_M, _WALL_WIDTH_M, _WALL_SHARE = 1.5, 1.5, 0.7
 _SHEET_M = 0.25
+# Noise tilts the surface of walls; floors and ceilings have next to no steep surface.
+_STUFF_SHARE = 0.35
 _FOOT_M = 0.06
+# Slices of the height, of which so many in a row must be next to empty to part a thing from what lies below it.
+_SLICE_M, _GAP_SLICES, _SPECK = 0.03, 3, 0.001
 _FOOT_SAMPLES = 200
 
 
@@ -62,10 +66,19 @@ class UprightInstance:
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
 
     @cached_property
-    def foot(self) -> Float64Array:
-        """Some of the points (M, 3) at its bottom."""
-        low = self.heights_m[0]
-        at_bottom = self.points[(self.points[:, 2] <= low + _FOOT_M) & (self.points[:, 2] >= low - _FOOT_M)]
+    def body(self) -> Float64Array:
+        """Its points without what lies apart below: a label that leaked onto the floor is not the foot."""
+        bins = np.floor((self.points[:, 2] - self.bounds[0, 2]) / _SLICE_M).astype(np.int64)
+        is_empty = np.bincount(bins) < max(2.0, _SPECK * len(self.points))
+        gaps = np.flatnonzero(np.convolve(is_empty, np.ones(_GAP_SLICES), mode="full") >= _GAP_SLICES)
+        gaps = gaps[gaps < np.median(bins)]
+        return self.points[bins > gaps[-1]] if len(gaps) else self.points
+
+    def foot(self, trim: float, *, of_body: bool = False) -> Float64Array:
+        """Some of the points (M, 3) at its bottom, M >= 1, once a share of the surface is left out below."""
+        points = self.body if of_body else self.points
+        low = np.partition(points[:, 2], rank := int(trim * len(points)))[rank]
+        at_bottom = points[(points[:, 2] >= low) & (points[:, 2] <= low + _FOOT_M)]
         return at_bottom[:: max(1, len(at_bottom) // _FOOT_SAMPLES)]
 
     @cached_property
@@ -81,9 +94,11 @@ class UprightInstance:
     @property
     def is_wall(self) -> bool:
         """Whether it stands upright and is large, as walls, doors and cupboards do."""
+        share = len(self.steep) / len(self.points)
+        if self.stuff:
+            return share >= _STUFF_SHARE
         size = self.bounds[1] - self.bounds[0]
-        large = size[2] >= _WALL_HEIGHT_M and max(size[:2]) >= _WALL_WIDTH_M
-        return bool(large and len(self.steep) >= _WALL_SHARE * len(self.points))
+        return bool(size[2] >= _WALL_HEIGHT_M and max(size[:2]) >= _WALL_WIDTH_M and share >= _WALL_SHARE)
 
     @property
     def is_sheet(self) -> bool:
