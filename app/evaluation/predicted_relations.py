@@ -23,9 +23,7 @@ def with_relations(predicted: PredictedScene, folder: Path, stuff: Collection[st
     """
     panoptic = load_map(folder)
     stuff = {normalized_name(name) for name in stuff}
-    categories = {
-        item.id: _category(predicted.class_names.get(item.id, ""), stuff) for item in panoptic.objects
-    }
+    categories = {item.id: _category(predicted.class_names.get(item.id, ""), stuff) for item in panoptic.objects}
     edges = map_relations(panoptic, categories, panoptic.up_or_z)
     return replace(predicted, relations=tuple((edge.source, edge.relation, edge.target) for edge in edges))
 

@@ -61,7 +61,8 @@ def count_relations(scene: RelationScene) -> RelationCounts:
     true = _edges([t for t in scene.true_relations if t[0] in shown and t[2] in shown], node_of)
     kinds = {relation for _, relation, _ in scene.true_relations}
     triples = [triple for triple in scene.predicted_relations if triple[1] in kinds]
-    predicted = _edges(triples, {number: partner.get(number, ("nothing", number)) for t in triples for number in t[::2]})
+    ends = {number for a, _, b in triples for number in (a, b)}
+    predicted = _edges(triples, {number: partner.get(number, ("nothing", number)) for number in ends})
     nodes = set(partner.values())
     return RelationCounts(
         _by_relation(true),

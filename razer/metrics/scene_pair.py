@@ -68,7 +68,8 @@ class PredictedScene:
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved by the
-    alignment of the trajectories first. relations: (instance, relation, instance), None for none made out. Predictions of equal score are taken in the order of their ids."""
+    alignment of the trajectories first. relations: (instance, relation, instance), None where none were made out.
+    Predictions of equal score are taken in the order of their ids."""
 
     vertices: FloatArray | None = None
     instances: IntArray | None = None

@@ -1,4 +1,4 @@
-"""Containment: whether a thing lies below the rim of another, or in a compartment of it that is closed on five sides."""
+"""Containment: whether a thing lies below the rim of another, or in a compartment of it, closed on five sides."""
 
 from __future__ import annotations
 

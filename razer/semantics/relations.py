@@ -21,7 +21,7 @@ from razer.semantics.upright_instance import UprightInstance
 
 RelationKind = Literal["on", "in", "under", "against", "next to"]
 
-AGAINST_M = 0.1
+AGAINST_M = 0.1  # 5 cm of air, masks that are shrunk by one or two voxels on either side
 FAR_M = HEADROOM_M  # nothing is related to what is farther away
 NEAR_M = 0.3  # things farther apart than this do not stand next to each other
 _CONTACTS = 3
@@ -118,7 +118,7 @@ class _Scene:
         return None if any(_is_between(source, other, height) for other in others) else "under"
 
     def _is_beside(self, one: UprightInstance, other: UprightInstance) -> bool:
-        """Whether they stand on the same thing, or on nothing that is known, at the same height, with no wall between."""
+        """Whether they stand on the same thing, or on nothing known, at the same height, with no wall between."""
         if one.stuff or other.stuff or self._supporter[one.id] != self._supporter[other.id]:
             return False
         if one.name == other.name != "" and self._supporter[one.id] is None and not (one.is_sheet and other.is_sheet):
@@ -131,7 +131,7 @@ def is_against(source: UprightInstance, target: UprightInstance) -> bool:
     """Whether `source` touches the upright surface of a wall, or of a sheet that stands like one, and is none."""
     if not target.is_wall or (source.is_wall and source.is_sheet and source.box.volume > target.box.volume):
         return False
-    low, high = source.bounds + [[-AGAINST_M], [AGAINST_M]]
+    low, high = source.bounds[0] - AGAINST_M, source.bounds[1] + AGAINST_M
     steep = target.steep[((target.steep >= low) & (target.steep <= high)).all(axis=1)]
     near = source.tree.query(steep, distance_upper_bound=AGAINST_M)[0] if len(steep) else np.zeros(0)
     return int(np.isfinite(near).sum()) >= _CONTACTS
@@ -149,7 +149,8 @@ def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstan
     nearest = int(distances.argmin())
     ends = one.sample[nearest], other.points[rows[nearest]]
     between = np.linspace(*ends, 7)[1:-1]
-    return float(distances[nearest]) > TOUCH_M and bool((wall.tree.query(between, distance_upper_bound=TOUCH_M)[0] <= TOUCH_M / 2).any())
+    at_wall = np.isfinite(wall.tree.query(between, distance_upper_bound=TOUCH_M / 2)[0])
+    return float(distances[nearest]) > TOUCH_M and bool(at_wall.any())
 
 
 def _distance_m(one: UprightInstance, other: UprightInstance) -> float:

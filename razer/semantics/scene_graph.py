@@ -61,9 +61,7 @@ def map_relations(panoptic: PanopticMap, categories: Mapping[int, Category], up:
         rows = order[slice(*np.searchsorted(mesh.instances[order], [item.id, item.id + 1]))]
         if len(rows) and (category := categories.get(item.id)):
             box = OrientedBox(turn @ item.box.center, turn @ item.box.rotation, item.box.extent)
-            upright.append(
-                UprightInstance(item.id, points[rows], normals[rows], box, category.stuff, category.name)
-            )
+            upright.append(UprightInstance(item.id, points[rows], normals[rows], box, category.stuff, category.name))
     rest = ~np.isin(mesh.instances, [instance.id for instance in upright])
     return relations(upright, _background(points[rest], normals[rest]))
 

@@ -45,9 +45,9 @@ class _Pass:
     is_hidden: bool = False
 
 
-# Borders of masks leave some of a table's label on its cups, and legs are a small share of a chair: the lowest points are
-# believed only if nothing is found under the others. Last, the lower part of the thing may be hidden: then nothing of the
-# support may be seen beneath it, as it would be under a cupboard on a wall.
+# Borders of masks leave some of a table's label on its cups, and legs are a small share of a chair: the lowest points
+# are believed only if nothing is found under the others. Last, the lower part of the thing may be hidden: then nothing
+# of the support may be seen beneath it, as it would be under a cupboard on a wall.
 _PASSES = (
     _Pass(0.02, 0.045, of_body=True),
     _Pass(0.02, 0.045),
@@ -92,8 +92,8 @@ class SupportingSurfaces:
             least_round = (_MIN_ROUND_ALIKE if of_its_kind else _MIN_ROUND) * round_foot
             is_large = counts[row] >= max(_MIN_CELLS, _MIN_SHARE * counts.sum(), least_round)
             if is_large and _carries(carrier, source, foot, own):
-                is_guess = step.is_hidden and (of_its_kind or _is_seen_beneath(foot, own))
-                return None if is_guess else carrier.id
+                is_likely = reaches[row] and not of_its_kind and not _is_seen_beneath(foot, own)
+                return carrier.id if is_likely or not step.is_hidden else None
         return None
 
     def _rim(self, number: int, foot: Float64Array, step: _Pass) -> tuple[Float64Array, Int64Array]:

@@ -71,10 +71,8 @@ def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
 def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:
     """The metrics of one scene, without tables by class."""
     evaluation = _summary([result], preset, {})
-    metrics = {
-        name: _without_tables(getattr(evaluation, name))
-        for name in ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
-    }
+    parts = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
+    metrics = {name: _without_tables(getattr(evaluation, name)) for name in parts}
     summary = None if result.instances is None else result.instances.match_summary
     ids = {} if summary is None else {"duplicates": summary.duplicates, "missed": summary.missed}
     matches = [] if summary is None else [match._asdict() for match in summary.matches]
