@@ -11,6 +11,7 @@ import numpy as np
 
 from app.evaluation.class_numbers import class_numbers
 from app.evaluation.export import Export
+from app.evaluation.predicted_relations import with_relations
 from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
 from app.evaluation.view_counts import view_counter
 from app.run_folder.run_folder import CONFIG
@@ -27,6 +28,7 @@ from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.scene_pair import PredictedScene, TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
+from razer.storage.file_names import is_map_folder
 
 Job = tuple[str, Path, Path]
 
@@ -69,6 +71,8 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
+            if truth.relations is not None and is_map_folder(prediction):
+                predicted = with_relations(predicted, prediction, preset.stuff)
             true_scene = truth_scene(truth, true_poses(truth_folder))
             if export is not None:
                 notes.append(export.write(name, true_scene, predicted, preset))
@@ -105,6 +109,7 @@ def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> Tru
         triangles=truth.triangles,
         evaluated=truth.visible.astype(np.bool_),
         trajectory=trajectory,
+        relations=truth.relations,
     )
 
 

@@ -20,6 +20,11 @@ SUMMARY = {
     "class_aware": {"ap": "AP by class", "ap50": "AP50 by class", "ap25": "AP25 by class"},
     "panoptic": {"pq": "PQ", "sq": "SQ", "rq": "RQ"},
     "semantic": {"miou": "mIoU", "fmiou": "F-mIoU", "macc": "mAcc", "pixel_accuracy": "pixel accuracy"},
+    "relations": {
+        "precision": "precision of relations",
+        "recall": "recall of relations",
+        "ends_found": "true relations with both ends found",
+    },
     "surface": {
         "accuracy_m": "accuracy, m",
         "completeness_m": "completeness, m",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
+from data_tools.synthetic.layout.arrangement import Triple
 from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.rendering.rgbd_renderer import Renderer
@@ -42,6 +43,7 @@ class RenderedSequence(RenderedFrames):
         seed: of textures and of the sensor.
         made_by: makes the same sequence again, in another process.
         move: an instance that changes its place; None = none.
+        relations: how the things were placed, for the truth.
         frames_per_s: of the stamps.
         misalignment: how the true colour camera differs from the declared one; None = not at all.
     """
@@ -57,6 +59,7 @@ class RenderedSequence(RenderedFrames):
         made_by: Callable[[], RenderedFrames],
         *,
         move: Move | None = None,
+        relations: tuple[Triple, ...] = (),
         frames_per_s: float = FRAMES_PER_S,
         misalignment: RgbdMisalignment | None = None,
     ) -> None:
@@ -64,6 +67,7 @@ class RenderedSequence(RenderedFrames):
             name, poses, camera, sensor, seed, made_by, frames_per_s=frames_per_s, misalignment=misalignment
         )
         self.move = move
+        self._relations = relations
         self._final = {**things, move.instance: move.thing} if move else things
         self._before = self._renderer(things)
         self._after = self._renderer(self._final) if move else self._before
@@ -80,7 +84,7 @@ class RenderedSequence(RenderedFrames):
         viewpoints = [Viewpoint(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
         truth = ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)
-        return replace(truth, rgbd_calibration=self.calibration)
+        return replace(truth, rgbd_calibration=self.calibration, relations=self._relations)
 
     def _renderer(self, things: Mapping[int, Thing]) -> Renderer:
         return self._seen_by(lambda camera: RayRenderer(things, camera, self._seed))

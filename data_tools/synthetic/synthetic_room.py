@@ -61,6 +61,7 @@ class SyntheticRoom(RenderedSequence):
             sensor,
             seed,
             partial(SyntheticRoom, seed, n_frames, width, height, **options),
+            relations=layout.relations,
             move=Move(layout.movable, n_frames // 2, layout.elsewhere) if moved else None,
             misalignment=misalignment,
         )

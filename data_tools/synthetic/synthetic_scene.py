@@ -77,6 +77,7 @@ class SyntheticScene(RenderedSequence):
             filmed_by,
             seed,
             partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor, misalignment=misalignment),
+            relations=world.relations,
             frames_per_s=rate,
             misalignment=misalignment,
         )

@@ -17,7 +17,8 @@ class GroundTruth:
     0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
     enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
     declared camera is not that of its colour, which one is; vocabulary: the list whose numbers the classes have, empty
-    where they are numbered by the truth itself; colors (V, 3) uint8 where the surface has any."""
+    where they are numbered by the truth itself; colors (V, 3) uint8 where the surface has any; relations: (instance,
+    relation, instance), such as what is "on" what; None where the truth does not state them."""
 
     vertices: Float32Array
     triangles: Int32Array
@@ -29,6 +30,7 @@ class GroundTruth:
     rgbd_calibration: RgbdCalibration | None = None
     vocabulary: str = ""
     colors: Uint8Array | None = None
+    relations: tuple[tuple[int, str, int], ...] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.vertices)

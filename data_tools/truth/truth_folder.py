@@ -1,4 +1,5 @@
-"""Ground truth as a folder truth/: mesh.ply with instance and class per vertex, classes.json, objects.json."""
+"""Ground truth as a folder truth/: mesh.ply with instance and class per vertex, classes.json, objects.json, and perhaps
+relations.json."""
 
 from __future__ import annotations
 
@@ -14,6 +15,8 @@ from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.errors import BadInput
+
+RELATIONS = "relations.json"
 
 
 def write_json(path: Path, content: object) -> None:
@@ -32,6 +35,9 @@ def write_truth(truth: GroundTruth, folder: Path) -> None:
     the truth knows a colour camera other than the declared one."""
     write_objects(folder, truth.instance_classes)
     write_json(folder / "classes.json", {str(number): name for number, name in sorted(truth.class_names.items())})
+    if truth.relations is not None:
+        rows = [{"a": a, "relation": relation, "b": b} for a, relation, b in truth.relations]
+        write_json(folder / RELATIONS, rows)
     properties = {"instance": truth.instances.astype("<i4"), "class": truth.classes.astype("<i4")}
     properties |= {"visible": truth.visible.astype(np.uint8)}
     if truth.colors is not None:
@@ -60,5 +66,17 @@ def read_truth(folder: Path) -> GroundTruth:
     names |= {number: f"class {number}" for number in unnamed}
     notes = (f"classes.json has no name for {', '.join(names[n] for n in unnamed[:5])}",) if unnamed else ()
     visible = mesh.vertices.get("visible", np.ones(len(points))).astype(np.bool_)
-    colors = vertex_colors(mesh)
-    return GroundTruth(points, mesh.triangles, instances, classes, names, visible, notes, colors=colors)
+    colors, relations = vertex_colors(mesh), read_relations(folder / RELATIONS)
+    labels = instances, classes
+    return GroundTruth(points, mesh.triangles, *labels, names, visible, notes, colors=colors, relations=relations)
+
+
+def read_relations(path: Path) -> tuple[tuple[int, str, int], ...] | None:
+    """The relations (instance, relation, instance) of a truth; None without the file. Raises BadInput."""
+    try:
+        rows = json.loads(path.read_text())
+        return tuple((int(row["a"]), str(row["relation"]), int(row["b"])) for row in rows)
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{path} must list {{a, relation, b}} with ids of objects (problem: {error})") from error

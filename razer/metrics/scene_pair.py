@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,7 +35,8 @@ class TimedPoses:
 class TruthScene:
     """The truth on V vertices: vertices (V, 3) metres, instances (V,) with 0 for none, classes (V,) with 0 for
     unlabelled and class_names naming the others, evaluated (V,) the vertices that count (None = all; what no frame
-    observed should not count), triangles (T, 3) of vertex numbers, and the trajectory."""
+    observed should not count), triangles (T, 3) of vertex numbers, the trajectory, and relations (instance, relation,
+    instance), None where they are not known."""
 
     vertices: FloatArray
     instances: IntArray
@@ -44,6 +45,7 @@ class TruthScene:
     triangles: IntArray | None = None
     evaluated: BoolArray | None = None
     trajectory: TimedPoses | None = None
+    relations: Sequence[tuple[int, str, int]] | None = None
 
     def __post_init__(self) -> None:
         _check_points(self.vertices, "truth")
@@ -70,7 +72,8 @@ class PredictedScene:
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved first, by
     the alignment of the trajectories by full poses. views_of_truth: in how many of some poses (N, 4, 4) in the truth's
-    frame each true instance is shown, by id. Predictions of equal score are taken in the order of their ids."""
+    frame each true instance is shown, by id. relations: (instance, relation, instance), None where none were made out.
+    Predictions of equal score are taken in the order of their ids."""
 
     vertices: FloatArray | None = None
     instances: IntArray | None = None
@@ -84,6 +87,7 @@ class PredictedScene:
     trajectory: TimedPoses | None = None
     own_frame: bool = False
     views_of_truth: Callable[[FloatArray], Mapping[int, int]] | None = None
+    relations: Sequence[tuple[int, str, int]] | None = None
 
     def __post_init__(self) -> None:
         labels = [part for part in (self.instances, self.classes) if part is not None]

@@ -1,32 +1,31 @@
-"""Spatial relations of instances, from their surfaces and boxes: on, in, under, against, next to.
+"""Spatial relations of instances, from their surfaces: on, in, under, against, next to.
 
-What carries a thing is visible beside it, not beneath it: contact is looked for a little way round.
+Boxes only say which pairs to look at. *On* is what carries a thing (`supporting_surface`), *in* what encloses it
+(`containment`), *against* the wall that it stands at or hangs on, *under* what covers it, *next to* what else stands
+near by on the same support. A pair has the first of these that holds; a thing and its double have none (`doubles`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array
-from razer.boxes.iou import box_containment
 from razer.boxes.rtree_index import BoxIndex
+from razer.semantics.containment import HEADROOM_M, TOUCH_M, covered, covering, is_in
+from razer.semantics.doubles import is_double
+from razer.semantics.supporting_surface import SupportingSurfaces
 from razer.semantics.upright_instance import UprightInstance
 
 RelationKind = Literal["on", "in", "under", "against", "next to"]
 
+AGAINST_M = 0.1  # 5 cm of air, masks that are shrunk by one or two voxels on either side
+FAR_M = HEADROOM_M  # nothing is related to what is farther away
 NEAR_M = 0.3  # things farther apart than this do not stand next to each other
-TOUCH_M = 0.08  # masks are shrunk and surfaces are rounded by the voxels: what touches is this far apart at most
-BESIDE_M = 0.1  # how far round a thing its support is looked for
-HEADROOM_M = 0.6  # what is under something is at most this far below
 _CONTACTS = 3
-_INSIDE = 0.7
-_COVERED = 0.5
-# Of the directions round a thing: legs of a table stand in few of them.
-_SECTORS, _HALF_ROUND, _ALL_ROUND = 24, 0.5, 0.75
+_COVERED = 0.7
 _SHARED_HEIGHT = 0.3
 
 
@@ -40,85 +39,123 @@ class Relation:
     distance_m: float
 
 
-def relations(instances: Sequence[UprightInstance]) -> list[Relation]:
-    """All relations, by source and target; of a pair that is merely next to each other the lower id is the source."""
-    by_id = {instance.id: instance for instance in instances}
-    index = BoxIndex()
-    for instance in instances:
-        index.put(instance.id, instance.box)
-    edges = []
-    for one in sorted(by_id.values(), key=lambda instance: instance.id):
-        for other_id in index.near(one.box, max(NEAR_M, HEADROOM_M)):
-            if other_id > one.id:
-                edges += _between(one, by_id[other_id])
-    return sorted(edges, key=lambda e: (e.source, e.target))
+def relations(instances: Sequence[UprightInstance], background: UprightInstance | None = None) -> list[Relation]:
+    """All relations, by source and target; of a pair that is merely next to each other the lower id is the source.
+
+    Args:
+        instances: with ids >= 1.
+        background: the surface that belongs to none of them, of id 0: it carries things, too.
+    """
+    return sorted(_Scene(instances, background).relations(), key=lambda edge: (edge.source, edge.target))
 
 
-def _between(one: UprightInstance, other: UprightInstance) -> list[Relation]:
-    distance_m = _distance_m(one, other)
-    if distance_m > max(NEAR_M, HEADROOM_M):
-        return []
-    for source, target in ((one, other), (other, one)):
-        if relation := _relation(source, target, distance_m):
-            return [Relation(source.id, target.id, relation, distance_m)]
-    beside = not (one.stuff or other.stuff) and distance_m <= NEAR_M and _same_level(one, other)
-    return [Relation(one.id, other.id, "next to", distance_m)] if beside else []
+class _Scene:
+    """The instances, which of them are near each other, and what carries and holds each."""
 
+    def __init__(self, instances: Sequence[UprightInstance], background: UprightInstance | None) -> None:
+        self._by_id = {instance.id: instance for instance in instances}
+        self._index = BoxIndex()
+        for instance in instances:
+            self._index.put(instance.id, instance.box)
+        self._has_stuff = any(instance.stuff for instance in instances)
+        things = [instance for instance in instances if not instance.stuff]
+        surfaces = SupportingSurfaces(instances, background)
+        self._supporter = {thing.id: surfaces.supporter(thing) for thing in things}
+        self._container = {thing.id: self._smallest_container(thing) for thing in things}
 
-def _relation(source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
-    """What `source` is to `target`, if it is more than next to it."""
-    if source.stuff:
-        return None
-    if not target.stuff and is_in(source, target):
-        return "in"
-    if distance_m <= 2 * TOUCH_M and is_on(source, target):
-        return "on"
-    if not (target.stuff or target.is_wall) and is_under(source, target):
-        return "under"
-    return "against" if distance_m <= TOUCH_M and is_against(source, target) else None
+    def relations(self) -> Iterator[Relation]:
+        """One for each pair that has any."""
+        for one in self._by_id.values():
+            for other in self._near(one):
+                if other.id > one.id and not (one.stuff and other.stuff) and not is_double(one, other):
+                    yield from self._between(one, other)
 
+    def _near(self, one: UprightInstance) -> list[UprightInstance]:
+        near = self._index.near(one.box, max(NEAR_M, HEADROOM_M))
+        return [self._by_id[number] for number in near if number != one.id]
 
-def is_on(source: UprightInstance, target: UprightInstance) -> bool:
-    """Whether `target` has level surface at the bottom of `source`, beneath or beside it, and spans its middle."""
-    if target.stuff and target.is_wall:
-        return False
-    bottom = source.heights_m[0]
-    level = target.level[np.abs(target.level[:, 2] - bottom) <= TOUCH_M]
-    if len(level) < _CONTACTS or not target.spans(source.box.center[:2], TOUCH_M):
-        return False
-    near = source.plan.query(level[:, :2], distance_upper_bound=BESIDE_M)[0]
-    return int(np.isfinite(near).sum()) >= _CONTACTS
+    def _smallest_container(self, thing: UprightInstance) -> int | None:
+        supporter = self._supporter[thing.id]
+        around = [other for other in self._near(thing) if not other.stuff and not is_double(thing, other)]
+        holding = [other for other in around if is_in(thing, other, supporter)]
+        return min(holding, key=lambda other: other.box.volume).id if holding else None
 
+    def _between(self, one: UprightInstance, other: UprightInstance) -> list[Relation]:
+        distance_m = _distance_m(one, other)
+        if distance_m > FAR_M:
+            return []
+        for relate in (self._carried, self._against, self._under):
+            for source, target in ((one, other), (other, one)):
+                if not source.stuff and (relation := relate(source, target, distance_m)):
+                    return [Relation(source.id, target.id, relation, distance_m)]
+        beside = distance_m <= NEAR_M and self._is_beside(one, other)
+        return [Relation(one.id, other.id, "next to", distance_m)] if beside else []
 
-def is_in(source: UprightInstance, target: UprightInstance) -> bool:
-    """Whether most of the box of `source` lies in that of `target`, which surrounds it on all sides or covers it."""
-    if source.box.volume <= 0 or target.box.volume < 2 * source.box.volume:
-        return False
-    if box_containment([source.box], [target.box])[0] < _INSIDE:
-        return False
-    around = _surrounded(source, target)
-    return around >= _ALL_ROUND or (around >= _HALF_ROUND and _covered(source, target) >= _COVERED)
+    def _carried(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+        container = self._container[source.id]
+        if container is not None:
+            return "in" if container == target.id else None
+        return "on" if self._supporter[source.id] == target.id else None
 
+    def _against(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+        """Only what stands on the floor or hangs: a book on a shelf is not against the wall behind both."""
+        may_be_wall = target.stuff or (target.is_sheet and not self._has_stuff)
+        if not may_be_wall or self._is_on_thing(source) or distance_m > AGAINST_M:
+            return None
+        return "against" if is_against(source, target) else None
 
-def is_under(source: UprightInstance, target: UprightInstance) -> bool:
-    """Whether `target`, which is the larger, covers most of `source` from above, and not far above it."""
-    return source.box.volume < target.box.volume and _covered(source, target) >= _COVERED
+    def _is_on_thing(self, source: UprightInstance) -> bool:
+        supporter = self._by_id.get(self._supporter[source.id] or 0)
+        return self._container[source.id] is not None or (supporter is not None and not supporter.stuff)
+
+    def _under(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+        if target.stuff or target.is_wall or (source.name and source.name == target.name):
+            return None
+        if covered(source, target) < _COVERED:
+            return None
+        height = float(np.median(covering(source, target)[:, 2]))
+        others = [other for other in self._near(source) if other.id != target.id]
+        return None if any(_is_between(source, other, height) for other in others) else "under"
+
+    def _is_beside(self, one: UprightInstance, other: UprightInstance) -> bool:
+        """Whether they stand on the same thing, or on nothing known, at the same height, with no wall between."""
+        if one.stuff or other.stuff or self._supporter[one.id] != self._supporter[other.id]:
+            return False
+        if one.name == other.name != "" and self._supporter[one.id] is None and not (one.is_sheet and other.is_sheet):
+            return False  # what floats beside a thing of its class is a piece of it
+        walls = [wall for wall in self._near(one) if wall.stuff]
+        return _same_level(one, other) and not any(_is_parted(one, other, wall) for wall in walls)
 
 
 def is_against(source: UprightInstance, target: UprightInstance) -> bool:
-    """Whether `source` touches the upright surface of a wall, or of what stands like one, and does not itself."""
-    if not target.is_wall or (source.is_wall and source.box.volume > target.box.volume):
+    """Whether `source` touches the upright surface of a wall, or of a sheet that stands like one, and is none."""
+    if not target.is_wall or (source.is_wall and source.is_sheet and source.box.volume > target.box.volume):
         return False
-    steep = target.steep[_close_by(target.steep, source)]
-    if len(steep) < _CONTACTS:
-        return False
-    near = source.tree.query(steep, distance_upper_bound=TOUCH_M)[0]
+    low, high = source.bounds[0] - AGAINST_M, source.bounds[1] + AGAINST_M
+    steep = target.steep[((target.steep >= low) & (target.steep <= high)).all(axis=1)]
+    near = source.tree.query(steep, distance_upper_bound=AGAINST_M)[0] if len(steep) else np.zeros(0)
     return int(np.isfinite(near).sum()) >= _CONTACTS
+
+
+def _is_between(source: UprightInstance, other: UprightInstance, height: float) -> bool:
+    """Whether `other` covers `source` below a height."""
+    over = covering(source, other)
+    return bool(len(over)) and float(np.median(over[:, 2])) < height and covered(source, other) >= _COVERED / 2
+
+
+def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstance) -> bool:
+    """Whether a wall stands between the points at which two instances are nearest."""
+    distances, rows = other.tree.query(one.sample, distance_upper_bound=FAR_M)
+    nearest = int(distances.argmin())
+    ends = one.sample[nearest], other.points[rows[nearest]]
+    between = np.linspace(*ends, 7)[1:-1]
+    at_wall = np.isfinite(wall.tree.query(between, distance_upper_bound=TOUCH_M / 2)[0])
+    return float(distances[nearest]) > TOUCH_M and bool(at_wall.any())
 
 
 def _distance_m(one: UprightInstance, other: UprightInstance) -> float:
     few, many = sorted((one, other), key=lambda instance: len(instance.points))
-    return float(many.tree.query(few.sample)[0].min())
+    return float(many.tree.query(few.sample, distance_upper_bound=FAR_M)[0].min())
 
 
 def _same_level(one: UprightInstance, other: UprightInstance) -> bool:
@@ -126,32 +163,3 @@ def _same_level(one: UprightInstance, other: UprightInstance) -> bool:
     (low, _, high), (other_low, _, other_high) = one.heights_m, other.heights_m
     shared = min(high, other_high) - max(low, other_low)
     return shared >= _SHARED_HEIGHT * min(high - low, other_high - other_low)
-
-
-def _covered(source: UprightInstance, target: UprightInstance) -> float:
-    """The share of `source` that, from above, has surface of `target` over it."""
-    _, middle, top = source.heights_m
-    over = target.points[_close_by(target.points, source, above_m=HEADROOM_M)]
-    over = over[(over[:, 2] > middle) & (over[:, 2] < top + HEADROOM_M)]
-    if len(over) == 0:
-        return 0.0
-    distances = source.plan.query(over[:, :2], distance_upper_bound=TOUCH_M)
-    rows = distances[1][np.isfinite(distances[0])]
-    cells = np.unique(np.floor(source.sample[:, :2] / TOUCH_M).astype(np.int64), axis=0)
-    covered_cells = np.unique(np.floor(source.sample[rows, :2] / TOUCH_M).astype(np.int64), axis=0)
-    return len(covered_cells) / len(cells)
-
-
-def _surrounded(source: UprightInstance, target: UprightInstance) -> float:
-    """In which share of the directions round `source` there is surface of `target` at its height."""
-    low, _, high = source.heights_m
-    around = target.points[(target.points[:, 2] >= low) & (target.points[:, 2] <= high)]
-    toward = around[:, :2] - source.box.center[:2]
-    angle = np.arctan2(toward[:, 1], toward[:, 0])
-    return len(np.unique(np.floor((angle / (2 * np.pi) + 0.5) * _SECTORS) % _SECTORS)) / _SECTORS
-
-
-def _close_by(points: Float64Array, source: UprightInstance, above_m: float = 0.0) -> BoolArray:
-    """Which points (N, 3) lie in the bounds of `source`, a little larger."""
-    low, high = source.bounds - TOUCH_M, source.bounds + TOUCH_M
-    return np.asarray(((points >= low[0]) & (points <= high[1] + [0, 0, above_m])).all(axis=1))

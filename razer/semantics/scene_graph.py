@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,11 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Segment
 from razer.semantics.normals import vertex_normals
-from razer.semantics.relations import relations
+from razer.semantics.relations import Relation, relations
+from razer.semantics.supporting_surface import NOBODY
 from razer.semantics.upright_instance import UprightInstance
 from razer.storage.instances_json import box_entry
+from razer.vocabulary import Category
 
 
 def scene_graph(panoptic: PanopticMap, segments: list[Segment], up: Float64Array) -> dict[str, Any]:
@@ -23,7 +25,8 @@ def scene_graph(panoptic: PanopticMap, segments: list[Segment], up: Float64Array
     relation, distance_m} as of `relations`, `up` (3,) pointing upwards."""
     segment_of = {instance: segment for segment in segments for instance in segment.instances}
     nearest: dict[tuple[int, int, str], float] = {}
-    for edge in relations(list(_upright(panoptic, segment_of, up))):
+    category_of = {instance: segment.category for instance, segment in segment_of.items()}
+    for edge in map_relations(panoptic, category_of, up):
         source, target = segment_of[edge.source].id, segment_of[edge.target].id
         key = (source, target, str(edge.relation))
         if source != target:
@@ -47,15 +50,24 @@ def _node(panoptic: PanopticMap, segment: Segment) -> dict[str, Any]:
     }
 
 
-def _upright(panoptic: PanopticMap, segment_of: dict[int, Segment], up: Float64Array) -> Iterator[UprightInstance]:
-    """The instances that have a class and a surface, turned so that z points up."""
+def map_relations(panoptic: PanopticMap, categories: Mapping[int, Category], up: Float64Array) -> list[Relation]:
+    """The relations of the instances of a map that have a category, by id; `up` (3,) points upwards."""
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0].as_matrix()
     mesh = panoptic.mesh
     points, normals = mesh.vertices.astype(np.float64) @ turn.T, vertex_normals(mesh) @ turn.T
     order = np.argsort(mesh.instances, kind="stable")
+    upright = []
     for item in panoptic.objects:
-        start, end = np.searchsorted(mesh.instances[order], [item.id, item.id + 1])
-        rows = order[start:end]
-        if item.id in segment_of and len(rows):
+        rows = order[slice(*np.searchsorted(mesh.instances[order], [item.id, item.id + 1]))]
+        if len(rows) and (category := categories.get(item.id)):
             box = OrientedBox(turn @ item.box.center, turn @ item.box.rotation, item.box.extent)
-            yield UprightInstance(item.id, points[rows], normals[rows], box, segment_of[item.id].category.stuff)
+            upright.append(UprightInstance(item.id, points[rows], normals[rows], box, category.stuff, category.name))
+    rest = ~np.isin(mesh.instances, [instance.id for instance in upright])
+    return relations(upright, _background(points[rest], normals[rest]))
+
+
+def _background(points: Float64Array, normals: Float64Array) -> UprightInstance | None:
+    """The surface that belongs to no instance with a category."""
+    if not len(points):
+        return None
+    return UprightInstance(NOBODY, points, normals, OrientedBox.around(points[:1], np.eye(3)))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import open3d as o3d
 
+from data_tools.synthetic.layout.arrangement import Arrangement, Triple
 from data_tools.synthetic.layout.building import Room, Side
 from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.shapes.thing import Thing
@@ -28,8 +29,18 @@ class Placer:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
-        self.things: list[Thing] = []
+        self.arrangement = Arrangement()
         self._boxes: Float64Array = np.zeros((0, 2, 3))
+
+    @property
+    def things(self) -> list[Thing]:
+        """All things so far."""
+        return self.arrangement.things
+
+    @property
+    def relations(self) -> tuple[Triple, ...]:
+        """What was put on, into or against what: (id, relation, id), ids from 1 in the order of the things."""
+        return tuple(self.arrangement.relations)
 
     def add(self, thing: Thing) -> Thing:
         """Take a thing where it is, whatever else is there."""
@@ -78,7 +89,10 @@ class Placer:
         else:
             x = wall + gap - low[0] if side == "west" else wall - gap - high[0]
             put = turned.placed(x, along - (low[1] + high[1]) / 2, z)
-        return self.try_add(put) if _inside(room, put) else None
+        if not _inside(room, put) or self.try_add(put) is None:
+            return None
+        (self.arrangement.hangs if z > 0 else self.arrangement.stands)(put)
+        return put
 
     def on_floor(self, room: Room, thing: Thing, x: float, y: float, yaw_deg: float = 0.0) -> Thing | None:
         """Stand a thing on the floor of a room; None where it does not fit.
@@ -91,7 +105,10 @@ class Placer:
             yaw_deg: by which it is turned about the vertical.
         """
         put = thing.placed(x, y, 0.0, yaw_deg)
-        return self.try_add(put) if _inside(room, put) else None
+        if not _inside(room, put) or self.try_add(put) is None:
+            return None
+        self.arrangement.stands(put)
+        return put
 
     def on_top(
         self,
@@ -126,7 +143,9 @@ class Placer:
             at = self.rng.uniform(lowest, highest)
             height = tops.level_under(foot_low + at - margin, foot_high + at + margin, level)
             if height is not None and not self._cuts(solid_boxes(turned) + np.array([*at, height])):
-                return self.add(turned.placed(float(at[0]), float(at[1]), height))
+                put = self.add(turned.placed(float(at[0]), float(at[1]), height))
+                self.arrangement.rests(put, support)
+                return put
         return None
 
 

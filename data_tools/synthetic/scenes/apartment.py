@@ -46,7 +46,7 @@ def apartment(seed: int) -> World:
         (rooms.hall, "hall"),
     ):
         furnish(plan.rooms[name], placer)
-    return World(dict(enumerate(placer.things, start=1)), tuple(_tour(plan, placer.things)))
+    return World(dict(enumerate(placer.things, start=1)), tuple(_tour(plan, placer.things)), placer.relations)
 
 
 def _plan(rng: np.random.Generator) -> Plan:
@@ -92,6 +92,9 @@ def _build(plan: Plan, placer: Placer) -> None:
         placer.keep_free((door.start, near - 0.7, 0), (door.end, far + 0.7, DOOR_HEIGHT_M))
     for thing in shells:
         placer.add(thing)
+    for thing in shells:
+        if thing.class_name == "doorframe":
+            placer.arrangement.stands(thing)
 
 
 def _shells(plan: Plan, floors: Mapping[str, Material], rng: np.random.Generator) -> list[Thing]:

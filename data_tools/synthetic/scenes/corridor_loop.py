@@ -40,7 +40,7 @@ def corridor_loop(seed: int) -> World:
         placer.keep_free(*_way(leg, side))
     _look_alikes(legs, placer)
     _furnish(legs, placer)
-    return World(dict(enumerate(placer.things, start=1)), tuple(_tour(size, placer.things).stations))
+    return World(dict(enumerate(placer.things, start=1)), tuple(_tour(size, placer.things).stations), placer.relations)
 
 
 def _build(size: tuple[float, float], placer: Placer) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_tools.synthetic.layout.arrangement import Arrangement, Triple
 from data_tools.synthetic.layout.building import flat
 from data_tools.synthetic.objects.furniture import simple_furniture as f
 from data_tools.synthetic.shapes.solids import Material
@@ -16,24 +17,39 @@ _X, _Y = LENGTH_M / 2, WIDTH_M / 2
 _TABLE_M = 0.75
 _CABINET_M = 0.8
 _MOVABLE_CHAIR = 1
+_N_SHELL = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What stands where, world z up in metres: instance id -> thing; and, if one is moved, its other place."""
+    """What stands where, world z up in metres: instance id -> thing; if one is moved, its other place; and how things
+    were placed, as (id, relation, id)."""
 
     things: dict[int, Thing]
     movable: int
     elsewhere: Thing
+    relations: tuple[Triple, ...]
 
 
 def living_room(seed: int) -> Layout:
     """About 30 things that stand on things; the seed varies colours and nudges the furniture."""
     rng = np.random.default_rng([seed, 1])
     chairs, elsewhere = _chairs(rng)
-    things = [*_shell(rng), *chairs, *_furniture(rng), *_small_things(rng)]
+    shell, furniture, small = _shell(rng), _furniture(rng), _small_things(rng)
+    things = [*shell, *chairs, *furniture, *small]
     movable = next(number for number, thing in enumerate(things, start=1) if thing is chairs[_MOVABLE_CHAIR])
-    return Layout(dict(enumerate(things, start=1)), movable, elsewhere)
+    return Layout(dict(enumerate(things, start=1)), movable, elsewhere, _relations(things, furniture, small))
+
+
+def _relations(things: list[Thing], furniture: list[Thing], small: list[Thing]) -> tuple[Triple, ...]:
+    """What stands on the floor, hangs on a wall, and stands on furniture or in the shelf."""
+    arrangement = Arrangement(things)
+    for thing in things[_N_SHELL : -len(small)]:
+        (arrangement.hangs if thing.class_name == "picture" else arrangement.stands)(thing)
+    table, cabinet, shelf = furniture[0], furniture[3], furniture[4]
+    for thing, support in zip(small, (cabinet, shelf, shelf, table, table, table, cabinet), strict=True):
+        arrangement.rests(thing, support, enclosed=support is shelf)
+    return tuple(arrangement.relations)
 
 
 def _colour(rng: np.random.Generator, base: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -25,4 +25,4 @@ def single_room(seed: int) -> World:
     living_room(room, placer)
     path = CameraPath(FreeSpace(EmptyCells.among(placer.things), room.center), (room.center[0], room.high[1] - 0.8))
     path.round(room.low, room.high, reach=0.45, turns=1.0, places=8)
-    return World(dict(enumerate(placer.things, start=1)), tuple(path.stations))
+    return World(dict(enumerate(placer.things, start=1)), tuple(path.stations), placer.relations)

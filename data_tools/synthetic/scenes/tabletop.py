@@ -40,7 +40,7 @@ def tabletop(seed: int) -> World:
     eyes = np.array([station.eye for station in stations])
     placer.keep_free((eyes.min(axis=0) - CLEAR_M).tolist(), (eyes.max(axis=0) + CLEAR_M).tolist())
     _background(room, placer)
-    return World(dict(enumerate(placer.things, start=1)), tuple(stations))
+    return World(dict(enumerate(placer.things, start=1)), tuple(stations), placer.relations)
 
 
 def _set_table(table: Thing, placer: Placer) -> None:

@@ -38,7 +38,7 @@ def warehouse(seed: int) -> World:
     _walls(room, placer)
     _floor(room, placer, first_x)
     path = _camera_path(placer.things, first_x)
-    return World(dict(enumerate(placer.things, start=1)), tuple(path.stations))
+    return World(dict(enumerate(placer.things, start=1)), tuple(path.stations), placer.relations)
 
 
 def _racks(room: Room, placer: Placer, first_x: float) -> None:

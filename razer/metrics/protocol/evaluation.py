@@ -13,6 +13,7 @@ from razer.metrics.preset import Preset
 from razer.metrics.protocol import instance_aggregation, scene_aggregation
 from razer.metrics.protocol.scene_overlap import NEAR_M, is_of_another_scene
 from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
+from razer.metrics.relation_scores import relation_scores
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 
 Pair = tuple[str, TruthScene, PredictedScene]
@@ -50,6 +51,7 @@ class Evaluation:
     recall_by_views: Sequence[Metrics] | None = None
     calibration: Metrics | None = None
     retrieval: Metrics | None = None
+    relations: Metrics | None = None
     confusion: Metrics | None = None
     worst: tuple[WorstInstance, ...] = ()
     unknown_names: tuple[str, ...] = ()
@@ -78,7 +80,7 @@ def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
     return _summary(results, preset, scenes)
 
 
-_SCENE_METRICS = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "pose")
+_SCENE_METRICS = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
 _SCENE_COUNTS = ("n_truth", "n_predicted", "n_true", "n_matched", "n_parts", "n_uncounted", "n_invented")
 
 
@@ -130,6 +132,7 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
             [r.retrieval_given for r in results if r.retrieval_given is not None],
             [r.retrieval_partners for r in results if r.retrieval_partners is not None],
         ),
+        relations=relation_scores([r.relations for r in results if r.relations is not None]),
         confusion=scene_aggregation.confusion_table(confusions),
         worst=worst_of((w for r in instances for w in r.worst), preset.worst),
         unknown_names=tuple(sorted({name for r in results for name in r.unknown_names})),

@@ -23,6 +23,7 @@ from razer.metrics.protocol.prediction_grounds import prediction_grounds
 from razer.metrics.protocol.scene_labels import SceneLabels, class_by_vertices, labels_on_truth
 from razer.metrics.protocol.scene_overlap import SceneOverlap, scene_overlap
 from razer.metrics.protocol.vertex_masks import VertexMasks
+from razer.metrics.relation_scores import RelationCounts, RelationScene, count_relations
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.semantic_segmentation import confusion
 from razer.metrics.surface.surface_errors import SurfaceMetrics, surface_distances, surface_metrics
@@ -66,6 +67,7 @@ class SceneResult:
     surface: SurfaceMetrics | None
     overlap: SceneOverlap | None
     pose: TrajectoryMetrics | None
+    relations: RelationCounts | None
     n_frames: int
     unknown_names: frozenset[str]
 
@@ -101,6 +103,7 @@ def evaluate_scene(name: str, truth: TruthScene, predicted: PredictedScene, pres
         scene_overlap(distances),
         # Given poses would be compared with themselves.
         pose if predicted.own_frame else None,
+        _relations(labels, truth, predicted, preset),
         0 if predicted.trajectory is None else len(predicted.trajectory.stamps),
         frozenset(name for name in _names(truth, predicted) if not labels.table.number(name)),
     )
@@ -131,6 +134,24 @@ def _pose(truth: TruthScene, predicted: PredictedScene) -> TrajectoryMetrics | N
     if truth.trajectory is None or predicted.trajectory is None:
         return None
     return trajectory_metrics(truth.trajectory, predicted.trajectory)
+
+
+def _relations(
+    labels: SceneLabels, truth: TruthScene, predicted: PredictedScene, preset: Preset
+) -> RelationCounts | None:
+    if truth.relations is None or predicted.relations is None:
+        return None
+    stuff = labels.table.subset(preset.stuff)
+    stuff_of = {number: c for number, c in labels.truth_instance_classes.items() if c in stuff}
+    scene = RelationScene(
+        labels.truth_instances,
+        labels.single_instances,
+        truth.relations,
+        predicted.relations,
+        stuff_of,
+        preset.min_region,
+    )
+    return count_relations(scene)
 
 
 def _evaluated(labels: SceneLabels, preset: Preset, classes: tuple[str, ...] | None = None) -> set[int]:
