@@ -38,9 +38,12 @@ def written(room: list[Frame], tmp_path_factory: pytest.TempPathFactory) -> dict
     """Folders in our own layout: a correct one, one with world-to-camera poses, and one whose depth is another
     camera's."""
     folder = tmp_path_factory.mktemp("written")
-    changes = {"right": as_is, "inverted": posed(inverse), "unregistered": depth_moved(1.15, (10.0, 0.0))}
-    for name, change in changes.items():
-        write_folder(Spoilt(room, change), folder / name)
+    recording = SyntheticRoom(3, n_frames=240, width=320, height=240)
+    whole_walk = [recording[index] for index in range(0, 240, 10)]  # few views of one thing would leave it open
+    changes = {"right": (room, as_is), "inverted": (room, posed(inverse))}
+    changes |= {"unregistered": (whole_walk, depth_moved(1.15, (10.0, 0.0)))}
+    for name, (frames, change) in changes.items():
+        write_folder(Spoilt(frames, change), folder / name)
     return {name: folder / name for name in changes}
 
 
