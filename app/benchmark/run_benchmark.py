@@ -40,7 +40,7 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # plain fusion has no others
-    warp = register_color(sequence, config.input.rgbd_calibration, console).warp if folder else None
+    warp = register_color(sequence, config.input.rgbd_calibration, console).warp
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console, warp)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.evaluation.evaluate_run import true_poses, truth_for, truth_scene, with_views
+from app.evaluation.evaluate_run import true_poses, truth_for, truth_scene, with_map
 from app.evaluation.frame_accounts import with_accounts
 from app.evaluation.prediction import read_prediction
 from app.run_folder.mapped_run import MappedRun
@@ -75,7 +75,7 @@ def evaluate_run(
     scene = truth.scene
     n_vertices, template = len(scene.vertices), preset.text_template
     predicted = read_prediction(folder, scene.class_names, n_vertices, template=template, trust=trust)
-    predicted = with_views(replace(predicted, own_frame=True), folder, scene)
+    predicted = with_map(replace(predicted, own_frame=True), folder, scene, preset)
     evaluation = evaluate([(run.name, scene, predicted)], preset)
     return EvaluatedRun(folder, evaluation, pose, errors_over_time(truth.trajectory, run.trajectory, pose))
 

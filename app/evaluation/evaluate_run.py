@@ -71,12 +71,10 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
-            if truth.relations is not None and is_map_folder(prediction):
-                predicted = with_relations(predicted, prediction, preset.stuff)
             true_scene = truth_scene(truth, true_poses(truth_folder))
             if export is not None:
                 notes.append(export.write(name, true_scene, predicted, preset))
-            yield name, true_scene, with_views(predicted, prediction, true_scene)
+            yield name, true_scene, with_map(predicted, prediction, true_scene, preset)
 
     try:
         return evaluate(pairs(), preset)
@@ -86,8 +84,11 @@ def evaluate_jobs(
         raise BadInput(f"{current}: {error}") from error
 
 
-def with_views(predicted: PredictedScene, prediction: Path, truth: TruthScene) -> PredictedScene:
-    """The prediction with what counts the views of the truth, if it is a run that knows its camera."""
+def with_map(predicted: PredictedScene, prediction: Path, truth: TruthScene, preset: Preset) -> PredictedScene:
+    """A prediction that is a map with what only maps have: relations, where the truth states any, and what counts the
+    views of the truth, if it is a run that knows its camera."""
+    if truth.relations is not None and is_map_folder(prediction):
+        predicted = with_relations(predicted, prediction, preset.stuff)
     if predicted.trajectory is None or not (prediction / CONFIG).is_file():
         return predicted
     return replace(predicted, views_of_truth=view_counter(prediction, read_run_config(prediction / CONFIG), truth))

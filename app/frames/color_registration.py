@@ -15,6 +15,7 @@ from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.rgbd_calibration import FILE_NAME, RgbdCalibration, read_rgbd_calibration
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.synthetic.rendered_frames import RenderedFrames
 from razer.errors import BadInput
 from razer.frame import Intrinsics
 
@@ -90,5 +91,7 @@ def json_text(registration: ColorRegistration) -> str:
 
 
 def _is_declared(sequence: RgbdSequence) -> bool:
-    """Whether the recording, or the user, says where the colour camera stands."""
-    return isinstance(sequence, RecordedSequence) and sequence.rgbd_alignment.warp is not None
+    """Whether the recording, or the user, says where the colour camera stands; what is rendered here has no other."""
+    if isinstance(sequence, RecordedSequence):
+        return sequence.rgbd_alignment.warp is not None
+    return isinstance(sequence, RenderedFrames)

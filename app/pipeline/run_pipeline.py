@@ -14,7 +14,7 @@ import torch
 from rich.console import Console
 
 from app.console.progress import show_progress
-from app.frames.color_registration import ColorRegistration
+from app.frames.color_registration import ColorRegistration, register_color
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import prefetch
@@ -48,13 +48,7 @@ class RunResult:
     registration: ColorRegistration
 
 
-def run_to_folder(
-    sequence: RgbdSequence,
-    config: RunConfig,
-    folder: RunFolder,
-    console: Console,
-    registration: ColorRegistration | None = None,
-) -> RunResult:
+def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
     Args:
@@ -62,17 +56,16 @@ def run_to_folder(
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
-        registration: how colour lies to depth; None = they share one camera.
 
     Raises:
         BadInput: for input or settings that cannot be used.
     """
     config = resolve_poses(config, sequence)
-    registration = registration or ColorRegistration(sequence.intrinsics)
     mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
+    registration = register_color(sequence, config.input.rgbd_calibration, console)
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
             warp = registration.warp

@@ -13,7 +13,6 @@ from rich.console import Console
 
 from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
-from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording, open_unchecked
 from app.pipeline.run_pipeline import resolve_poses, run_to_folder
 from app.reproduction.component_times import component_times
@@ -127,8 +126,7 @@ class Reproduction:
             return
         target = RunFolder(folder, overwrite=True)
         sequence = open_recording(scene_folder, config.input, console)
-        registration = register_color(sequence, config.input.rgbd_calibration, console)
-        finished = run_to_folder(sequence, config, target, console, registration)
+        finished = run_to_folder(sequence, config, target, console)
         if finished.accounting.interrupted:
             raise KeyboardInterrupt
 

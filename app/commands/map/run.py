@@ -65,21 +65,19 @@ def run(
 def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
-    from app.frames.color_registration import register_color
     from app.frames.open_recording import open_recording
     from app.pipeline.run_pipeline import run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
-    registration = register_color(sequence, config.input.rgbd_calibration, console)
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
-        return run_to_folder(sequence, noted_config, target, console, registration)
+        return run_to_folder(sequence, noted_config, target, console)
     from app.query.label_run import label_run, require_names
 
     require_names(config.embedder, classes)
-    result = run_to_folder(sequence, noted_config, target, console, registration)
+    result = run_to_folder(sequence, noted_config, target, console)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
