@@ -74,6 +74,7 @@ def moved_copy(run, folder):
     for item in content["instances"]:
         item["center"] = (MOTION[:3, :3] @ item["center"] + MOTION[:3, 3]).tolist()
         item["rotation"] = (MOTION[:3, :3] @ item["rotation"]).tolist()
+    content["up"] = (MOTION[:3, :3] @ content["up"]).tolist()
     (folder / "instances.json").write_text(json.dumps(content))
     rows = np.loadtxt(run / "trajectory.txt")
     positions = rows[:, 1:4] @ MOTION[:3, :3].T + MOTION[:3, 3]
