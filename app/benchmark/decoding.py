@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from statistics import median
-from time import perf_counter
-
 import cv2
 import numpy as np
 
+from app.benchmark.repeated_timing import median_ms
 from razer.arrays import BoolArray, Float32Array
 from razer.models.yolo.decoder import YoloDecoder
 from razer.models.yolo.letterbox import Letterbox
 
 _MASKS, _CLASSES, _PROTOTYPES, _ANCHORS = 30, 80, 32, 8400
 _IMAGE, _INPUT, _GRID = (480, 640), (640, 640), (160, 160)
-_ROUNDS = 30
 
 
 def measure_decoding() -> dict[str, float]:
@@ -25,8 +21,8 @@ def measure_decoding() -> dict[str, float]:
     decoder = YoloDecoder("bench", tuple(map(str, range(_CLASSES))), 0.25, 0.7, 100)
     letterbox = Letterbox.of(_IMAGE, _INPUT)
     n_masks = len(decoder.masks(predictions, prototypes, letterbox))
-    decoding_ms = _median_ms(lambda: decoder.masks(predictions, prototypes, letterbox))
-    enlarging_ms = _median_ms(lambda: _enlarge(prototypes[0, :_MASKS]))
+    decoding_ms = median_ms(lambda: decoder.masks(predictions, prototypes, letterbox))
+    enlarging_ms = median_ms(lambda: _enlarge(prototypes[0, :_MASKS]))
     return {"masks": n_masks, "median_ms": round(decoding_ms, 2), "to_enlarging": round(decoding_ms / enlarging_ms, 2)}
 
 
@@ -46,12 +42,3 @@ def _outputs() -> tuple[Float32Array, Float32Array]:
 
 def _enlarge(masks: Float32Array) -> list[BoolArray]:
     return [cv2.resize(mask, _INPUT) > 0 for mask in masks]
-
-
-def _median_ms(work: Callable[[], object]) -> float:
-    times_ms = []
-    for _ in range(_ROUNDS):
-        started_s = perf_counter()
-        work()
-        times_ms.append(1000 * (perf_counter() - started_s))
-    return median(times_ms)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from statistics import median
-from time import perf_counter
-
 import numpy as np
 
+from app.benchmark.repeated_timing import median_ms
 from razer.arrays import BoolArray
 from razer.models.mask_crops import mask_crops
 from razer.models.mask_pooling import pool_masks
@@ -15,7 +12,6 @@ from razer.models.mask_pooling import pool_masks
 _MASKS, _HEIGHT, _WIDTH = 30, 480, 640
 _FEATURES = (60, 80, 512)
 _CROP = 224
-_REPEATS = 15
 
 
 def measure_describing() -> dict[str, float]:
@@ -28,8 +24,8 @@ def measure_describing() -> dict[str, float]:
     grey = np.full(3, 127, np.uint8)
     return {
         "masks": _MASKS,
-        "pooling_ms": _median_ms(lambda: pool_masks(features, masks)),
-        "crops_ms": _median_ms(lambda: mask_crops(rgb, masks, _CROP, scale=1.2, background=0.5, fill=grey)),
+        "pooling_ms": round(median_ms(lambda: pool_masks(features, masks)), 1),
+        "crops_ms": round(median_ms(lambda: mask_crops(rgb, masks, _CROP, scale=1.2, background=0.5, fill=grey)), 1),
     }
 
 
@@ -39,13 +35,3 @@ def _ellipses(rng: np.random.Generator) -> BoolArray:
     radius = rng.uniform(15, 120, (2, _MASKS, 1, 1))
     centre = rng.uniform(0, 1, (2, _MASKS, 1, 1)) * np.array([_HEIGHT, _WIDTH]).reshape(2, 1, 1, 1)
     return ((y - centre[0]) / radius[0]) ** 2 + ((x - centre[1]) / radius[1]) ** 2 < 1
-
-
-def _median_ms(work: Callable[[], object]) -> float:
-    work()
-    times_s = []
-    for _ in range(_REPEATS):
-        started_s = perf_counter()
-        work()
-        times_s.append(perf_counter() - started_s)
-    return round(1e3 * median(times_s), 1)

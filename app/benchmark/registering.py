@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from statistics import median
-from time import perf_counter
-
 import cv2
 import numpy as np
 
+from app.benchmark.repeated_timing import median_ms
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.frame import Intrinsics
@@ -16,7 +13,6 @@ from razer.frame import Intrinsics
 _CAMERA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
 _COLOR = Intrinsics(640, 480, 475.0, 475.0, 321.0, 236.0)
 _BASELINE_M = 0.03
-_ROUNDS = 30
 
 
 def measure_registering() -> dict[str, float]:
@@ -30,15 +26,6 @@ def measure_registering() -> dict[str, float]:
     color_from_depth[0, 3] = -_BASELINE_M
     warp = ColorWarp.between(_CAMERA, RgbdCalibration(_COLOR, color_from_depth))
     x, y = np.meshgrid(np.arange(640, dtype=np.float32), np.arange(480, dtype=np.float32))
-    registering_ms = _median_ms(lambda: warp.apply(rgb, depth))
-    remap_ms = _median_ms(lambda: cv2.remap(rgb, x + np.float32(0.3), y, cv2.INTER_LINEAR))
+    registering_ms = median_ms(lambda: warp.apply(rgb, depth))
+    remap_ms = median_ms(lambda: cv2.remap(rgb, x + np.float32(0.3), y, cv2.INTER_LINEAR))
     return {"median_ms": round(registering_ms, 2), "to_remap": round(registering_ms / remap_ms, 2)}
-
-
-def _median_ms(work: Callable[[], object]) -> float:
-    times_ms = []
-    for _ in range(_ROUNDS):
-        started_s = perf_counter()
-        work()
-        times_ms.append(1000 * (perf_counter() - started_s))
-    return median(times_ms)
