@@ -31,7 +31,7 @@ def is_hidden_below(
         walls: the planes that the thing stands close to.
     """
     low, high = support_m + _CLEAR_M, float(foot[:, 2].min()) - _CLEAR_M
-    if high <= low:
+    if high - low < _CELL_M:
         return True
     under = _cells(foot[:, :2])
     seen = _cells(np.concatenate([np.zeros((0, 2)), *(_below(foot, low - 2 * _CLEAR_M, high, o) for o in others)]))

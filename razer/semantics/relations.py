@@ -16,7 +16,7 @@ import numpy as np
 from razer.boxes.rtree_index import BoxIndex
 from razer.semantics.containment import HEADROOM_M, TOUCH_M, covered, covering, is_in
 from razer.semantics.doubles import is_double
-from razer.semantics.supporting_surface import SupportingSurfaces
+from razer.semantics.supporting_surface import NOBODY, SupportingSurfaces
 from razer.semantics.upright_instance import UprightInstance
 from razer.semantics.wall_contact import is_against
 
@@ -57,6 +57,7 @@ class _Scene:
         for instance in instances:
             self._index.put(instance.id, instance.box)
         self._has_stuff = any(instance.stuff for instance in instances)
+        self._has_floor = any(instance.stuff and not instance.is_wall for instance in instances)
         things = [instance for instance in instances if not instance.stuff]
         surfaces = SupportingSurfaces(instances, background)
         self._supporter = _supporters(things, surfaces)
@@ -105,8 +106,11 @@ class _Scene:
         return "against" if is_against(source, target) else None
 
     def _is_on_thing(self, source: UprightInstance) -> bool:
-        supporter = self._by_id.get(self._supporter[source.id] or 0)
-        return self._container[source.id] is not None or (supporter is not None and not supporter.stuff)
+        supporter = self._supporter[source.id]
+        if supporter == NOBODY:  # where floors are known nobody's surface is that of furniture
+            return self._has_floor
+        is_on_furniture = supporter is not None and not self._by_id[supporter].stuff
+        return self._container[source.id] is not None or is_on_furniture
 
     def _under(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
         if target.stuff or target.is_wall or (source.name and source.name == target.name):
@@ -128,14 +132,13 @@ class _Scene:
 
 
 def _supporters(things: Sequence[UprightInstance], surfaces: SupportingSurfaces) -> dict[int, int | None]:
-    """What carries each; of two that would carry each other the one that reaches lower does."""
+    """What carries each; what stands on a thing and reaches less low than it does not carry it in turn."""
     supporter = {thing.id: surfaces.supporter(thing) for thing in things}
     for thing in things:
-        carrier = supporter[thing.id]
-        if carrier is not None and supporter.get(carrier) == thing.id:
-            by_id = {one.id: one for one in things}
-            lower, upper = sorted((thing, by_id[carrier]), key=lambda one: float(one.bounds[0, 2]))
-            supporter[lower.id] = surfaces.supporter(lower, {upper.id})
+        low = float(thing.bounds[0, 2])
+        riders = {one.id for one in things if supporter[one.id] == thing.id and float(one.bounds[0, 2]) > low}
+        if supporter[thing.id] in riders:
+            supporter[thing.id] = surfaces.supporter(thing, riders)
     return supporter
 
 

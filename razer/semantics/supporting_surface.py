@@ -32,8 +32,9 @@ _MARGIN_M, _MAX_MARGIN_M = 0.08, 0.35
 # What is higher than this carries nothing at its own lowest points: a strip of floor that bears a chair's label does
 # not make the chair carry what stands beside it.
 _FLAT_M, _RAISED_M = 0.1, 0.05
-_LEAST_LEVEL = 0.02  # of the level surface of one thing: less of it at one height is noise
-_REST_M = 0.03  # what lies flat on a wall hangs there unless its edge is this close to what would carry it
+# What belongs to nobody is part of a thing that shows this much as much of the same surface near by.
+_GOES_ON = 0.2
+_REST_M = 0.03  # what lies flat on a wall, or on its like, is this close to what carries it: one and a half voxels
 _BEYOND_M = 2.0  # a floor goes on behind furniture, this far beyond what is seen of it at most
 _HIDDEN_M = 0.6  # a thing of which more than this is hidden below may be anywhere
 
@@ -60,6 +61,7 @@ _PASSES = (
     _Pass(0.001, 0.07),
     _Pass(0.001, 0.3, 0.3, is_hidden=True),
 )
+_WIDE = _Pass(0.02, 0.045, 0.3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,50 +126,50 @@ class SupportingSurfaces:
             least_round = (_MIN_ROUND_ALIKE if of_its_kind else _MIN_ROUND) * round_foot
             is_large = counts[row] >= max(_MIN_CELLS, _MIN_SHARE * counts.sum(), least_round)
             if is_large and self._may_carry(carrier, standing, foot, own):
-                is_likely = reaches[row] and not of_its_kind and self._is_hidden(standing, foot, own)
+                is_likely = (
+                    reaches[row] and not of_its_kind and self._is_hidden(standing, foot, float(np.median(own[:, 2])))
+                )
                 return carrier.id if not step.is_hidden or is_likely else None
         return None
 
-    def _may_carry(
-        self, carrier: UprightInstance, standing: _Standing, foot: Float64Array, rim: Float64Array
-    ) -> bool:
-        if standing.is_flat and not carrier.stuff and carrier.id != NOBODY:
-            edge = standing.source.foot(_PASSES[0].trim, of_body=True)
-            at_edge = np.abs(carrier.level[:, 2] - edge[:, 2].min()) <= _REST_M
-            if not _encloses(carrier.level[at_edge, :2], _middle(edge)):
-                return False
+    def _may_carry(self, carrier: UprightInstance, standing: _Standing, foot: Float64Array, rim: Float64Array) -> bool:
+        if standing.is_flat and not carrier.stuff and not _is_edge_on(standing.source, carrier):
+            return False
         return _carries(carrier, standing.source, foot, rim)
 
     def _owner_of_level(self, standing: _Standing, foot: Float64Array) -> int | None:
-        """Whose level surface goes on, at the same height, to where nobody's lies round the foot."""
-        middle = _middle(foot)
-        at_height = np.abs(self._points[:, 2] - foot[:, 2].min()) <= _ABOVE_M
-        nearest: dict[int, float] = {}
-        for number in np.unique(self._owners[at_height]):
-            carrier, own = self._by_id[int(number)], self._points[at_height & (self._owners == number)]
-            is_speck = len(own) < _LEAST_LEVEL * np.count_nonzero(self._owners == number)
-            is_other = number != NOBODY and number not in standing.without and not is_speck
-            if is_other and self._may_carry(carrier, standing, foot, own):
-                nearest[int(number)] = float(np.linalg.norm(own[:, :2] - middle, axis=1).min())
-        return min(nearest, key=nearest.__getitem__) if nearest else None
+        """Whose level surface goes on, at the same height, where nobody's lies round the foot: of things the one that
+        shows most of it near by, else the floor of the room."""
+        rim, owners = self._rim(standing.without, foot, _WIDE)
+        ids, counts = _cells_of_owners(rim, owners)
+        least = max(_MIN_CELLS, _GOES_ON * counts[ids == NOBODY].sum())
+        for row in np.argsort(-counts):
+            carrier, own = self._by_id[int(ids[row])], rim[owners == ids[row]]
+            if carrier.id != NOBODY and counts[row] >= least and self._may_carry(carrier, standing, foot, own):
+                return carrier.id
+        drop_m = {floor.id: float(foot[:, 2].min()) - floor_m for floor, floor_m in self._floors(foot)}
+        return next((number for number in drop_m if abs(drop_m[number]) <= _ABOVE_M), None)
 
     def _hidden_floor(self, standing: _Standing) -> int | None:
         """The floor under a thing of which nothing is seen near its foot."""
         foot = standing.source.foot(_PASSES[-1].trim)
-        for floor in (carrier for carrier in self._by_id.values() if carrier.stuff and len(carrier.level)):
-            drop_m = float(foot[:, 2].min() - np.median(floor.level[:, 2]))
-            is_below = 0 <= drop_m <= _HIDDEN_M and floor.spans(_middle(foot), _BEYOND_M)
-            if is_below and self._is_hidden(standing, foot, floor.level):
+        for floor, floor_m in self._floors(foot):
+            is_below = 0 <= foot[:, 2].min() - floor_m <= _HIDDEN_M
+            if is_below and self._is_hidden(standing, foot, floor_m):
                 return floor.id
         return None
 
-    def _is_hidden(self, standing: _Standing, foot: Float64Array, support: Float64Array) -> bool:
-        others = (other for other in self._all if other.id != standing.source.id)
-        return is_hidden_below(foot, float(np.median(support[:, 2])), others, standing.walls)
+    def _floors(self, foot: Float64Array) -> list[tuple[UprightInstance, float]]:
+        """The floors that may go on to below a foot, and their heights."""
+        stuff = (carrier for carrier in self._by_id.values() if carrier.stuff and len(carrier.level))
+        near = (floor for floor in stuff if floor.spans(_middle(foot), _BEYOND_M))
+        return [(floor, float(np.median(floor.level[:, 2]))) for floor in near]
 
-    def _rim(
-        self, without: Collection[int], foot: Float64Array, step: _Pass
-    ) -> tuple[Float64Array, Int64Array]:
+    def _is_hidden(self, standing: _Standing, foot: Float64Array, support_m: float) -> bool:
+        others = (other for other in self._all if other.id != standing.source.id)
+        return is_hidden_below(foot, support_m, others, standing.walls)
+
+    def _rim(self, without: Collection[int], foot: Float64Array, step: _Pass) -> tuple[Float64Array, Int64Array]:
         """The level surface (N, 3) round a foot that may carry it, and whose it is (N,)."""
         near = self._tree.query_ball_point(foot, float(np.hypot(step.beside_m, max(step.below_m, _ABOVE_M))))
         rows = np.unique(np.concatenate([np.zeros(0, np.int64), *(np.array(r, np.int64) for r in near)]))
@@ -201,12 +203,27 @@ def _carries(carrier: UprightInstance, source: UprightInstance, foot: Float64Arr
     margin_m = min(_MARGIN_M + float((foot_high - foot_low).max()) / 2, _MAX_MARGIN_M)
     is_beneath = is_raised and carrier.spans((foot_low + foot_high) / 2, margin_m)
     if carrier.name == source.name != "":
-        is_beneath = is_beneath and float(foot[:, 2].min()) >= high - _RAISED_M
+        is_beneath = is_beneath and float(foot[:, 2].min()) >= high - _RAISED_M and _are_touching(carrier, source)
     return is_beneath and not is_double(carrier, source)
 
 
+def _are_touching(one: UprightInstance, other: UprightInstance) -> bool:
+    """Whether a stack has no gap, as pieces of one thing do whose middle was not mapped."""
+    return bool(one.coarse_tree.query(other.sample)[0].min() <= _REST_M)
+
+
 def _may_touch(source: UprightInstance, wall: UprightInstance) -> bool:
-    return bool((source.bounds[0] <= wall.bounds[1] + AGAINST_M).all() and (source.bounds[1] >= wall.bounds[0] - AGAINST_M).all())
+    low, high = wall.bounds[0] - AGAINST_M, wall.bounds[1] + AGAINST_M
+    return bool((source.bounds[0] <= high).all() and (source.bounds[1] >= low).all())
+
+
+def _is_edge_on(source: UprightInstance, carrier: UprightInstance) -> bool:
+    """Whether the lower edge of a sheet rests on a thing, whose level surface then reaches right under it."""
+    if carrier.id == NOBODY:
+        return False
+    edge = source.foot(_PASSES[0].trim, of_body=True)
+    at_edge = np.abs(carrier.level[:, 2] - edge[:, 2].min()) <= _REST_M
+    return _encloses(carrier.level[at_edge, :2], _middle(edge))
 
 
 def _middle(foot: Float64Array) -> Float64Array:
