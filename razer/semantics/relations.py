@@ -16,15 +16,14 @@ import numpy as np
 from razer.boxes.rtree_index import BoxIndex
 from razer.semantics.containment import HEADROOM_M, TOUCH_M, covered, covering, is_in
 from razer.semantics.doubles import is_double
-from razer.semantics.supporting_surface import SupportingSurfaces
+from razer.semantics.supporting_surface import NOBODY, SupportingSurfaces
 from razer.semantics.upright_instance import UprightInstance
+from razer.semantics.wall_contact import is_against
 
 RelationKind = Literal["on", "in", "under", "against", "next to"]
 
-AGAINST_M = 0.1  # 5 cm of air, masks that are shrunk by one or two voxels on either side
 FAR_M = HEADROOM_M  # nothing is related to what is farther away
 NEAR_M = 0.3  # things farther apart than this do not stand next to each other
-_CONTACTS = 3
 _COVERED = 0.7
 _SHARED_HEIGHT = 0.3
 
@@ -58,17 +57,21 @@ class _Scene:
         for instance in instances:
             self._index.put(instance.id, instance.box)
         self._has_stuff = any(instance.stuff for instance in instances)
+        self._has_floor = any(instance.stuff and not instance.is_wall for instance in instances)
         things = [instance for instance in instances if not instance.stuff]
         surfaces = SupportingSurfaces(instances, background)
-        self._supporter = {thing.id: surfaces.supporter(thing) for thing in things}
+        self._supporter = _supporters(things, surfaces)
         self._container = {thing.id: self._smallest_container(thing) for thing in things}
 
     def relations(self) -> Iterator[Relation]:
         """One for each pair that has any."""
-        for one in self._by_id.values():
-            for other in self._near(one):
-                if other.id > one.id and not (one.stuff and other.stuff) and not is_double(one, other):
-                    yield from self._between(one, other)
+        pairs = {(one.id, other.id) for one in self._by_id.values() for other in self._near(one)}
+        # A floor that is hidden behind furniture is seen farther away, and carries all the same.
+        pairs |= {(thing, carrier) for thing, carrier in self._supporter.items() if carrier in self._by_id}
+        for first, second in sorted({(min(pair), max(pair)) for pair in pairs}):
+            one, other = self._by_id[first], self._by_id[second]
+            if not (one.stuff and other.stuff) and not is_double(one, other):
+                yield from self._between(one, other)
 
     def _near(self, one: UprightInstance) -> list[UprightInstance]:
         near = self._index.near(one.box, max(NEAR_M, HEADROOM_M))
@@ -82,8 +85,6 @@ class _Scene:
 
     def _between(self, one: UprightInstance, other: UprightInstance) -> list[Relation]:
         distance_m = _distance_m(one, other)
-        if distance_m > FAR_M:
-            return []
         for relate in (self._carried, self._against, self._under):
             for source, target in ((one, other), (other, one)):
                 if not source.stuff and (relation := relate(source, target, distance_m)):
@@ -100,13 +101,16 @@ class _Scene:
     def _against(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
         """Only what stands on the floor or hangs: a book on a shelf is not against the wall behind both."""
         may_be_wall = target.stuff or (target.is_sheet and not self._has_stuff)
-        if not may_be_wall or self._is_on_thing(source) or distance_m > AGAINST_M:
+        if not may_be_wall or self._is_on_thing(source):
             return None
         return "against" if is_against(source, target) else None
 
     def _is_on_thing(self, source: UprightInstance) -> bool:
-        supporter = self._by_id.get(self._supporter[source.id] or 0)
-        return self._container[source.id] is not None or (supporter is not None and not supporter.stuff)
+        supporter = self._supporter[source.id]
+        if supporter == NOBODY:  # where floors are known nobody's surface is that of furniture
+            return self._has_floor
+        is_on_furniture = supporter is not None and not self._by_id[supporter].stuff
+        return self._container[source.id] is not None or is_on_furniture
 
     def _under(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
         if target.stuff or target.is_wall or (source.name and source.name == target.name):
@@ -127,14 +131,15 @@ class _Scene:
         return _same_level(one, other) and not any(_is_parted(one, other, wall) for wall in walls)
 
 
-def is_against(source: UprightInstance, target: UprightInstance) -> bool:
-    """Whether `source` touches the upright surface of a wall, or of a sheet that stands like one, and is none."""
-    if not target.is_wall or (source.is_wall and source.is_sheet and source.box.volume > target.box.volume):
-        return False
-    low, high = source.bounds[0] - AGAINST_M, source.bounds[1] + AGAINST_M
-    steep = target.steep[((target.steep >= low) & (target.steep <= high)).all(axis=1)]
-    near = source.tree.query(steep, distance_upper_bound=AGAINST_M)[0] if len(steep) else np.zeros(0)
-    return int(np.isfinite(near).sum()) >= _CONTACTS
+def _supporters(things: Sequence[UprightInstance], surfaces: SupportingSurfaces) -> dict[int, int | None]:
+    """What carries each; what stands on a thing and reaches less low than it does not carry it in turn."""
+    supporter = {thing.id: surfaces.supporter(thing) for thing in things}
+    for thing in things:
+        low = float(thing.bounds[0, 2])
+        riders = {one.id for one in things if supporter[one.id] == thing.id and float(one.bounds[0, 2]) > low}
+        if supporter[thing.id] in riders:
+            supporter[thing.id] = surfaces.supporter(thing, riders)
+    return supporter
 
 
 def _is_between(source: UprightInstance, other: UprightInstance, height: float) -> bool:
@@ -155,7 +160,7 @@ def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstan
 
 def _distance_m(one: UprightInstance, other: UprightInstance) -> float:
     few, many = sorted((one, other), key=lambda instance: len(instance.points))
-    return float(many.tree.query(few.sample, distance_upper_bound=FAR_M)[0].min())
+    return float(many.tree.query(few.sample)[0].min())
 
 
 def _same_level(one: UprightInstance, other: UprightInstance) -> bool:

@@ -50,6 +50,11 @@ class UprightInstance:
         return KDTree(self.points)
 
     @cached_property
+    def coarse_tree(self) -> KDTree:
+        """Index of the sample."""
+        return KDTree(self.sample)
+
+    @cached_property
     def plan(self) -> KDTree:
         """Index of the sample from above, (x, y)."""
         return KDTree(self.sample[:, :2])
@@ -90,6 +95,11 @@ class UprightInstance:
     def steep(self) -> Float64Array:
         """The points (M, 3) of surfaces that stand upright."""
         return self.points[np.abs(self.normals[:, 2]) < _STEEP]
+
+    @cached_property
+    def steep_normals(self) -> Float64Array:
+        """The normals (M, 3) of `steep`."""
+        return self.normals[np.abs(self.normals[:, 2]) < _STEEP]
 
     @property
     def is_wall(self) -> bool:

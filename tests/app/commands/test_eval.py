@@ -79,10 +79,26 @@ def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
     assert sum(part["n"] for part in result["recall_by_views"]) == result["n_true"]
     assert 6 < max(part["views"][1] for part in result["recall_by_views"]) <= 24
     assert json.loads((run / "metrics.json").read_text()) == result
+    assert_relations(result["relations"], json.loads((room / "truth" / "relations.json").read_text()))
     for name in ("confusion.png", "precision_recall.png"):
         picture = cv2.imread(str(run / "eval" / name))
         assert min(picture.shape[:2]) > 300
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5
+
+
+def assert_relations(scores, true):
+    """Precision and recall by relation, of no more relations than the truth states, and most of them found."""
+    by_relation = scores["by_relation"]
+    assert set(by_relation) == {triple["relation"] for triple in true}
+    for part in (scores, *by_relation.values()):
+        assert {"precision", "recall", "ends_found", "n_true", "n_predicted", "n_right"} == part.keys() - {
+            "by_relation"
+        }
+        assert 0 <= part["recall"] <= part["ends_found"] <= 1
+        expected = part["n_right"] / part["n_predicted"] if part["n_predicted"] else None
+        assert part["precision"] == pytest.approx(expected, abs=1e-4)
+    assert sum(part["n_true"] for part in by_relation.values()) == scores["n_true"] <= len(true)
+    assert min(scores["precision"], scores["recall"]) > 0.5
 
 
 def test_recall_by_views_goes_by_the_frames_the_run_used(room, run, tmp_path, capsys):
