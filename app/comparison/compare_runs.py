@@ -31,6 +31,9 @@ from razer.volume.mesh_extraction import LabelledMesh
 
 Numbers = dict[str, Any]
 
+# Two maps of one place are above 0.8 even with poses that drift; those of different places were at 0.13.
+_SAME_PLACE = 0.4
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -123,6 +126,7 @@ def compare_runs(
     pose, errors = _aligned(a, b, folder_a, folder_b)
     alignment = align_maps(a, b, pose)
     moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
+    surface = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
     scene = None if truth is None else open_posed_truth(truth, preset)
     truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
@@ -133,12 +137,12 @@ def compare_runs(
         alignment=alignment,
         pose=pose,
         errors=errors,
-        surface=compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh),
+        surface=surface,
         instances=match_instances(a.panoptic, moved.panoptic),
         truth_a=truth_a,
         truth_b=truth_b,
         truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),
-        notes=(*_notes(a, b, pose, truth_a, truth_b), *(scene.notes if scene else ())),
+        notes=(*_notes(a, b, pose, truth_a, truth_b), *_overlap_notes(surface), *(scene.notes if scene else ())),
     )
 
 
@@ -166,6 +170,13 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | 
     to_other = TriangleSurface(other.vertices, other.triangles).distances(reference.vertices)
     numbers = scene_aggregation.surface([metrics_of_distances(to_reference, to_other)]) or {}
     return {key: value for key, value in numbers.items() if key != "on_truth"}
+
+
+def _overlap_notes(surface: Numbers | None) -> list[str]:
+    """Whether the maps are hardly of one place."""
+    if surface is None or surface["fscore_5cm"] >= _SAME_PLACE:
+        return []
+    return [f"A and B hardly overlap (F-score at 5 cm {surface['fscore_5cm']:.2f}): they may be of different places"]
 
 
 def _notes(

@@ -58,8 +58,18 @@ def register_color(sequence: RgbdSequence, choice: str, console: Console) -> Col
     if choice == "off" or (choice == "auto" and _is_declared(sequence)):
         return ColorRegistration(camera)
     if choice != "auto":
+        if _is_declared(sequence):
+            raise BadInput(
+                f"{choice} and the recording, or --depth-to-color, both say where the colour camera is: drop one"
+            )
         return ColorRegistration(camera, read_calibration_for(Path(choice), camera))
     estimate = estimate_rgbd_calibration(sequence)
+    if estimate.may_be_far_off and not estimate.confident:
+        console.print(
+            f"WARNING: colour may be {estimate.mean_px:.0f} pixels off depth and is left as it is: {estimate.reason}; "
+            "--rgbd-calibration FILE says where the colour camera is",
+            soft_wrap=True,
+        )
     if not estimate.matters:
         return ColorRegistration(camera, None, estimate)
     console.print(f"{estimate}: corrected (--rgbd-calibration off leaves it)", soft_wrap=True)
@@ -72,7 +82,10 @@ def read_calibration_for(path: Path, depth_camera: Intrinsics) -> RgbdCalibratio
     calibration = read_rgbd_calibration(path)
     size, color = (depth_camera.width, depth_camera.height), calibration.color
     if color.width * size[1] != color.height * size[0]:
-        raise BadInput(f"{path} is for colour of {color.width}x{color.height}, but the images are {size[0]}x{size[1]}")
+        raise BadInput(
+            f"{path} is for colour of {color.width}x{color.height}, but the images are {size[0]}x{size[1]}: "
+            "give the file of this recording"
+        )
     calibration = RgbdCalibration(color.resized(*size), calibration.color_from_depth)
     is_one = calibration.color == depth_camera and bool((calibration.color_from_depth == np.eye(4)).all())
     return None if is_one else calibration

@@ -21,8 +21,9 @@ COARSE_PX, FINE_PX = (16.0, 11.0, 8.0, 5.5, 4.0), (2.8, 2.0, 1.4)
 """Widths of the search along a normal, one after the other."""
 _ITERATIONS = 4
 _COARSE_STEP, _FINE_STEP = 6, 2  # of the rims, one in so many takes part
-# Prior deviations: zoom, shift in pixels of an image 640 wide, baseline in metres, and the lag in frames.
-PRIOR = np.array([0.1, 30.0, 30.0, 0.05, 0.05, 0.05, 1.0])
+# Prior deviations: zoom, shift in pixels of an image 640 wide, baseline in metres, roll in radians (1.1 degrees), and
+# the lag in frames.
+PRIOR = np.array([0.1, 30.0, 30.0, 0.05, 0.05, 0.05, 0.02, 1.0])
 _N_UNKNOWN = N_PARAMETERS + 1
 _SHIFT = [1, 2]
 _OFFSET_PX, _MIN_OFFSET_PX, _MAX_OFFSET_PX = 8.0, 0.5, 20.0  # deviation of the frames' offsets: at first, and bounds
@@ -48,7 +49,7 @@ class RimView:
 
 @dataclass(frozen=True)
 class EdgeFit:
-    """The colour camera (6,), the lag in frames, offsets (F, 2) in pixels that each frame keeps, the covariance (6, 6)
+    """The colour camera (7,), the lag in frames, offsets (F, 2) in pixels that each frame keeps, the covariance (7, 7)
     of the camera, and the typical distance of a rim from its colour edge, pixels."""
 
     parameters: Float64Array
@@ -65,7 +66,7 @@ class EdgeFit:
 
 @dataclass(frozen=True)
 class _NormalEquations:
-    """Information (7, 7) and gradient (7,) of one frame in units of PRIOR, with the weights of its rims."""
+    """Information (8, 8) and gradient (8,) of one frame in units of PRIOR, with the weights of its rims."""
 
     information: Float64Array
     gradient: Float64Array
@@ -107,7 +108,7 @@ class EdgeRegistration:
         self._views = [view for view in views if len(view.rims) >= _MIN_RIMS]
         self._projection = projection
         self._px = projection.depth_camera.width / 640
-        self._prior = PRIOR * np.array([1, self._px, self._px, 1, 1, 1, 1])
+        self._prior = PRIOR * np.array([1, self._px, self._px, 1, 1, 1, 1, 1])
 
     def __len__(self) -> int:
         return len(self._views)

@@ -28,6 +28,7 @@ _MAX_BASELINE_M = 0.1
 _VIEWS_OF_ONE_CONTENT = 0.5
 # Smaller ones are below what the estimate resolves, and what masks are shrunk by.
 _NEGLIGIBLE_PX = 2.0
+_FAR_OFF = 0.01  # share of the width
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class RgbdEstimate:
     """A colour camera against the depth camera of a recording.
 
     A far point that depth shows at pixel p, from the middle of the image, lies at zoom p + shift_px in colour; the
-    colour camera stands at baseline_m (x right, y down, z forward) in the depth camera. mean_px: by how far colour is
+    colour camera stands at baseline_m (x right, y down, z forward) in the depth camera and is rolled by roll_deg about
+    its axis. mean_px: by how far colour is
     off on average over the image and the depths shown, max_px: at most; sigma_px: the largest deviation of the
     estimate there; residual_px: typical distance of a depth edge from its colour edge after it; `confident`: whether
     the images determine it, else `reason` says why not.
@@ -55,6 +57,11 @@ class RgbdEstimate:
         return not self.reason
 
     @property
+    def may_be_far_off(self) -> bool:
+        """Whether colour, as well as the images tell, is off by more than 1 % of their width, surely or not."""
+        return self.mean_px > _FAR_OFF * self.depth_camera.width
+
+    @property
     def matters(self) -> bool:
         """Whether colour is surely off by more than the estimate may err."""
         return self.confident and self.mean_px > _NEGLIGIBLE_PX * self.depth_camera.width / 640
@@ -70,7 +77,8 @@ class RgbdEstimate:
         return {
             "zoom": zoom,
             "shift_px": rest[:2],
-            "baseline_m": rest[2:],
+            "baseline_m": rest[2:5],
+            "roll_deg": float(np.degrees(rest[5])),
             "residual_px": _finite(self.residual_px),
             "mean_px": self.mean_px,
             "max_px": self.max_px,
@@ -84,11 +92,11 @@ class RgbdEstimate:
             return f"whether colour fits depth cannot be told: {self.reason}"
         if not self.matters:
             return f"colour and depth fit, within {self.mean_px:.1f} pixels"
-        zoom, x, y, *baseline = self.parameters.tolist()
+        zoom, x, y, *baseline, roll = self.parameters.tolist()
         place = " ".join(f"{100 * value:+.1f}" for value in baseline)
         return (
-            f"colour is zoomed by {zoom:.3f}, shifted by {x:+.1f} {y:+.1f} pixels and seen from {place} cm against "
-            f"depth: {self.mean_px:.0f} pixels off on average"
+            f"colour is zoomed by {zoom:.3f}, shifted by {x:+.1f} {y:+.1f} pixels, rolled by {np.degrees(roll):+.1f} "
+            f"degrees and seen from {place} cm against depth: {self.mean_px:.0f} pixels off on average"
         )
 
 
@@ -140,8 +148,9 @@ def _doubt(registration: EdgeRegistration, fit: EdgeFit, projection: ColorProjec
         return "depth edges lie on colour edges no more than by chance"
     sigma = _sigma_px(fit, projection, sampled)
     if sigma > _MAX_SIGMA_PX * unit_px:
-        return f"depth edges leave the colour camera open by {sigma:.1f} pixels"
-    if float(np.abs(fit.parameters[3:]).max()) > _MAX_BASELINE_M:
+        limit = f"{_MAX_SIGMA_PX * unit_px:.1f} is the limit: more of the place must be seen"
+        return f"depth edges leave the colour camera open by {sigma:.1f} pixels ({limit})"
+    if float(np.abs(fit.parameters[3:6]).max()) > _MAX_BASELINE_M:
         return "the colour camera would stand where none is built in"
     halves = [_refitted(registration.part(start, 2), fit) for start in (0, 1)]
     apart = float(projection.displacement_px(halves[0], halves[1], sampled.depths_m).max())

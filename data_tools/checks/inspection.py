@@ -20,10 +20,13 @@ from razer.frame import Frame, Intrinsics
 _N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
-_MAX_OFF = 0.01  # mean displacement of colour, share of the image's width
 _CORRECTED = (
     "`razer run` brings colour onto depth by itself; `razer inspect FOLDER --write FILE.json` writes the colour camera "
     "for --rgbd-calibration FILE.json"
+)
+_TO_DECLARE = (
+    "record more of the place; or say where the colour camera is, with --rgbd-calibration FILE.json, or with its "
+    'intrinsics as "color" in --intrinsics FILE.json and --depth-to-color FILE'
 )
 
 
@@ -145,25 +148,15 @@ def _scale_issues(report: DepthScaleReport) -> list[Issue]:
 
 
 def _alignment_issues(report: RgbdAlignmentReport, estimate: RgbdEstimate) -> list[Issue]:
-    camera = estimate.depth_camera
     if report.wrong and report.mirrored:
         fix = "flip the colour or the depth images left to right"
         return [Issue("registration", "colour and depth are mirror images of each other", fix)]
-    if estimate.confident:
-        far_off = estimate.matters and estimate.mean_px > _MAX_OFF * camera.width
-        return (
-            [Issue("registration", f"colour and depth are not registered: {estimate}", _CORRECTED)] if far_off else []
-        )
-    if not report.wrong:
-        return []
-    colour = report.color_camera(camera)
-    problem = f"colour and depth are not registered: {report}"
-    fix = (
-        f'give --intrinsics FILE.json whose "color" camera has fx {colour.fx:.0f}, fy {colour.fy:.0f}, '
-        f"cx {colour.cx:.0f}, cy {colour.cy:.0f} or its true calibration, and --depth-to-color FILE with the 4x4 "
-        "matrix between the two (the identity if unknown)"
-    )
-    return [Issue("registration", problem, fix)]
+    if estimate.matters and estimate.may_be_far_off:
+        return [Issue("registration", f"colour and depth are not registered: {estimate}", _CORRECTED)]
+    if not estimate.confident and (report.wrong or estimate.may_be_far_off):
+        problem = f"colour and depth seem not to be registered, but by how much cannot be told: {estimate.reason}"
+        return [Issue("registration", problem, _TO_DECLARE)]
+    return []
 
 
 def _rate_hz(sample: Sample) -> float | None:

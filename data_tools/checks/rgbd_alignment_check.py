@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.recordings.camera import Camera
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 
@@ -69,12 +68,6 @@ class RgbdAlignmentReport:
             f"colour is {flipped}zoomed by {self.zoom:.2f} and shifted by {x:+.0f} {y:+.0f} pixels "
             f"against depth, {self.mean_px:.0f} on average"
         )
-
-    def color_camera(self, depth: Intrinsics) -> Camera:
-        """The camera that colour seems to have been taken with, if it stands where the depth camera does."""
-        middle = np.array([depth.width - 1, depth.height - 1]) / 2
-        cx, cy = middle + self.zoom * (np.array([depth.cx, depth.cy]) - middle) + self.shift_px
-        return Camera(self.zoom * depth.fx, self.zoom * depth.fy, float(cx), float(cy), (), (depth.width, depth.height))
 
 
 def check_rgbd_alignment(frames: Sequence[Frame]) -> RgbdAlignmentReport:

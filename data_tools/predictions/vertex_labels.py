@@ -61,6 +61,8 @@ def _numbers(path: Path) -> Int64Array:
         numbers = np.load(path) if path.suffix == ".npy" else np.array(path.read_bytes().split(), np.int64)
     except (OSError, ValueError, OverflowError) as error:
         raise BadInput(f"{path} must hold one whole number for each vertex (problem: {error})") from None
+    if not isinstance(numbers, np.ndarray):
+        raise BadInput(f"{path} holds several arrays: give a .npy with one whole number for each vertex")
     if numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer):
         raise BadInput(f"{path} holds {numbers.dtype} of shape {numbers.shape}: whole numbers (V,) are needed")
     return numbers.astype(np.int64).clip(0)
@@ -88,9 +90,16 @@ def _from_ply(path: Path) -> VertexLabels:
     instances = vertex["instance"].astype(np.int64).clip(0)
     classes = vertex["class"].astype(np.int64).clip(0) if "class" in vertex else None
     names = path.with_name("classes.json")
-    known = {int(k): str(v) for k, v in json.loads(names.read_text()).items()} if names.is_file() else {}
+    known = _names(names) if names.is_file() else {}
     scores: dict[int, float] = {}
     if CONFIDENCE in vertex:
         ids, first = np.unique(instances, return_index=True)
         scores = dict(zip(ids.tolist(), vertex[CONFIDENCE][first].tolist(), strict=True))
     return VertexLabels(instances, classes, known, scores)
+
+
+def _names(path: Path) -> dict[int, str]:
+    try:
+        return {int(number): str(name) for number, name in json.loads(path.read_text()).items()}
+    except (ValueError, AttributeError) as error:
+        raise BadInput(f"{path} must map class numbers to names (problem: {error})") from None

@@ -16,7 +16,7 @@ from razer.frame import Frame, Intrinsics
 _HIDDEN_SHARE, _HIDDEN_M = 0.02, 0.02
 _NEAREST_M = 1e-3  # in front of the colour camera; what is behind it divides nothing
 _GAP_STEP = 4  # gaps are filled from every fourth reading: what is seen there is not mapped
-_CELL_PX = 2  # of the depth buffer: points spread by a zoom leave no gaps in it
+_CELL_SPACINGS = 1.5  # cells of the depth buffer, in distances between neighbouring points: none stays empty
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,11 @@ class RegisteredColor:
 @dataclass(frozen=True)
 class ColorWarp:
     """The lookup of two pinhole cameras: pixel p with depth d lies at `rays` p * d + `shift` in homogeneous colour
-    pixels, K_c (R K_d^-1 p d + t)."""
+    pixels, K_c (R K_d^-1 p d + t). cell_px: of the depth buffer, colour pixels."""
 
     rays: Float32Array
     shift: Float32Array
+    cell_px: int = 2
 
     @classmethod
     def between(cls, depth: Intrinsics, calibration: RgbdCalibration) -> ColorWarp:
@@ -44,8 +45,11 @@ class ColorWarp:
         color, rotation = calibration.color.matrix, calibration.color_from_depth[:3, :3]
         rays = color @ rotation @ np.linalg.inv(depth.matrix) @ pixels
         shift = color @ calibration.color_from_depth[:3, 3]
+        spacing = max(calibration.color.fx / depth.fx, calibration.color.fy / depth.fy)
         return cls(
-            rays.reshape(3, depth.height, depth.width).astype(np.float32), shift.reshape(3, 1, 1).astype(np.float32)
+            rays.reshape(3, depth.height, depth.width).astype(np.float32),
+            shift.reshape(3, 1, 1).astype(np.float32),
+            max(2, int(np.ceil(_CELL_SPACINGS * spacing))),
         )
 
     def apply(self, rgb: Uint8Array, depth: Float32Array) -> RegisteredColor:
@@ -58,7 +62,7 @@ class ColorWarp:
         y /= w
         height, width = rgb.shape[:2]
         inside = ahead & (x >= -0.5) & (y >= -0.5) & (x <= width - 0.5) & (y <= height - 0.5)
-        is_seen = inside & ~_is_hidden(x, y, w, inside, depth > 0, (width, height))
+        is_seen = inside & ~_is_hidden(x, y, w, inside & (depth > 0), inside, (width, height), self.cell_px)
         colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         colors[~is_seen] = 0
         return RegisteredColor(colors, is_seen)
@@ -87,14 +91,20 @@ def _without_gaps(depth: Float32Array) -> Float32Array:
 
 
 def _is_hidden(
-    x: Float32Array, y: Float32Array, w: Float32Array, inside: BoolArray, measured: BoolArray, size: tuple[int, int]
+    x: Float32Array,
+    y: Float32Array,
+    w: Float32Array,
+    seen: BoolArray,
+    inside: BoolArray,
+    size: tuple[int, int],
+    cell_px: int,
 ) -> BoolArray:
-    """Which points lie behind others in the colour camera, by a depth buffer of coarse cells."""
-    columns = -(-size[0] // _CELL_PX) + 1
-    per_px = np.float32(1 / _CELL_PX)
+    """Which points lie behind others in the colour camera, by a depth buffer of coarse cells; `seen` are those that
+    hide others."""
+    columns = -(-size[0] // cell_px) + 1
+    per_px = np.float32(1 / cell_px)
     row, column = (((where + np.float32(0.5)) * per_px).astype(np.int32) for where in (y, x))
     cell = np.where(inside, row * columns + column, 0)
-    nearest = np.full(columns * (-(-size[1] // _CELL_PX) + 1), np.inf, np.float32)
-    seen = inside & measured
+    nearest = np.full(columns * (-(-size[1] // cell_px) + 1), np.inf, np.float32)
     np.minimum.at(nearest, cell[seen], w[seen])
     return np.asarray(w > nearest[cell] * (1 + _HIDDEN_SHARE) + _HIDDEN_M)

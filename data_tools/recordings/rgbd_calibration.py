@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from razer.frame import Intrinsics
 from razer.geometry import is_rigid
 
 FILE_NAME = "rgbd_calibration.json"
+MAX_BASELINE_M = 1.0  # no device is as wide; millimetres taken for metres are beyond
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ def read_rgbd_calibration(path: Path) -> RgbdCalibration:
     """The calibration in a file that `RgbdCalibration.to_json` describes; raises BadInput naming the file."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        color = Intrinsics(**content["color"])
+        color = _camera(content["color"])
         color_from_depth = np.array(content["color_from_depth"], np.float64)
     except OSError as error:
         raise BadInput(f"{path} cannot be read ({error.strerror}): give auto, off or a calibration file") from None
@@ -45,4 +47,11 @@ def read_rgbd_calibration(path: Path) -> RgbdCalibration:
         ) from None
     if color_from_depth.shape != (4, 4) or not is_rigid(color_from_depth, tolerance=1e-3):
         raise BadInput(f"{path}: color_from_depth must be a rigid 4x4 matrix, metres")
+    if (apart_m := float(np.linalg.norm(color_from_depth[:3, 3]))) > MAX_BASELINE_M:
+        raise BadInput(f"{path}: the cameras would stand {apart_m:g} m apart: give color_from_depth in metres")
     return RgbdCalibration(color, color_from_depth)
+
+
+def _camera(content: Mapping[str, Any]) -> Intrinsics:
+    width, height = int(content["width"]), int(content["height"])
+    return Intrinsics(width, height, *(float(content[name]) for name in ("fx", "fy", "cx", "cy")))

@@ -63,8 +63,11 @@ def _write_calibration(path: Path, estimate: RgbdEstimate) -> None:
     """The estimated colour camera as a file; raises BadInput where the images do not determine it."""
     if not estimate.confident:
         raise BadInput(f"{path} is not written: {estimate}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    replace_content(path, dumps(estimate.calibration.to_json() | {"rgbd": estimate.to_json()}, indent=1) + "\n")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_content(path, dumps(estimate.calibration.to_json() | {"rgbd": estimate.to_json()}, indent=1) + "\n")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}): give another file with --write") from None
 
 
 def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str, Any]:

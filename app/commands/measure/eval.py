@@ -76,10 +76,18 @@ class ExportOptions:
     with the class and the instance of each vertex; labels, a mesh with both."""
 
     def of(self, scene: str | None) -> Export | None:
-        """Where it goes; scene: what files are called, None = as each scene is."""
+        """Where it goes; scene: what files are called, None = as each scene is. Raises BadInput where the one is no
+        folder, or the other would lead out of it."""
         from app.evaluation.export import Export
 
-        return None if self.export is None else Export(*self.export, scene=scene)
+        if self.export is None:
+            return None
+        kind, folder = self.export
+        if folder.exists() and not folder.is_dir():
+            raise BadInput(f"--export {kind} {folder}: that is a file, give a folder")
+        if scene is not None and scene != Path(scene).name:
+            raise BadInput(f"--scene {scene}: exported files are called by it, so it must be a plain name")
+        return Export(kind, folder, scene=scene)
 
 
 def _listed(scenes: Path) -> list[str]:
@@ -165,7 +173,7 @@ def _deliver(
     print_notes(notes)
     print_notes(f"ATE: positions hardly align: {cause}" for cause in (result.pose or {}).get("degenerate", ()))
     if names := result.unknown_names:
-        print_notes([f"in no list known here, and so of no class: {', '.join(names)}"])
+        print_notes([f"not among the classes of this preset, so of no class: {', '.join(names)}"])
     content = with_accounts(result.as_json(), [(name, prediction) for name, prediction, _ in jobs])
     if run is not None:
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")

@@ -90,6 +90,9 @@ def check_mesh(truth: GroundTruth, name: str) -> None:
     """Raises BadInput for a mesh without faces, or one that cannot be a place in metres."""
     if not len(truth.triangles):
         raise BadInput(f"{name} has no faces: a cloud of points hides nothing, give a triangle mesh")
+    a, b, c = truth.vertices[truth.triangles].astype(np.float64).transpose(1, 0, 2)
+    if not np.cross(b - a, c - a).any():
+        raise BadInput(f"{name} has no face with any area: give a mesh with triangles")
     if not (truth.instances > 0).any():
         raise BadInput(f"{name} has no labelled vertex: all belong to nobody")
     used = truth.vertices[np.unique(truth.triangles)]

@@ -16,7 +16,13 @@ from razer.frame import Intrinsics
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 MODEL = ColorProjection(CAMERA)
 DEPTHS_M = np.array([1.0, 2.0, 4.0])
-PLANTED = [[1.06, 0, 0, 0, 0, 0], [1, 7, -5, 0, 0, 0], [1, 0, 0, 0.04, -0.03, 0.02], [0.93, -6, 4, -0.03, 0.02, -0.02]]
+PLANTED = [
+    [1.06, 0, 0, 0, 0, 0, 0],
+    [1, 7, -5, 0, 0, 0, 0],
+    [1, 0, 0, 0.04, -0.03, 0.02, 0],
+    [1, 0, 0, 0, 0, 0, 0.02],
+    [0.93, -6, 4, -0.03, 0.02, -0.02, -0.015],
+]
 
 
 def boxes(index: int) -> tuple[Float64Array, Float64Array]:

@@ -37,7 +37,7 @@ PLANTED = {
 
 
 def true_parameters(planted: RgbdMisalignment) -> Float64Array:
-    return np.array([planted.zoom, *planted.shift_px, *planted.baseline_m])
+    return np.array([planted.zoom, *planted.shift_px, *planted.baseline_m, 0.0])
 
 
 def error_px(estimate: RgbdEstimate, true: Float64Array, depths_m: Float64Array) -> float:
@@ -103,6 +103,19 @@ def flat(frame: Frame) -> Frame:
 
 
 @pytest.mark.parametrize("change", [grey, flat])
+def test_a_colour_camera_that_is_turned_about_its_axis_is_found(right: list[Frame]) -> None:
+    roll_deg = 1.5
+
+    def turn(frame: Frame) -> Frame:
+        height, width = frame.depth.shape
+        matrix = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), -roll_deg, 1.0)
+        return replace(frame, rgb=cv2.warpAffine(frame.rgb, matrix, (width, height)))
+
+    estimate = estimate_rgbd_calibration(Spoilt(right, turn))
+    assert estimate.to_json()["roll_deg"] == pytest.approx(roll_deg, abs=0.3)
+    assert error_px(estimate, np.append(REGISTERED[:6], np.radians(roll_deg)), np.array([1.5, 3.0])) < 2.0
+
+
 def test_doubt_is_said_where_there_is_nothing_to_tell_from(change: object, right: list[Frame]) -> None:
     estimate = estimate_rgbd_calibration(Spoilt(right, change))  # type: ignore[arg-type]
     assert not estimate.confident

@@ -98,10 +98,11 @@ def test_nothing_is_said_against_correct_rooms(room: list[Frame], noisy_room: li
         assert not found.rgbd_alignment.noticeable
 
 
-def test_nothing_is_said_against_real_clips(clip: Spoilt) -> None:
-    """Though redkitchen's colour is off: so few frames do not determine by how much."""
+def test_nothing_is_said_against_real_clips_but_that_redkitchens_colour_is_off(clip: Spoilt) -> None:
+    """So few frames do not determine by how much."""
     found = inspect_sequence(clip)
-    assert found.issues == ()
+    is_redkitchen = clip.frames[0].intrinsics.fx == 585
+    assert about(found) == ["registration"] * is_redkitchen
     assert not found.rgbd_estimate.confident
     assert found.poses.n_pairs >= 4
     assert found.rgbd_alignment.clear

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
@@ -86,6 +87,21 @@ def test_visibility_against_all_pairs() -> None:
     assert (seen != slow).mean() < 0.02  # at borders, by a pixel
     deep_inside = ~slow & ~np.roll(slow, 1, 1) & ~np.roll(slow, -1, 1) & ~np.roll(slow, 1, 0) & ~np.roll(slow, -1, 0)
     assert not seen[deep_inside].any()
+
+
+@pytest.mark.parametrize("finer", [1, 2, 3, 5, 8])
+def test_a_finer_colour_image_hides_as_much(finer: int) -> None:
+    """What a coarse depth camera sees beside the square takes nothing of the square's red, however fine colour is."""
+    color_camera = CAMERA.resized(80 * finer, 60 * finer)
+    rgb = np.full((60 * finer, 80 * finer, 3), 90, np.uint8)
+    rgb[20 * finer : 40 * finer, 24 * finer : 44 * finer] = (255, 0, 0)  # where the square is seen, 6 pixels aside
+    warp = ColorWarp.between(CAMERA, RgbdCalibration(color_camera, beside(BASELINE_M)))
+    color = warp.apply(rgb, square())
+    wall = np.ones((60, 80), bool)
+    wall[SQUARE] = False
+    is_red = (color.rgb == (255, 0, 0)).all(axis=2)
+    assert is_red[SQUARE].mean() > 0.9
+    assert not (is_red & wall).any()
 
 
 def test_pixels_without_depth_look_as_their_neighbours_do() -> None:

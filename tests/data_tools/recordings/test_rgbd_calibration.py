@@ -32,6 +32,8 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         {"color_from_depth": [[1, 0], [0, 1]]},
         {"color_from_depth": (2 * np.eye(4)).tolist()},
         {"color_from_depth": "nonsense"},
+        {"color_from_depth": [[1, 0, 0, -30.0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},  # millimetres
+        {"color": {"width": 640, "height": 480, "fx": "wide", "fy": 1, "cx": 1, "cy": 1}},
     ],
 )
 def test_what_is_no_calibration_is_named(change: dict[str, Any], tmp_path: Path) -> None:
