@@ -16,7 +16,7 @@ from razer.arrays import Float32Array, Float64Array
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 
-N_VIEWS = 40  # frames; more change the result by less than its error
+N_VIEWS = 60  # frames; with 40 what is planted on 60 frames of a fast turn came out 2.3 pixels off, with 60 it is 1.7
 _FLOW_SIZE = (160, 120)
 _MIN_RESPONSE = 0.05  # of phase correlation; weaker peaks are chance
 _DEPTHS = (0.1, 0.5, 0.9)  # quantiles of the readings
