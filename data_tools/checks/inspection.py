@@ -20,10 +20,6 @@ from razer.frame import Frame, Intrinsics
 _N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
-_CORRECTED = (
-    "`razer run` brings colour onto depth by itself; `razer inspect FOLDER --write FILE.json` writes the colour camera "
-    "for --rgbd-calibration FILE.json"
-)
 _TO_DECLARE = (
     "record more of the place; or say where the colour camera is, with --rgbd-calibration FILE.json, or with its "
     'intrinsics as "color" in --intrinsics FILE.json and --depth-to-color FILE'
@@ -152,11 +148,20 @@ def _alignment_issues(report: RgbdAlignmentReport, estimate: RgbdEstimate) -> li
         fix = "flip the colour or the depth images left to right"
         return [Issue("registration", "colour and depth are mirror images of each other", fix)]
     if estimate.matters and estimate.may_be_far_off:
-        return [Issue("registration", f"colour and depth are not registered: {estimate}", _CORRECTED)]
+        return [Issue("registration", f"colour and depth are not registered: {estimate}", _remedy(estimate))]
     if not estimate.confident and (report.wrong or estimate.may_be_far_off):
         problem = f"colour and depth seem not to be registered, but by how much cannot be told: {estimate.reason}"
         return [Issue("registration", problem, _TO_DECLARE)]
     return []
+
+
+def _remedy(estimate: RgbdEstimate) -> str:
+    color = estimate.calibration.color
+    camera = f"fx {color.fx:.1f}, fy {color.fy:.1f}, cx {color.cx:.1f}, cy {color.cy:.1f}"
+    return (
+        f"none is needed, `razer run` brings colour onto depth by itself; --write FILE.json writes the colour camera "
+        f"({camera}, and where it stands) for `razer run --rgbd-calibration FILE.json`"
+    )
 
 
 def _rate_hz(sample: Sample) -> float | None:

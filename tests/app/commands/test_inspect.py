@@ -101,6 +101,7 @@ def test_the_colour_camera_is_said_and_written(
     _, out, _ = razer(capsys, "inspect", written["unregistered"], "--write", path)
     assert "LIKELY WRONG, registration: colour and depth are not registered" in out
     assert "--rgbd-calibration FILE.json" in out
+    assert "the colour camera (fx " in out
     result = json.loads(razer(capsys, "inspect", written["unregistered"], "--json")[1])
     (finding,) = (finding for finding in result["findings"] if finding["about"] == "registration")
     rgbd = result["rgbd"]
