@@ -113,6 +113,11 @@ class EdgeRegistration:
     def __len__(self) -> int:
         return len(self._views)
 
+    @property
+    def width_px(self) -> int:
+        """Width of the images."""
+        return self._projection.depth_camera.width
+
     def part(self, start: int, step: int) -> EdgeRegistration:
         """The same of every step-th frame from `start`."""
         return EdgeRegistration(self._views[start::step], self._projection)

@@ -15,7 +15,10 @@ from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 
-_ZOOMS = (1.0, 0.91, 1.09)  # to start from: the search bridges some 20 pixels from each
+# To start from: the search bridges some 20 pixels from each. After two levels the most promising go on.
+_ZOOMS = (1.0, 0.91, 1.09)
+_SHIFTS_PX = ((0.0, 0.0), (24.0, 0.0), (-24.0, 0.0), (0.0, 24.0), (0.0, -24.0))
+_N_ROUGH, _N_PROMISING = 2, 3
 _SURELY_BETTER = 1.02  # times the score of a start before it
 _MIN_VIEWS = 8
 # An estimate is trusted whose predicted error stays below a pixel (deviation) everywhere, whose two halves of the
@@ -126,11 +129,20 @@ def estimate_from_views(sampled: SampledViews, depth_camera: Intrinsics) -> Rgbd
 
 
 def _best_start(registration: EdgeRegistration) -> EdgeFit:
-    """The fit of the coarse levels, of several zooms to start from, that puts rims on the strongest colour edges."""
+    """The fit of the coarse levels, of several zooms and shifts to start from, that puts rims on the strongest colour
+    edges."""
+    unit_px = registration.width_px / 640
+    starts = [
+        EdgeFit.start(np.array([zoom, x * unit_px, y * unit_px, *REGISTERED[3:]]), len(registration))
+        for x, y in _SHIFTS_PX
+        for zoom in _ZOOMS
+    ]
+    rough = [registration.fit(start, COARSE_PX[:_N_ROUGH]) for start in starts]
+    scores = [registration.score(fit, COARSE_PX[_N_ROUGH]) for fit in rough]
+    promising = sorted(range(len(rough)), key=lambda i: -scores[i])[:_N_PROMISING]
     best, best_score = None, 0.0
-    for zoom in _ZOOMS:
-        start = EdgeFit.start(np.array([zoom, *REGISTERED[1:]]), len(registration))
-        fit = registration.fit(start, COARSE_PX)
+    for i in sorted({0, *promising}):  # the recording as it is declared always among them, and preferred
+        fit = registration.fit(rough[i], COARSE_PX[_N_ROUGH:])
         score = registration.score(fit, FINE_PX[0])
         if best is None or score > _SURELY_BETTER * best_score:
             best, best_score = fit, score
