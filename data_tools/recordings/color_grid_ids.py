@@ -16,7 +16,7 @@ _SAME_ASPECT = 0.02  # ScanNet's 1296x968 and 640x480, between which images are 
 def ids_on_depth_grid(ids: Uint16Array, alignment: RgbdAlignment, depth: Float32Array, label: str) -> Int32Array:
     """Ids of the colour image, at its size or another of its shape, on the grid of the aligned depth (H, W), metres.
     Each pixel has the id of the nearest one, never one between two; 0 where there is no depth to look through, or the
-    colour camera does not look. Raises UnusableFrame naming `label` for an image of another shape."""
+    colour camera does not see it. Raises UnusableFrame naming `label` for an image of another shape."""
     width, height = size_of(ids)
     full_width, full_height = alignment.color_size
     if abs(width * full_height / (height * full_width) - 1) > _SAME_ASPECT:
@@ -28,8 +28,4 @@ def ids_on_depth_grid(ids: Uint16Array, alignment: RgbdAlignment, depth: Float32
         ids = alignment.color_map.nearest(ids)
     if alignment.warp is None:
         return ids.astype(np.int32)
-    x, y, w = alignment.warp.rays * depth + alignment.warp.shift
-    is_ahead = (depth > 0) & (w > 0)
-    w = np.where(is_ahead, w, np.float32(1))
-    x, y = np.where(is_ahead, x / w, np.float32(-2)), np.where(is_ahead, y / w, np.float32(-2))
-    return cv2.remap(ids, x, y, cv2.INTER_NEAREST).astype(np.int32)
+    return alignment.warp.nearest(ids, depth).astype(np.int32)

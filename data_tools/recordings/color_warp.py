@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.arrays import BoolArray, Float32Array, Uint8Array
@@ -55,17 +56,30 @@ class ColorWarp:
     def apply(self, rgb: Uint8Array, depth: Float32Array) -> RegisteredColor:
         """Colour on the grid of a depth image (H, W), metres. Pixels without depth take the nearest one's: 2D models
         look at whole pictures, and nothing is mapped there."""
-        x, y, w = self.rays * _without_gaps(depth) + self.shift
+        x, y, is_seen = self._lookup(_without_gaps(depth), depth > 0, (rgb.shape[1], rgb.shape[0]))
+        colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        colors[~is_seen] = 0
+        return RegisteredColor(colors, is_seen)
+
+    def nearest(self, ids: NDArray, depth: Float32Array) -> NDArray:
+        """Ids of the colour image on the grid of a depth image (H, W), metres: that of the nearest pixel, never one
+        between two; 0 where there is no depth to look through, or the colour camera does not see it."""
+        x, y, is_seen = self._lookup(depth, depth > 0, (ids.shape[1], ids.shape[0]))
+        return np.where(is_seen & (depth > 0), cv2.remap(ids, x, y, cv2.INTER_NEAREST), 0)
+
+    def _lookup(
+        self, depth: Float32Array, measured: BoolArray, size: tuple[int, int]
+    ) -> tuple[Float32Array, Float32Array, BoolArray]:
+        """Colour pixels x and y of each depth pixel, and whether an image of that size (width, height) shows it;
+        `measured` are those that hide others."""
+        x, y, w = self.rays * depth + self.shift
         ahead = w > _NEAREST_M
         np.maximum(w, np.float32(_NEAREST_M), out=w)
         x /= w
         y /= w
-        height, width = rgb.shape[:2]
+        width, height = size
         inside = ahead & (x >= -0.5) & (y >= -0.5) & (x <= width - 0.5) & (y <= height - 0.5)
-        is_seen = inside & ~_is_hidden(x, y, w, inside & (depth > 0), inside, (width, height), self.cell_px)
-        colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        colors[~is_seen] = 0
-        return RegisteredColor(colors, is_seen)
+        return x, y, inside & ~_is_hidden(x, y, w, inside & measured, inside, size, self.cell_px)
 
     def registered(self, frame: Frame) -> Frame:
         """A frame with its colour brought onto its depth."""

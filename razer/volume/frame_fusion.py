@@ -26,25 +26,36 @@ from razer.geometry import inverse
 
 RowsOf = Callable[[Int32Array], Tensor]
 """Buffer rows of those of the given blocks (B, 3) that a volume has."""
+AttributeOf = Callable[[str], Tensor]
+"""A fresh view (capacity * 4096, channels) of a volume's attribute."""
 
 
 class FrameFusion:
     """Fuses frames into a grid; knows which of its blocks may hold voxels without colour."""
 
-    def __init__(self, grid: o3d.t.geometry.VoxelBlockGrid, settings: VoxelSettings, device: o3c.Device) -> None:
+    def __init__(
+        self,
+        grid: o3d.t.geometry.VoxelBlockGrid,
+        settings: VoxelSettings,
+        device: o3c.Device,
+        attribute: AttributeOf,
+        rows_of: RowsOf,
+    ) -> None:
         self._grid = grid
+        self._attribute = attribute
+        self._rows_of = rows_of
         self._settings = settings
         self._device = device
         self._maybe_colorless: set[bytes] = set()
 
-    def fuse(self, frame: Frame, block_keys: Int32Array, rows_of: RowsOf) -> None:
+    def fuse(self, frame: Frame, block_keys: Int32Array) -> None:
         """Fuse a posed frame into blocks (B, 3), for which the grid must have room."""
         nearest = self._settings.depth_min_m
         depth = np.where(frame.depth >= nearest, frame.depth, np.float32(0)) if nearest else frame.depth
         if frame.has_color is None:
             self._integrate(frame, block_keys, depth, frame.rgb)
             return
-        late = self._colorless(block_keys, rows_of)
+        late = self._colorless(block_keys)
         before = self._attribute("weight")[late]
         self._integrate(frame, block_keys, np.where(frame.has_color, depth, np.float32(0)), frame.rgb)
         self._count_in_full(late, before)
@@ -75,11 +86,11 @@ class FrameFusion:
     def _image(self, pixels: Float32Array) -> o3d.t.geometry.Image:
         return o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(pixels)).to(self._device))
 
-    def _colorless(self, block_keys: Int32Array, rows_of: RowsOf) -> Tensor:
+    def _colorless(self, block_keys: Int32Array) -> Tensor:
         """Addresses of voxels of these blocks that were observed, and never with a colour."""
         keys = np.ascontiguousarray(block_keys, np.int32)
         known = [key for key in keys if key.tobytes() in self._maybe_colorless]
-        rows = rows_of(np.array(known, np.int32).reshape(-1, 3))
+        rows = self._rows_of(np.array(known, np.int32).reshape(-1, 3))
         weight, color = (self._attribute(name).unflatten(0, (-1, BLOCK_VOXELS)) for name in ("weight", "color"))
         # One channel of whole blocks, and the others only where that one is 0.
         row, place = torch.nonzero((weight[..., 0][rows] > 0) & (color[..., 0][rows] == 0), as_tuple=True)
@@ -92,8 +103,3 @@ class FrameFusion:
         gained = torch.nonzero((weight > weight_before)[:, 0]).squeeze(1)
         scale = weight[gained] / (weight - weight_before)[gained]
         color[addresses[gained]] = color[addresses[gained]] * scale
-
-    def _attribute(self, name: str) -> Tensor:
-        shared = self._grid.attribute(name)
-        tensor = torch.utils.dlpack.from_dlpack(shared.to_dlpack())
-        return tensor.reshape(shared.shape[0] * BLOCK_VOXELS, -1)

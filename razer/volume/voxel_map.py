@@ -61,7 +61,7 @@ class VoxelMap:
             max(START_BLOCKS, n_blocks),
             self.device,
         )
-        self._fusion = FrameFusion(self.grid, settings, self.device)
+        self._fusion = FrameFusion(self.grid, settings, self.device, self.attribute, self.rows_of)
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._id_map = id_map or InstanceIdMap(self.torch_device)
         self._touched: Tensor | None = None  # which buffer rows, None = any
@@ -110,7 +110,7 @@ class VoxelMap:
             surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
         block_keys = surface.blocks_within(s.truncation_m)
         self._make_room(block_keys)
-        self._fusion.fuse(frame, block_keys, self.rows_of)
+        self._fusion.fuse(frame, block_keys)
         self._touch(self.rows_of(block_keys))
         return block_keys
 
