@@ -108,19 +108,34 @@ def lift(
     radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    clusters: list[tuple[int, int, int, Detection]] = []
+    clusters: list[tuple[int, Part]] = []
     for label, member_rows, pixel_rows in _groups(labels, labels[member_of_pixel]):
         if len(member_rows) < lifting.min_cells:
             continue
         mask = int(member_set[member_rows[0]])
-        pixels = pixel_of[pixel_rows].astype(np.int32)
-        share = len(pixel_rows) / pixel_counts[mask]
-        detection = _detection(surface, masks, embeddings, mask, member_cell[member_rows], pixels, share)
-        clusters.append((mask, -detection.n_cells, label, detection))
-    background = _background_labels(surface, [(label, detection) for *_, label, detection in clusters], lifting)
-    kept = sorted((entry for entry in clusters if entry[2] not in background), key=lambda entry: entry[:3])
+        clusters.append((label, Part(mask, member_cell[member_rows], pixel_of[pixel_rows].astype(np.int32))))
+    background = _background_labels(surface, clusters, lifting)
+    of_mask: dict[int, list[Part]] = defaultdict(list)
+    for label, part in clusters:
+        if label not in background:
+            of_mask[part.mask].append(part)
+    detections = []
+    for mask in sorted(of_mask):
+        cells = np.unique(np.concatenate([part.cells for part in of_mask[mask]]))
+        pixels = np.concatenate([part.pixels for part in of_mask[mask]])
+        share = len(pixels) / pixel_counts[mask]
+        detections.append(_detection(surface, masks, embeddings, mask, cells, pixels, share))
     own = ~np.isin(labels, list(background))
-    return Lifted(tuple(entry[3] for entry in kept), member_set[own], member_cell[own])
+    return Lifted(tuple(detections), member_set[own], member_cell[own])
+
+
+@dataclass(frozen=True)
+class Part:
+    """One cluster of a mask."""
+
+    mask: int
+    cells: Int32Array
+    pixels: Int32Array
 
 
 def _detection(
@@ -151,17 +166,18 @@ def _detection(
 
 
 def _background_labels(
-    surface: ObservedSurface, clusters: Sequence[tuple[int, Detection]], lifting: LiftingSettings
+    surface: ObservedSurface, clusters: Sequence[tuple[int, Part]], lifting: LiftingSettings
 ) -> set[int]:
     """Labels of the clusters that are background of the object in their mask."""
-    of_mask: dict[int, list[tuple[int, Detection]]] = defaultdict(list)
-    for label, detection in clusters:
-        of_mask[detection.mask].append((label, detection))
+    of_mask: dict[int, list[tuple[int, Part]]] = defaultdict(list)
+    for label, part in clusters:
+        of_mask[part.mask].append((label, part))
     background: set[int] = set()
     for siblings in of_mask.values():
         if len(siblings) > 1:
             depths_m = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in siblings]
-            rows = background_clusters(depths_m, [d.box for _, d in siblings], lifting.background_gap_m)
+            boxes = [OrientedBox.around(p, PointMoments.of(p).axes) for p in (surface.cells.points[d.cells] for _, d in siblings)]
+            rows = background_clusters(depths_m, boxes, lifting.background_gap_m)
             background |= {siblings[row][0] for row in rows}
     return background
 
