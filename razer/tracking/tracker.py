@@ -14,6 +14,9 @@ from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 
+import os
+FUSE = float(os.environ.get('FUSE', 1.0))
+
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
 
@@ -149,8 +152,9 @@ class Tracker:
         return calibrated_cosine(cosine, self.unrelated_cosine)
 
     def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
-        for a, b in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
-            if self._similarity(a, b) >= settings.fuse_cosine:
+        for minus, (a, b) in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
+            sem = min(max((self._similarity(a, b) / 0.5 - 0.5) * 6, -2.5), 2.5)
+            if -minus + sem > FUSE:
                 return a, b
         return None
 

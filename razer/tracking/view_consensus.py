@@ -13,6 +13,9 @@ from itertools import combinations
 
 from razer.tracking.label_overlap import LabelOverlap
 
+import os
+TOGETHER = float(os.environ.get('TOG', 2.0))
+APART = float(os.environ.get('APA', 2.0))
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
 
@@ -39,22 +42,28 @@ class ViewConsensus:
 
     @staticmethod
     def _covering_masks(overlap: LabelOverlap) -> dict[int, int]:
-        """The mask that covers the visible part of a track, by track."""
-        return {
-            track: mask
-            for (mask, track), n in sorted(overlap.in_mask.items())
-            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]
-        }
+        """The mask of each track: the tightest of those that cover its visible part."""
+        size: dict[int, int] = defaultdict(int)
+        for (mask, _), n in overlap.in_mask.items():
+            size[mask] += n
+        best: dict[int, tuple[int, int]] = {}
+        for (mask, track), n in overlap.in_mask.items():
+            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]:
+                best[track] = min(best.get(track, (size[mask], mask)), (size[mask], mask))
+        return {track: mask for track, (_, mask) in best.items()}
+
+    def log_odds(self, pair: tuple[int, int]) -> float:
+        return TOGETHER * self._together.get(pair, 0) - APART * self._apart.get(pair, 0)
 
     def agreed(self, min_frames: int, min_share: float, prior: float = 0.0) -> list[tuple[int, int]]:
         """Pairs (older id, newer id) that are one thing, those most often in one mask first; `prior` is how
         many frames in one mask a pair that has any is credited with beforehand."""
         agreed = []
-        for pair, together in self._together.items():
-            share = (together + prior) / (together + prior + self._apart.get(pair, 0))
-            if together >= min_frames and share >= min_share:
-                agreed.append((-together, -share, pair))
-        return [pair for _, _, pair in sorted(agreed)]
+        for pair in self._together:
+            log_odds = self.log_odds(pair)
+            if log_odds > -3:
+                agreed.append((-log_odds, pair))
+        return sorted(agreed)
 
     def replace(self, gone: int, survivor: int) -> None:
         """Rename a track that was fused, or forget one (survivor 0)."""
