@@ -19,7 +19,8 @@ from razer.similarity.cosine_histogram import CosineHistogram
 
 Cosines = TypeVar("Cosines", float, Float64Array)
 
-# Cosines that the prior of each population counts as: a frame of ten things outweighs it.
+# Cosines that weigh as much as the prior of their population. It fades with the square of their number: it is for the
+# first frames only, and far off in a space where unlike and same are hardly apart.
 PRIOR_COUNT = 10
 # Prior standard deviation of both populations, of the way from unlike to same.
 PRIOR_SPREAD = 0.15
@@ -127,15 +128,19 @@ class SimilarityScale:
 
 
 def _posterior(prior: tuple[float, float], observed: tuple[float, float], count: int) -> tuple[float, float]:
-    """Mean and spread: the prior's, weighted as PRIOR_COUNT observations, and those of `count` observations."""
-    weight = count / (count + PRIOR_COUNT)
+    """Mean and spread: the prior's, and those of `count` observations by their weight."""
+    weight = _weight(count)
     mean, spread = ((1 - weight) * p + weight * o for p, o in zip(prior, observed, strict=True))
     return mean, max(spread, MIN_SPREAD)
 
 
+def _weight(count: int) -> float:
+    return count**2 / (count**2 + PRIOR_COUNT**2)
+
+
 def _strangers(observed: float, count: int) -> float:
     """Share of strangers, observed beyond what the spread alone puts on the other side."""
-    share = (count * max(observed, 0.0) + PRIOR_COUNT * PRIOR_STRANGERS) / (count + PRIOR_COUNT)
+    share = _weight(count) * observed + (1 - _weight(count)) * PRIOR_STRANGERS
     return float(np.clip(share, MIN_STRANGERS, MAX_STRANGERS))
 
 

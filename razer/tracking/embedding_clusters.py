@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from razer.arrays import BoolArray, Float64Array
 from razer.similarity.similarity_scale import CalibratedScale
 
-# Similarity of two clusters, their noise removed, in units of unlike ... same, from which they are one thing.
+# Similarity of two clusters, their noise removed, in units of unlike ... same, from which they are one thing. Swept on
+# CLIP vectors with a third of a neighbour's (`razer ablate --queries`): name top-1 59.3 % at 0.5, 60.1 % at 0.75,
+# 58.5 % at 0.9.
 SAME_THING_UNITS = 0.75
 
 
