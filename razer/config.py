@@ -111,7 +111,7 @@ class AssociationSettings(Settings):
         0.5,
         ge=0,
         le=2,
-        description="... unless its embedding is farther (1 - cosine). Larger: fewer splits, small things vanish.",
+        description="... unless its embedding is farther (0 = same, 1 = unlike). Larger: fewer splits, small things vanish.",
     )
 
 
@@ -123,13 +123,15 @@ class BankSettings(Settings):
         0.75,
         gt=0,
         lt=1,
-        description="sigma_sim: above this cosine an observation joins a hypothesis. Higher: more hypotheses.",
+        description="sigma_sim: above this similarity an observation joins a hypothesis; 0 = as alike as unlike things "
+        "are on average, 1 = as two views of one thing. Higher: more hypotheses. 0.5 to 0.85 do the same on CLIP vectors.",
     )
     outlier: float = Field(
         0.2,
         ge=-1,
         lt=1,
-        description="Observations farther than this cosine from every hypothesis of a well-known track are not fused.",
+        description="Observations less similar than this (0 = unlike, 1 = same) to every hypothesis of a well-known "
+        "track are not fused. Higher: fewer vectors of other things, and a side never seen before may be refused.",
     )
 
 
@@ -173,7 +175,9 @@ class MaintenanceSettings(Settings):
         description="Frames in one mask that a pair is credited with beforehand: a track observed a few times beside a "
         "larger one is more often a part of it than a thing. Larger: fewer fragments, small things vanish.",
     )
-    fuse_cosine: float = Field(0.6, ge=-1, le=1, description="Minimum cosine of two tracks that are fused.")
+    fuse_cosine: float = Field(
+        0.6, ge=-1, le=1, description="Minimum similarity of two tracks that are fused (0 = unlike, 1 = same)."
+    )
 
 
 class ReintegrationSettings(Settings):

@@ -20,6 +20,7 @@ from razer.query.text_queries import TextQueryEncoder
 from razer.reintegration.kept_frames import Apply
 from razer.reintegration.reintegrator import Reintegrator
 from razer.semantics.gravity import up_direction
+from razer.similarity.similarity_scale import SimilarityScale
 from razer.stages import stage
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
@@ -57,7 +58,7 @@ class Mapper:
         self.config = config
         self.perception = Perception(config, segmenter, embedder)
         self._text_queries = TextQueryEncoder(embedder)
-        tracker = Tracker(config, unrelated_cosine=unrelated_cosine(embedder))
+        tracker = Tracker(config, scale=SimilarityScale(unrelated_cosine(embedder)))
         self._integrator = PanopticIntegrator(config, VoxelMap(config.voxels, device), tracker)
         self.reintegrator = Reintegrator(config) if config.reintegration.enabled else None
         self._n_frames = 0

@@ -17,6 +17,7 @@ from razer.metrics.instances.precision_recall import Curve, precision_recall
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.naming import ranked_names
 from razer.query.ranking import PRESENT, NegativePrompts, TextRanking
+from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
 
 Banks = dict[int, tuple[Float32Array, Float64Array]]
@@ -72,14 +73,17 @@ def noisy_observations(
 
 
 def banks_of(observations: Float32Array, settings: BankSettings) -> Banks:
-    """The bank of each object after all its observations, which count alike."""
-    result: Banks = {}
-    for number, rows in enumerate(observations):
-        bank = EmbeddingBank(settings, observations.shape[2])
-        for row in rows:
-            bank.add(row, 0.5)
-        result[number] = bank.settled()
-    return result
+    """The bank of each object after all its observations, which count alike.
+
+    Each round of one observation an object is what a frame is to a map: the scale learns from it."""
+    scale = SimilarityScale()
+    banks = [EmbeddingBank(settings, observations.shape[2], scale) for _ in observations]
+    for views in observations.transpose(1, 0, 2):
+        same = [bank.means[0] @ view for bank, view in zip(banks, views, strict=True) if len(bank.means)]
+        scale.observe((views @ views.T)[np.triu_indices(len(views), 1)], np.array(same))
+        for bank, view in zip(banks, views, strict=True):
+            bank.add(view, 0.5)
+    return {number: bank.settled() for number, bank in enumerate(banks)}
 
 
 def clean_banks(exemplars: Exemplars, rows: IndexArray) -> Banks:

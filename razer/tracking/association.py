@@ -4,7 +4,6 @@ Hungarian method in each connected component (RAZER section IV-C, RAZER eq. 8)."
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -23,8 +22,6 @@ from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
 
-Cosines = TypeVar("Cosines", float, Float64Array)
-
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
 FORBIDDEN = 1e3
 
@@ -35,7 +32,6 @@ def find_candidates(
     index: BoxIndex,
     overlap: LabelOverlap,
     settings: AssociationSettings,
-    unrelated_cosine: float = 0.0,
 ) -> list[tuple[Candidate, ...]]:
     """For each detection the tracks it may belong to, cheapest first.
 
@@ -45,15 +41,14 @@ def find_candidates(
         index: R-tree of their boxes.
         overlap: The labels under the detections, and how much of each track the frame shows.
         settings: Weights, gate and distances.
-        unrelated_cosine: The embedder's cosine of unlike things, see `calibrated_cosine`.
     """
     pairs = _candidate_pairs(detections, tracks, index, overlap, settings)
     if not pairs:
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
     paired_ids = sorted(set(ids))
-    cosines = bank_similarity([tracks[t].bank for t in paired_ids], np.stack([d.embedding for d in detections]))
-    similarity = calibrated_cosine(cosines[np.searchsorted(paired_ids, ids), rows], unrelated_cosine)
+    units = bank_similarity([tracks[t].bank for t in paired_ids], np.stack([d.embedding for d in detections]))
+    similarity = np.minimum(units[np.searchsorted(paired_ids, ids), rows], 1.0)
     max_geometry = (settings.gate - settings.weight_semantic * (1 - similarity)) / max(settings.weight_geometry, 1e-9)
     geometry_overlap = _overlaps(detections, tracks, pairs, overlap, 1 - max_geometry, settings)
     cost = settings.weight_geometry * (1 - geometry_overlap) + settings.weight_semantic * (1 - similarity)
@@ -61,12 +56,6 @@ def find_candidates(
     for (i, t), v, s, m in zip(pairs, 1 - geometry_overlap, 1 - similarity, cost, strict=True):
         candidates[i].append(Candidate(t, float(v), float(s), float(m)))
     return [tuple(sorted(row, key=lambda c: (c.cost, c.track_id))) for row in candidates]
-
-
-def calibrated_cosine(cosine: Cosines, unrelated_cosine: float) -> Cosines:
-    """The cosine as it were if unlike things were at right angles; in the embedder's space their cosine is
-    `unrelated_cosine`, 0.8 among class names in CLIP's, where no two vectors are ever far apart."""
-    return (cosine - unrelated_cosine) / (1 - unrelated_cosine)
 
 
 def _candidate_pairs(

@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
 from razer.config import BankSettings
+from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_clusters import EmbeddingClusters
 
 # Mass at which a track counts as well observed, so that unlike embeddings are outliers and no new hypotheses.
@@ -18,10 +19,16 @@ class EmbeddingBank:
     """At most `settings.hypotheses` clusters with the weighted sum of their observations and its mass W_j.
 
     Noisy observations of one thing are less alike than `settings.similarity` and fill several clusters. What is read
-    are hypotheses e_j, clusters of one thing merged, with confidence c_j = W_j / sum W."""
+    are hypotheses e_j, clusters of one thing merged, with confidence c_j = W_j / sum W.
 
-    def __init__(self, settings: BankSettings, dimension: int) -> None:
+    Similarities are mean cosines to the observations of a hypothesis, which do not grow with their number as that to
+    their mean does, in units of unlike ... same."""
+
+    def __init__(self, settings: BankSettings, dimension: int, scale: SimilarityScale | None = None) -> None:
+        """An empty bank; `scale` is that of the embedder, shared by all banks of a map; without one, units are
+        cosines."""
         self.settings = settings
+        self.scale = SimilarityScale() if scale is None else scale
         self._clusters = EmbeddingClusters.none(dimension)
         self._hypotheses = self._clusters
         self.outliers = 0
@@ -40,7 +47,7 @@ class EmbeddingBank:
     def settled(self) -> tuple[Float32Array, Float64Array]:
         """Embeddings (J, D) and confidences (J,) for queries, without those of a single observation, the strongest
         first. Association still wants these, as a view that was observed once may come again."""
-        clusters = self._clusters.settled()
+        clusters = self._clusters.settled(self.scale.calibrated)
         return clusters.directions.astype(np.float32), clusters.masses / max(clusters.masses.sum(), 1e-12)
 
     @property
@@ -48,21 +55,32 @@ class EmbeddingBank:
         """Confidence mass of all observations fused so far."""
         return float(self._clusters.masses.sum())
 
+    @property
+    def means(self) -> Float64Array:
+        """Mean observations (J, D) of the hypotheses, of length 1 or less, in the order of `embeddings`."""
+        return self._hypotheses.means
+
     def similarity(self, embedding: Float32Array) -> float:
-        """Highest cosine of a unit vector (D,) to any hypothesis (RAZER section IV-I); 0 while empty."""
-        return float((self._hypotheses.directions @ embedding).max()) if len(self._hypotheses) else 0.0
+        """Highest similarity of a unit vector (D,) to any hypothesis (RAZER section IV-I), in units of unlike ... same;
+        0 while empty."""
+        return self.scale.units(float((self.means @ embedding).max())) if len(self._hypotheses) else 0.0
+
+    def similarity_to(self, other: EmbeddingBank) -> float:
+        """Highest similarity of any two hypotheses of two banks, in units of unlike ... same; 0 where one is empty."""
+        cosines = self._hypotheses.mean_cosines(other._hypotheses)
+        return self.scale.units(float(cosines.max())) if cosines.size else 0.0
 
     def add(self, embedding: Float32Array, confidence: float) -> None:
         """Take in one observation (RAZER eqs. 13 and 14)."""
         confidence = max(confidence, 1e-6)
         self._take(EmbeddingClusters.of(embedding, confidence))
-        self._hypotheses = self._clusters.distinct()
+        self._hypotheses = self._clusters.distinct(self.scale.calibrated)
 
     def absorb(self, other: EmbeddingBank) -> None:
         """Take in the clusters of a fused duplicate, with their mass."""
         for row in range(len(other._clusters)):
             self._take(other._clusters.select([row]))
-        self._hypotheses = self._clusters.distinct()
+        self._hypotheses = self._clusters.distinct(self.scale.calibrated)
         self.outliers += other.outliers
 
     def _take(self, new: EmbeddingClusters) -> None:
@@ -71,25 +89,25 @@ class EmbeddingBank:
     def _with(self, new: EmbeddingClusters) -> EmbeddingClusters:
         """The clusters after one more: merged with one of them, beside them, in place of one, or an outlier."""
         clusters = self._clusters
-        cosines = clusters.directions @ new.directions[0]
-        nearest = int(cosines.argmax())
-        if cosines[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
+        similarities = self.scale.units(clusters.mean_cosines(new)[:, 0])
+        nearest = int(similarities.argmax())
+        if similarities[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
             return clusters.merged(nearest, new)
-        if cosines[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
+        if similarities[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
             self.outliers += 1
             return clusters
         if len(clusters) < self.settings.hypotheses:
             return clusters.joined(new)
         if new.masses[0] > clusters.masses.min():
             return clusters.select(np.arange(len(clusters)) != clusters.masses.argmin()).joined(new)
-        # By the mean cosine to a cluster's observations: that to their mean is higher, the more they are.
-        return clusters.merged(int(clusters.mean_cosines(new).argmax()), new)
+        return clusters.merged(nearest, new)
 
 
 def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:
-    """Highest cosine of each of (N, D) unit vectors to each of M banks, (M, N)."""
+    """Highest similarity of each of (N, D) unit vectors to each of M banks of one scale, (M, N), in units of unlike ...
+    same."""
     if not banks or len(embeddings) == 0:
         return np.zeros((len(banks), len(embeddings)))
-    sizes = [len(bank.embeddings) for bank in banks]
-    cosines = np.concatenate([bank.embeddings for bank in banks]) @ embeddings.T
-    return np.maximum.reduceat(cosines, np.r_[0, np.cumsum(sizes)[:-1]], axis=0)
+    sizes = [len(bank.means) for bank in banks]
+    cosines = np.concatenate([bank.means for bank in banks]) @ embeddings.T
+    return banks[0].scale.units(np.maximum.reduceat(cosines, np.r_[0, np.cumsum(sizes)[:-1]], axis=0))

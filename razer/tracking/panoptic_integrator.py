@@ -37,7 +37,7 @@ class PanopticIntegrator:
         """An empty one that gives new ids, and carves free space every `carve_every` frames; 0 = never."""
         voxel_settings = self.config.voxels.model_copy(update={"carve_every": carve_every})
         config = self.config.model_copy(update={"voxels": voxel_settings})
-        tracker = Tracker(config, self.tracker.newest_id, self.tracker.unrelated_cosine)
+        tracker = Tracker(config, self.tracker.newest_id, self.tracker.scale)
         return PanopticIntegrator(config, self.voxels.empty_copy(), tracker)
 
     def fuse(self, observation: Observation, *, spare_confirmed: bool = False) -> StepResult:

@@ -11,6 +11,7 @@ from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import BankSettings
 from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
+from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
 
 # Hits by which the confidence lacks half as much of what consistency and stability alone would give.
@@ -24,7 +25,14 @@ RIVALRY_RATE = 0.1
 class Track:
     """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was matched and missed."""
 
-    def __init__(self, track_id: int, detection: Detection, frame_index: int, bank: BankSettings) -> None:
+    def __init__(
+        self,
+        track_id: int,
+        detection: Detection,
+        frame_index: int,
+        bank: BankSettings,
+        scale: SimilarityScale | None = None,
+    ) -> None:
         """A tentative track.
 
         Args:
@@ -32,11 +40,12 @@ class Track:
             detection: The first of it.
             frame_index: The frame that shows it.
             bank: Settings of its embedding bank.
+            scale: Of the embedder's cosines, shared by all tracks; without one, similarities are cosines.
         """
         self.id = track_id
         self.moments: PointMoments = detection.moments
         self.box: OrientedBox = detection.box
-        self.bank = EmbeddingBank(bank, len(detection.embedding))
+        self.bank = EmbeddingBank(bank, len(detection.embedding), scale)
         self.first_frame = self.last_frame = frame_index
         self.hits = 0
         self.chances = 0

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import MaintenanceSettings, MapperConfig
 from razer.detection.lifting import Detection
-from razer.tracking.association import assign, calibrated_cosine, find_candidates
+from razer.similarity.similarity_scale import SimilarityScale
+from razer.tracking.association import assign, find_candidates
 from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.similarity_pairs import same_cosines, unlike_cosines
 from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
@@ -20,10 +22,10 @@ FUSE = float(os.environ.get('FUSE', 1.0))
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
 
-    def __init__(self, config: MapperConfig, newest_id: int = 0, unrelated_cosine: float = 0.0) -> None:
-        """Ids of tracks are larger than `newest_id`; for unrelated_cosine see `calibrated_cosine`."""
+    def __init__(self, config: MapperConfig, newest_id: int = 0, scale: SimilarityScale | None = None) -> None:
+        """Ids of tracks are larger than `newest_id`; `scale` is that of the embedder's cosines, which learns on."""
         self.config = config
-        self.unrelated_cosine = unrelated_cosine
+        self.scale = SimilarityScale() if scale is None else scale
         self.tracks: dict[int, Track] = {}
         self.newest_id = newest_id
         self._index = BoxIndex()
@@ -32,7 +34,9 @@ class Tracker:
     def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one."""
         settings = self.config.association
-        candidates = find_candidates(detections, self.tracks, self._index, overlap, settings, self.unrelated_cosine)
+        candidates = find_candidates(detections, self.tracks, self._index, overlap, settings)
+        banks = {track_id: track.bank for track_id, track in self.tracks.items()}
+        self.scale.observe(unlike_cosines(detections), same_cosines(detections, candidates, banks))
         pairs = assign(candidates, settings.gate)
         mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
         decisions = []
@@ -92,7 +96,7 @@ class Tracker:
     def _observe(self, decision: Decision, detection: Detection, frame_index: int) -> None:
         track = self.tracks.get(decision.track_id)
         if track is None:
-            track = Track(decision.track_id, detection, frame_index, self.config.bank)
+            track = Track(decision.track_id, detection, frame_index, self.config.bank, self.scale)
             self.tracks[track.id] = track
         else:
             track.observe(detection, frame_index)
@@ -148,8 +152,7 @@ class Tracker:
         return gone, survivor
 
     def _similarity(self, a: int, b: int) -> float:
-        cosine = max(self.tracks[a].bank.similarity(e) for e in self.tracks[b].bank.embeddings)
-        return calibrated_cosine(cosine, self.unrelated_cosine)
+        return self.tracks[a].bank.similarity_to(self.tracks[b].bank)
 
     def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
         for minus, (a, b) in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):

@@ -40,7 +40,8 @@ class ClipEmbedder:
             with. Larger: finer features, and time grows at least with the square.
         batch: crops or texts encoded at a time. Larger: faster on a GPU, more memory.
         unrelated_cosine: cosine of images of unrelated objects: 0.55 to 0.85 with CLIP ViT-B/32, 0.72 on average over
-            objects of LVIS. Larger: similar objects are separated, and so are two sides of one object.
+            objects of LVIS; until the map has learnt its own. Larger: similar objects are separated in the first
+            frames, and so are two sides of one object.
         architecture: open_clip's MODEL or MODEL:TAG where a file holds weights alone.
         device: auto, cpu or cuda.
 

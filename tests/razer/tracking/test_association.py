@@ -15,7 +15,8 @@ from razer.boxes.iou import box_containment, box_iou
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings, BankSettings
 from razer.detection.lifting import Detection, Lifted
-from razer.tracking.association import assign, calibrated_cosine, find_candidates
+from razer.similarity.similarity_scale import SimilarityScale
+from razer.tracking.association import assign, find_candidates
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
@@ -71,25 +72,15 @@ def test_no_pair_within_the_gate_assigns_nothing() -> None:
     assert assign([[Candidate(1, 1, 1, 0.5)]], 0.5) == {0: 1}
 
 
-def test_the_calibrated_cosine_is_the_cosine_between_what_sets_vectors_apart_from_a_common_part() -> None:
-    # Vectors with the same large part in common: without it they are at 0, 60 and 90 degrees.
-    common, own = np.sqrt(0.8), np.sqrt(0.2)
-    first = np.array([common, own, 0])
-    for degrees in (0, 60, 90):
-        angle = np.radians(degrees)
-        second = np.array([common, own * np.cos(angle), own * np.sin(angle)])
-        assert calibrated_cosine(float(first @ second), 0.8) == pytest.approx(np.cos(angle))
-    assert calibrated_cosine(0.3, 0.0) == 0.3
-
-
 def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
     book, table = unit(1, 0.3, 0), unit(1, 0, 0.3)
-    known, index = make_tracks(detection(axis_box((0, 0, 0), (1, 1, 1)), table))
     found = [detection(axis_box((0.2, 0, 0), (1, 1, 1)), book)]
     settings = AssociationSettings(geometry_distance="paper")
 
     def cost(unrelated_cosine: float) -> float:
-        (row,) = find_candidates(found, known, index, NO_OVERLAP, settings, unrelated_cosine)
+        first = detection(axis_box((0, 0, 0), (1, 1, 1)), table)
+        known, index = make_tracks(first, scale=SimilarityScale(unrelated_cosine))
+        (row,) = find_candidates(found, known, index, NO_OVERLAP, settings)
         return row[0].cost
 
     assert cost(0.0) < settings.gate < cost(float(book @ table))
@@ -101,8 +92,8 @@ def test_the_detection_that_fits_worse_takes_its_second_choice() -> None:
     assert assign(rows, 0.45) == {0: 2, 1: 1}
 
 
-def make_tracks(*found: Detection) -> tuple[dict[int, Track], BoxIndex]:
-    tracks = {i: Track(i, d, 0, BankSettings()) for i, d in enumerate(found, start=1)}
+def make_tracks(*found: Detection, scale: SimilarityScale | None = None) -> tuple[dict[int, Track], BoxIndex]:
+    tracks = {i: Track(i, d, 0, BankSettings(), scale) for i, d in enumerate(found, start=1)}
     index = BoxIndex()
     for track in tracks.values():
         index.put(track.id, track.box)

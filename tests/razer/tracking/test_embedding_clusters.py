@@ -7,10 +7,23 @@ import pytest
 from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
+from razer.similarity.similarity_scale import CalibratedScale, CosinePopulation, SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
-from razer.tracking.embedding_clusters import SAME_THING_COSINE, EmbeddingClusters
+from razer.tracking.embedding_clusters import SAME_THING_UNITS, EmbeddingClusters
 
 DIMENSION = 512
+COSINES = SimilarityScale().calibrated  # units are cosines
+
+
+def noisy_scale(unlike):
+    """Of views at a cosine of 0.7 to what they are of, where unlike things are at `unlike` beneath that noise."""
+    return CalibratedScale(CosinePopulation(0.49 * unlike, 0.04, 0.05), CosinePopulation(0.49, 0.04, 0.05))
+
+
+def learnt_scale(unlike, same):
+    scale = SimilarityScale()
+    scale.observe(np.full(2000, unlike), np.full(2000, same))
+    return scale
 
 
 def direction(rng):
@@ -39,7 +52,7 @@ def test_coherence_is_the_mean_cosine_of_pairs():
     pairs = [(i, j) for i in range(7) for j in range(7) if i != j]
     expected = sum(weights[i] * weights[j] * (vectors[i] @ vectors[j]) for i, j in pairs)
     expected /= sum(weights[i] * weights[j] for i, j in pairs)
-    assert cluster_of(vectors, weights).coherence()[0] == pytest.approx(expected)
+    assert cluster_of(vectors, weights).coherence(0.3)[0] == pytest.approx(expected)
 
 
 def test_mean_cosine_is_that_of_all_pairs():
@@ -47,23 +60,26 @@ def test_mean_cosine_is_that_of_all_pairs():
     vectors = [direction(rng) for _ in range(5)]
     other, weights = direction(rng), rng.uniform(0.2, 1, 5)
     expected = sum(w * (v @ other) for v, w in zip(vectors, weights, strict=True)) / weights.sum()
-    assert cluster_of(vectors, weights).mean_cosines(EmbeddingClusters.of(other, 0.3))[0] == pytest.approx(expected)
+    assert cluster_of(vectors, weights).mean_cosines(EmbeddingClusters.of(other, 0.3))[0, 0] == pytest.approx(expected)
 
 
-def test_a_single_observation_is_taken_as_it_is():
-    assert EmbeddingClusters.of(direction(np.random.default_rng(2)), 0.4).coherence() == 1
+def test_a_single_observation_is_taken_to_agree_with_others_as_views_of_one_thing_do():
+    single = EmbeddingClusters.of(direction(np.random.default_rng(2)), 0.4)
+    assert single.coherence(0.49) == pytest.approx(0.49)
+    assert single.coherence(1.0) == 1
 
 
 @pytest.mark.parametrize(("cosine", "n_left"), [(1.0, 1), (0.8, 2)])
 def test_slots_of_one_thing_are_told_from_those_of_its_neighbour_under_heavy_noise(cosine, n_left):
     """Observations are at a cosine of 0.5 to each other, yet 1.0 and 0.8 between what they are of differ."""
-    assert SAME_THING_COSINE > 0.8
+    scale = noisy_scale(unlike=0.6)
+    assert scale.units(0.49 * 0.8) < SAME_THING_UNITS < scale.units(0.49)
     for seed in range(20):
         rng = np.random.default_rng(seed)
         one = direction(rng)
         other = one if cosine == 1 else turned(one, cosine, rng)
         both = [cluster_of([turned(v, 0.7, rng) for _ in range(12)], [0.5] * 12) for v in (one, other)]
-        merged = both[0].joined(both[1]).distinct()
+        merged = both[0].joined(both[1]).distinct(scale)
         assert len(merged) == n_left
         assert merged.masses.sum() == pytest.approx(12)
 
@@ -76,7 +92,7 @@ def test_taking_together_keeps_the_sum_and_puts_the_largest_first():
         .joined(EmbeddingClusters.of(vectors[1], 0.5))
         .joined(EmbeddingClusters.of(vectors[2], 0.3))
     )
-    left = clusters.distinct()
+    left = clusters.distinct(COSINES)
     assert_allclose(left.masses, [0.5, 0.3, 0.2])
     assert_allclose(left.sums.sum(axis=0), clusters.sums.sum(axis=0))
 
@@ -95,10 +111,10 @@ def test_a_bank_of_noisy_observations_of_one_thing_is_its_running_mean():
 
 def test_the_order_of_two_banks_does_not_matter_to_what_both_hold():
     rng = np.random.default_rng(5)
-    centre = direction(rng)
+    centre, scale = direction(rng), learnt_scale(0.0, 0.49)
     banks = []
     for _ in range(2):
-        bank = EmbeddingBank(BankSettings(), DIMENSION)
+        bank = EmbeddingBank(BankSettings(), DIMENSION, scale)
         for _ in range(10):
             bank.add(turned(centre, 0.7, rng).astype(np.float32), 0.5)
         banks.append(bank)
@@ -128,7 +144,7 @@ def test_a_second_appearance_that_was_seen_more_than_once_stays():
     front, back = direction(rng), direction(rng)
     both = cluster_of([turned(front, 0.9, rng) for _ in range(3)], [0.5] * 3)
     both = both.joined(cluster_of([turned(back, 0.9, rng) for _ in range(2)], [0.5] * 2))
-    left = both.joined(EmbeddingClusters.of(turned(back, 0.9, rng), 0.4)).settled()
+    left = both.joined(EmbeddingClusters.of(turned(back, 0.9, rng), 0.4)).settled(COSINES)
     assert_allclose(left.masses, [1.5, 1.4])
 
 
@@ -136,3 +152,85 @@ def test_an_empty_bank_settles_to_nothing():
     embeddings, weights = EmbeddingBank(BankSettings(), 4).settled()
     assert embeddings.shape == (0, 4)
     assert len(weights) == 0
+
+
+def test_noisy_views_of_one_thing_fill_one_cluster_once_the_scale_knows_their_noise():
+    rng = np.random.default_rng(8)
+    centre, other = direction(rng), direction(rng)
+    bank = EmbeddingBank(BankSettings(), DIMENSION, learnt_scale(0.0, 0.49))
+    for _ in range(3):
+        bank.add(turned(centre, 0.7, rng).astype(np.float32), 0.5)
+    assert len(bank.embeddings) == 1  # pairwise cosines of 0.49
+    bank.add(turned(other, 0.7, rng).astype(np.float32), 0.5)
+    assert len(bank.embeddings) == 2
+
+
+def test_similarity_of_a_view_does_not_grow_with_the_number_of_views_behind_a_hypothesis():
+    rng = np.random.default_rng(9)
+    centre = direction(rng)
+    view, bank = turned(centre, 0.7, rng), EmbeddingBank(BankSettings(), DIMENSION, learnt_scale(0.0, 0.49))
+    similarities = []
+    for _ in range(30):
+        bank.add(turned(centre, 0.7, rng).astype(np.float32), 0.5)
+        similarities.append(bank.similarity(view))
+    assert_allclose(similarities, 1, atol=0.25)
+    assert similarities[-1] == pytest.approx(1, abs=0.05)
+    assert bank.similarity_to(bank) == pytest.approx(1, abs=0.1)
+
+
+def test_banks_are_as_similar_as_their_most_similar_hypotheses():
+    scale = learnt_scale(0.2, 0.8)
+    one, other = (EmbeddingBank(BankSettings(), 3, scale) for _ in range(2))
+    assert one.similarity_to(other) == 0
+    for axis in (0, 1):
+        one.add(np.eye(3, dtype=np.float32)[axis], 0.5)
+    other.add(np.eye(3, dtype=np.float32)[2], 0.5)
+    assert one.similarity_to(other) == pytest.approx(scale.units(0.0))
+    other.add(np.array([0, 0.6, 0.8], np.float32), 0.5)
+    assert one.similarity_to(other) == other.similarity_to(one) > scale.units(0.0) + 0.3
+
+
+@pytest.fixture(scope="module")
+def pictures(real_data):
+    """CLIP vectors of pictures of unlike things (N, D), and the scale that a map of such things learns."""
+    with np.load(real_data / "clip-vit-b32" / "lvis.npz") as table:
+        image = table["image"].astype(np.float64)
+    image /= np.linalg.norm(image, axis=1, keepdims=True)
+    rng = np.random.default_rng(10)
+    things = image[rng.choice(len(image), 40, replace=False)]
+    scale = SimilarityScale(0.5)
+    views = np.array([[turned(thing, 0.95, rng) for thing in things] for _ in range(2)])
+    scale.observe((views[0] @ views[0].T)[np.triu_indices(40, 1)], (views[0] * views[1]).sum(axis=1))
+    return things, scale
+
+
+def test_pictures_of_unlike_things_stay_two_hypotheses(pictures):
+    """More than a third of such pairs have a cosine above 0.75, the threshold of similarity."""
+    things, scale = pictures
+    rng = np.random.default_rng(11)
+    n_hypotheses, n_alike = [], 0
+    for one, other in zip(things[:20], things[20:], strict=True):
+        bank = EmbeddingBank(BankSettings(), DIMENSION, scale)
+        for thing in (one, one, other, one, other):
+            bank.add(turned(thing, 0.95, rng).astype(np.float32), 0.3)
+        n_hypotheses.append(len(bank.embeddings))
+        n_alike += one @ other > BankSettings().similarity
+    assert n_alike >= 5
+    assert np.mean(np.array(n_hypotheses) == 2) >= 0.85
+
+
+def test_a_picture_of_something_else_is_an_outlier_to_a_well_seen_track(pictures):
+    """No two such pictures have a cosine below 0.2."""
+    things, scale = pictures
+    rng = np.random.default_rng(12)
+    outliers = own_outliers = 0
+    for one, other in zip(things[:20], things[20:], strict=True):
+        bank = EmbeddingBank(BankSettings(), DIMENSION, scale)
+        for _ in range(8):
+            bank.add(turned(one, 0.95, rng).astype(np.float32), 0.5)
+        own_outliers += bank.outliers
+        bank.add(turned(other, 0.95, rng).astype(np.float32), 0.5)
+        outliers += bank.outliers
+    assert (things @ things.T).min() > BankSettings().outlier
+    assert own_outliers == 0
+    assert outliers >= 10

@@ -1,0 +1,1 @@
+"""Similarity calibration: what the cosines of an embedder are worth."""
