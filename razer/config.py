@@ -35,7 +35,7 @@ class VoxelSettings(Settings):
         10, ge=0, description="Frames between passes of space carving; 0 = never: moved objects leave ghosts."
     )
     surface_weight: float = Field(
-        3.0, ge=0, description="Observations a voxel needs to be surface. Larger: cleaner, but less is left."
+        1.0, ge=0, description="Observations a voxel needs to be surface. Larger: cleaner, but less is left."
     )
 
     @property
@@ -48,7 +48,7 @@ class MaskSettings(Settings):
     """Which masks are lifted, and how far their borders are trusted."""
 
     min_pixels: int = Field(
-        400, ge=1, description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg)."
+        64, ge=1, description="Smaller masks are dropped; pixels at 640x480, scaled with the image (OnlineAnySeg)."
     )
     min_score: float = Field(0.25, ge=0, le=1, description="Masks the model trusts less are dropped.")
     min_valid_depth: float = Field(
@@ -69,7 +69,7 @@ class LiftingSettings(Settings):
     )
     dbscan_min_points: int = Field(10, ge=1, description="DBSCAN's core-point count, on cells of the map's voxel size.")
     min_cells: int = Field(
-        20, ge=4, description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise."
+        8, ge=4, description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise."
     )
     background_gap_m: float = Field(
         0.3,
@@ -90,7 +90,7 @@ class AssociationSettings(Settings):
     weight_geometry: float = Field(0.6, ge=0, le=1, description="w_v, share of the geometric distance in the cost.")
     weight_semantic: float = Field(0.4, ge=0, le=1, description="w_s, share of the embedding distance in the cost.")
     gate: float = Field(
-        0.45,
+        0.5,
         gt=0,
         le=2,
         description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers.",
@@ -141,7 +141,6 @@ class MaintenanceSettings(Settings):
     interval_frames: int = Field(
         10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time."
     )
-    confirm_hits: int = Field(3, ge=1, description="Observations until a tentative track counts as an instance.")
     max_misses: int = Field(
         30, ge=1, description="k: frames a track may go unmatched while in view and not occluded before it is pruned."
     )
@@ -162,21 +161,10 @@ class MaintenanceSettings(Settings):
         description="Whether a voxel loses a vote for an instance that the frame shows elsewhere. Off: what a mask "
         "spilled over stays, and small things detected now and then belong to what they stand on.",
     )
-    fuse_consensus: float = Field(
-        0.6,
-        gt=0,
-        le=1,
-        description="Two tracks are fused when one mask covers both in this share of the frames that show both.",
-    )
-    fuse_frames: int = Field(2, ge=1, description="Frames with both in one mask before two tracks can be fused.")
-    fuse_prior: float = Field(
-        4.0,
-        ge=0,
-        description="Frames in one mask that a pair is credited with beforehand: a track observed a few times beside a "
-        "larger one is more often a part of it than a thing. Larger: fewer fragments, small things vanish.",
-    )
-    fuse_cosine: float = Field(
-        0.6, ge=-1, le=1, description="Minimum similarity of two tracks that are fused (0 = unlike, 1 = same)."
+    fuse_log_odds: float = Field(
+        1.0,
+        description="Two tracks are fused when the log-odds that they are one thing, by the masks of all views and by "
+        "their embeddings, are at least this. Lower: more mergers; higher: more fragments.",
     )
 
 

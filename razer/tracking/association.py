@@ -48,7 +48,8 @@ def find_candidates(
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
     paired_ids = sorted(set(ids))
     units = bank_similarity([tracks[t].bank for t in paired_ids], np.stack([d.embedding for d in detections]))
-    similarity = np.minimum(units[np.searchsorted(paired_ids, ids), rows], 1.0)
+    log_odds = tracks[ids[0]].bank.scale.log_odds(units[np.searchsorted(paired_ids, ids), rows])
+    similarity = 1 / (1 + np.exp(-log_odds))  # P(same), beforehand as likely as not
     max_geometry = (settings.gate - settings.weight_semantic * (1 - similarity)) / max(settings.weight_geometry, 1e-9)
     geometry_overlap = _overlaps(detections, tracks, pairs, overlap, 1 - max_geometry, settings)
     cost = settings.weight_geometry * (1 - geometry_overlap) + settings.weight_semantic * (1 - similarity)
@@ -67,8 +68,10 @@ def _candidate_pairs(
 ) -> list[tuple[int, int]]:
     """(detection, track) of all that lie close; with 'visible' distance only of those that share cells or a box."""
     pairs = [(i, t) for i, d in enumerate(detections) for t in index.near(d.box, settings.search_margin_m)]
-    if settings.geometry_distance != "visible" or not pairs:
+    if settings.geometry_distance != "visible":
         return pairs
+    if not pairs:
+        return sorted(pair for pair in overlap.shared if pair[1] in tracks)
     boxes, first, second = _boxes_of_pairs(detections, tracks, pairs)
     min_iou = 1 - settings.gate / max(settings.weight_geometry, 1e-9)
     likely = np.flatnonzero(iou_bounds(boxes, settings.box_margin_m, first, second) > min_iou)

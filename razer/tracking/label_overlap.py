@@ -14,6 +14,11 @@ from razer.detection.observed_surface import Cells
 from razer.volume.voxel_map import VoxelMap
 
 
+# What is known of an overlap before any cell is seen: a few cells in view prove nothing.
+PRIOR_IOU = 0.25
+PRIOR_CELLS = 8
+
+
 @dataclass(frozen=True)
 class LabelOverlap:
     """Counts of observed cells: `shared` {(detection, track): cells}, `labelled` {detection: cells with any
@@ -46,7 +51,7 @@ class LabelOverlap:
         for neither side: they are new, and no track can own them yet."""
         shared = self.shared.get((detection, track), 0)
         union = self.labelled.get(detection, 0) + self.visible.get(track, 0) - shared
-        return shared / union if union else 0.0
+        return (shared + PRIOR_IOU * PRIOR_CELLS) / (union + PRIOR_CELLS) if shared else 0.0
 
     def owned_share(self, detection: int, track: int, n_cells: int) -> float:
         """Share of a detection's cells that bear the track's label."""

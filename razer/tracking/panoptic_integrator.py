@@ -15,6 +15,7 @@ from razer.stages import stage
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
 from razer.tracking.tracker import Tracker
+from razer.tracking.view_novelty import ViewNovelty
 from razer.volume.label_voting import vote
 from razer.volume.space_carving import carve
 from razer.volume.support import support_ratios
@@ -30,6 +31,7 @@ class PanopticIntegrator:
         self.voxels = voxels
         self.tracker = tracker
         self._surface = SurfaceCache()
+        self._novelty = ViewNovelty()
         self._n_frames = 0
         self._last_index = self._refreshed_at = 0
 
@@ -47,7 +49,8 @@ class PanopticIntegrator:
             changed_blocks = self.voxels.integrate(frame, surface)
         with stage("associate"):
             overlap = LabelOverlap.gather(self.voxels, surface.cells, lifted)
-            decisions = self.tracker.update(lifted.detections, overlap, frame.index)
+            novelty = self._novelty.of(frame.pose)
+            decisions = self.tracker.update(lifted.detections, overlap, frame.index, novelty)
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
@@ -84,7 +87,7 @@ class PanopticIntegrator:
         for gone, survivor in fused:
             self.voxels.replace(gone, survivor)
         self.refresh_tracks(grown={survivor for _, survivor in fused})
-        pruned = self.tracker.prune(self._last_index, spare_confirmed=spare_confirmed)
+        pruned = self.tracker.prune(spare_confirmed=spare_confirmed)
         for gone in pruned:
             self.voxels.replace(gone, 0)
         return fused, pruned

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 
 import numpy as np
 
@@ -13,13 +13,14 @@ from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
-
-# Hits by which the confidence lacks half as much of what consistency and stability alone would give.
-HALF_CONFIDENCE_HITS = 2.0
+from razer.tracking.existence import Existence
 
 # Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
 # mask that falls apart for five does not.
 RIVALRY_RATE = 0.1
+
+TYPICAL_RATE = 0.2  # by which the typical size of its detections follows the newest
+ENOUGH_OF_TYPICAL = 0.5  # of it in view is a full chance to be detected
 
 
 class Track:
@@ -48,14 +49,14 @@ class Track:
         self.bank = EmbeddingBank(bank, len(detection.embedding), scale)
         self.first_frame = self.last_frame = frame_index
         self.hits = 0
-        self.chances = 0
         self.misses = 0
-        self.confirmed = False
+        self.existence = Existence(detection.score)
         self.support = 1.0
         self.n_voxels = 0
         self.views: tuple[BestView, ...] = ()
         self._rivalry = 0.0
-        self._class_votes: Counter[str] = Counter()
+        self._typical_cells = float(detection.n_cells)
+        self._class_votes: dict[str, float] = defaultdict(float)
         self.observe(detection, frame_index)
 
     @property
@@ -71,12 +72,15 @@ class Track:
         return float(confidences[0]) if len(confidences) else 0.0
 
     @property
+    def confirmed(self) -> bool:
+        """Whether it is more likely a thing than a phantom."""
+        return self.existence.log_odds >= 0
+
+    @property
     def confidence(self) -> float:
-        """alpha in [0, 1]: temporal consistency (hits over chances in view) and semantic stability, both
-        counted only as far as there are observations."""
-        consistency = min(1.0, self.hits / max(self.chances, self.hits, 1))
-        experience = 1 - 2 ** (-self.hits / HALF_CONFIDENCE_HITS)
-        return float(experience * np.sqrt(consistency * self.stability))
+        """alpha in [0, 1]: the probability that it is a thing (temporal consistency), times that of its label being its
+        own, the share of its votes that won their voxels."""
+        return self.existence.probability * self.support
 
     @property
     def is_contested(self) -> bool:
@@ -88,19 +92,32 @@ class Track:
         self._rivalry += RIVALRY_RATE * (has_rival - self._rivalry)
 
     def observe(self, detection: Detection, frame_index: int) -> None:
-        """Update with a matched detection: one hit more, and its box may grow (RAZER eqs. 9 to 11)."""
-        if frame_index > self.last_frame or self.hits == 0:
-            self.hits += 1
+        """Update with a matched detection: its box may grow (RAZER eqs. 9 to 11)."""
+        is_first = not len(self.bank.confidences)
         self.last_frame = max(self.last_frame, frame_index)
-        self.misses = 0
-        if self.hits > 1:
+        self._typical_cells += (detection.n_cells - self._typical_cells) * TYPICAL_RATE
+        if not is_first:
             self.moments = self.moments + detection.moments
             self.box = _grown_to(self.box, self.moments, detection.box)
         self.bank.add(detection.embedding, detection.quality)
         if detection.region is not None:
             self.views = best_views([*self.views, BestView(frame_index, detection.region)])
         if detection.class_name is not None:
-            self._class_votes[detection.class_name] += 1
+            self._class_votes[detection.class_name] += detection.quality
+
+    def count_hit(self, score: float, novelty: float) -> None:
+        """Note a frame in which it was detected; an unsure detection is in part a miss."""
+        self.hits += 1
+        self.misses = 0
+        if self.hits > 1:
+            self.existence.count(novelty * score, novelty * (1 - score))
+
+    def count_miss(self, visible_cells: int, novelty: float) -> None:
+        """Note a frame that shows so many of its own cells, and no detection of it. Where much less of it is in view
+        than usually is detected of it, it is the less missed."""
+        self.misses += 1
+        chance = min(1.0, visible_cells / (ENOUGH_OF_TYPICAL * self._typical_cells))
+        self.existence.count(0.0, novelty * chance)
 
     def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:
         """Take moments and box from the track's own voxels (N, 3), which forget what was corrected since."""
@@ -116,11 +133,12 @@ class Track:
         self.bank.absorb(other.bank)
         self.first_frame = min(self.first_frame, other.first_frame)
         self.last_frame = max(self.last_frame, other.last_frame)
-        self.hits, self.chances = max(self.hits, other.hits), max(self.chances, other.chances)
-        self.confirmed = self.confirmed or other.confirmed
+        self.hits = max(self.hits, other.hits)
+        self.existence.absorb(other.existence)
         self.n_voxels += other.n_voxels
         self.views = best_views([*self.views, *other.views])
-        self._class_votes += other._class_votes
+        for name, weight in other._class_votes.items():
+            self._class_votes[name] += weight
 
 
 def _grown_to(box: OrientedBox, moments: PointMoments, other: OrientedBox) -> OrientedBox:

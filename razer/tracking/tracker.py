@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+
 from razer.boxes.rtree_index import BoxIndex
-from razer.config import MaintenanceSettings, MapperConfig
+from razer.config import MapperConfig
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.association import assign, find_candidates
@@ -16,8 +18,9 @@ from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 
-import os
-FUSE = float(os.environ.get('FUSE', 1.0))
+# Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
+PRUNED = -2.0
+
 
 class Tracker:
     """All live tracks by id, with the R-tree over their boxes."""
@@ -31,8 +34,9 @@ class Tracker:
         self._index = BoxIndex()
         self._consensus = ViewConsensus()
 
-    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int) -> list[Decision]:
-        """Give every detection of a frame to a track, an old one or a new one."""
+    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0) -> list[Decision]:
+        """Give every detection of a frame to a track, an old one or a new one; `novelty` is the share of a view that
+        the frame is."""
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, overlap, settings)
         banks = {track_id: track.bank for track_id, track in self.tracks.items()}
@@ -46,8 +50,8 @@ class Tracker:
         self._note_rivals(decisions, detections, mask_of)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
-        self._consensus.add(overlap, _born_masks(decisions, detections))
-        self._count_misses(overlap, frame_index)
+        self._consensus.add(overlap, _born_masks(decisions, detections), novelty)
+        self._count_chances(decisions, detections, overlap, novelty)
         return decisions
 
     def _destination(
@@ -100,16 +104,22 @@ class Tracker:
             self.tracks[track.id] = track
         else:
             track.observe(detection, frame_index)
-        track.confirmed = track.confirmed or track.hits >= self.config.maintenance.confirm_hits
         self._index.put(track.id, track.box)
 
-    def _count_misses(self, overlap: LabelOverlap, frame_index: int) -> None:
-        """A track had its chance where enough of its own voxels are visible, neither hidden nor out of view."""
-        for track in self.tracks.values():
-            is_matched = track.last_frame == frame_index
-            if is_matched or overlap.visible.get(track.id, 0) >= MIN_VISIBLE_CELLS:
-                track.chances += 1
-                track.misses = 0 if is_matched else track.misses + 1
+    def _count_chances(
+        self, decisions: Sequence[Decision], detections: Sequence[Detection], overlap: LabelOverlap, novelty: float
+    ) -> None:
+        """Count for each track whether it was detected, or was in plain view and was not: enough of its own voxels are
+        visible, neither hidden nor out of view."""
+        scores: dict[int, float] = {}
+        for decision in decisions:
+            score = detections[decision.detection].score
+            scores[decision.track_id] = max(score, scores.get(decision.track_id, 0.0))
+        for track_id, score in scores.items():
+            self.tracks[track_id].count_hit(score, novelty)
+        for track_id in overlap.visible.keys() - scores.keys():
+            if track_id in self.tracks and overlap.visible[track_id] >= MIN_VISIBLE_CELLS:
+                self.tracks[track_id].count_miss(overlap.visible[track_id], novelty)
 
     def refreshed(self, track: Track) -> None:
         """Update the R-tree after a track's box was renewed."""
@@ -128,9 +138,8 @@ class Tracker:
 
     def fuse_duplicates(self) -> list[tuple[int, int]]:
         """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""
-        settings = self.config.maintenance
         fused: list[tuple[int, int]] = []
-        while pair := self._next_duplicate(settings):
+        while pair := self._next_duplicate():
             fused.append(self._fuse(*pair))
         return fused
 
@@ -140,7 +149,7 @@ class Tracker:
         fused: dict[int, int] = {}
         for older, newer in pairs:
             is_free = {older, newer}.isdisjoint({*fused, *fused.values()}) and {older, newer} <= self.tracks.keys()
-            if is_free and self._similarity(older, newer) >= self.config.maintenance.fuse_cosine:
+            if is_free and self._semantic_log_odds(older, newer) >= 0:
                 gone, survivor = self._fuse(older, newer)
                 fused[gone] = survivor
         return list(fused.items())
@@ -151,42 +160,35 @@ class Tracker:
         self._remove(gone, survivor)
         return gone, survivor
 
-    def _similarity(self, a: int, b: int) -> float:
-        return self.tracks[a].bank.similarity_to(self.tracks[b].bank)
+    def _semantic_log_odds(self, a: int, b: int) -> float:
+        return self.scale.log_odds(self.tracks[a].bank.similarity_to(self.tracks[b].bank))
 
-    def _next_duplicate(self, settings: MaintenanceSettings) -> tuple[int, int] | None:
-        for minus, (a, b) in self._consensus.agreed(settings.fuse_frames, settings.fuse_consensus, settings.fuse_prior):
-            sem = min(max((self._similarity(a, b) / 0.5 - 0.5) * 6, -2.5), 2.5)
-            if -minus + sem > FUSE:
-                return a, b
-        return None
+    def _next_duplicate(self) -> tuple[int, int] | None:
+        """The pair that most surely is one thing, by the masks of all views and by the embeddings."""
+        best = max(
+            ((views + self._semantic_log_odds(*pair), pair) for pair, views in self._consensus.candidates()),
+            key=lambda entry: (entry[0], -entry[1][0], -entry[1][1]),
+            default=(-np.inf, None),
+        )
+        return best[1] if best[0] >= self.config.maintenance.fuse_log_odds else None
 
-    def prune(self, frame_index: int, spare_confirmed: bool = False) -> list[int]:
-        """Drop tracks that were never confirmed, were missed too often in plain view, or lost their support."""
+    def prune(self, spare_confirmed: bool = False) -> list[int]:
+        """Drop tracks that are phantoms by now, and those that own no surface any more."""
         unspared = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
-        gone = [track.id for track in unspared if self._is_unsupported(track, frame_index)]
-        for track_id in gone:
-            self._remove(track_id, 0)
-        return gone
+        return self._drop(t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.misses))
 
     def drop_unconfirmed(self) -> list[int]:
-        """Drop what is no instance when the run ends: tentative tracks, and those that own no surface."""
-        gone = [track.id for track in self.tracks.values() if not track.confirmed or self._is_bare(track)]
+        """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface."""
+        return self._drop(t.id for t in self.tracks.values() if not t.confirmed or self._is_bare(t))
+
+    def _drop(self, track_ids: Iterable[int]) -> list[int]:
+        gone = list(track_ids)
         for track_id in gone:
             self._remove(track_id, 0)
         return gone
 
     def _is_bare(self, track: Track) -> bool:
         return track.n_voxels < self.config.lifting.min_cells // 2
-
-    def _is_unsupported(self, track: Track, frame_index: int) -> bool:
-        settings = self.config.maintenance
-        if not track.confirmed:
-            return frame_index - track.last_frame > settings.max_misses or track.misses >= settings.confirm_hits
-        if self._is_bare(track) and frame_index - track.last_frame > settings.interval_frames:
-            return True
-        is_stable = track.stability >= settings.keep_confidence and track.hits >= settings.max_misses
-        return not is_stable and (track.misses >= settings.max_misses or track.support < settings.min_support)
 
     def _remove(self, gone: int, survivor: int) -> None:
         del self.tracks[gone]

@@ -1,48 +1,47 @@
-"""View consensus on duplicates: two tracks that one mask covers, frame after frame, are duplicates or fragments.
+"""View consensus on duplicates: two tracks that one mask covers, view after view, are duplicates or fragments.
 
-A single mask may join what does not belong together, and a single frame may split what does. Over many views
-the share of frames in which both tracks lie in one mask, among those in which both are clearly in some mask,
-tells them apart (view consensus).
-"""
+A single mask may join what does not belong together, and a single frame may split what does. Each view in which both
+tracks lie in one mask speaks for one thing, each in which they lie in two against it: their log-odds add up, and those
+of the embeddings are added by the `Tracker`."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from razer.tracking.label_overlap import LabelOverlap
 
-import os
-TOGETHER = float(os.environ.get('TOG', 2.0))
-APART = float(os.environ.get('APA', 2.0))
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
+# Natural logarithms of P(one mask | one thing) / P(one mask | two things), and of the same for two masks: a segmenter
+# splits about one thing in ten, and joins a pair of neighbours about as often.
+ONE_MASK_LOG_ODDS = 2.0
+TWO_MASKS_LOG_ODDS = -2.0
+# Views beyond this are not counted: what they have in common, a blind spot of the segmenter, is counted once.
+MAX_LOG_ODDS = 4.0  # that embeddings can say against it: pairs farther from being one are not looked at
+
+Pair = tuple[int, int]
 
 
 class ViewConsensus:
-    """For pairs of tracks: frames in which one mask held both, and frames in which two masks did."""
+    """For pairs of tracks: the log-odds that they are one thing, by the masks of the views so far."""
 
     def __init__(self) -> None:
-        self._together: dict[tuple[int, int], int] = defaultdict(int)
-        self._apart: dict[tuple[int, int], int] = defaultdict(int)
+        self._together: dict[Pair, float] = defaultdict(float)
+        self._apart: dict[Pair, float] = defaultdict(float)
 
-    def add(self, overlap: LabelOverlap, born: Mapping[int, int]) -> None:
-        """Take in one frame; `born` gives the mask of each track that starts in it."""
+    def add(self, overlap: LabelOverlap, born: Mapping[int, int], novelty: float = 1.0) -> None:
+        """Take in one frame; `born` gives the mask of each track that starts in it, `novelty` the share of a view that
+        the frame is."""
         mask_of = self._covering_masks(overlap) | dict(born)
-        tracks_of: dict[int, list[int]] = defaultdict(list)
-        for track in sorted(mask_of):
-            tracks_of[mask_of[track]].append(track)
-        for tracks in tracks_of.values():
-            for pair in combinations(tracks, 2):
-                self._together[pair] += 1
         for pair in combinations(sorted(mask_of), 2):
-            if mask_of[pair[0]] != mask_of[pair[1]]:
-                self._apart[pair] += 1
+            counts = self._together if mask_of[pair[0]] == mask_of[pair[1]] else self._apart
+            counts[pair] += novelty
 
     @staticmethod
     def _covering_masks(overlap: LabelOverlap) -> dict[int, int]:
-        """The mask of each track: the tightest of those that cover its visible part."""
+        """The mask of each track: the smallest of those that cover its visible part, whatever their order."""
         size: dict[int, int] = defaultdict(int)
         for (mask, _), n in overlap.in_mask.items():
             size[mask] += n
@@ -52,18 +51,15 @@ class ViewConsensus:
                 best[track] = min(best.get(track, (size[mask], mask)), (size[mask], mask))
         return {track: mask for track, (_, mask) in best.items()}
 
-    def log_odds(self, pair: tuple[int, int]) -> float:
-        return TOGETHER * self._together.get(pair, 0) - APART * self._apart.get(pair, 0)
+    def log_odds(self, pair: Pair) -> float:
+        """ln P(one thing) / P(two things) of a pair (older id, newer id), by its masks alone."""
+        return ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
 
-    def agreed(self, min_frames: int, min_share: float, prior: float = 0.0) -> list[tuple[int, int]]:
-        """Pairs (older id, newer id) that are one thing, those most often in one mask first; `prior` is how
-        many frames in one mask a pair that has any is credited with beforehand."""
-        agreed = []
+    def candidates(self) -> Iterator[tuple[Pair, float]]:
+        """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
         for pair in self._together:
-            log_odds = self.log_odds(pair)
-            if log_odds > -3:
-                agreed.append((-log_odds, pair))
-        return sorted(agreed)
+            if (log_odds := self.log_odds(pair)) > -MAX_LOG_ODDS:
+                yield pair, log_odds
 
     def replace(self, gone: int, survivor: int) -> None:
         """Rename a track that was fused, or forget one (survivor 0)."""
