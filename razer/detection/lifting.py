@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import BoolArray, Float32Array, Int32Array
+from razer.arrays import BoolArray, Float32Array, IndexArray, Int32Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import LiftingSettings, MaskSettings
-from razer.detection.background_filter import background_clusters
+from razer.detection.background_filter import background_limit_m
 from razer.detection.best_views import Region
 from razer.detection.dbscan import cluster
 from razer.detection.observed_surface import ObservedSurface
@@ -103,39 +101,40 @@ def lift(
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
     mask_of, pixel_of = surface.readings_in(strided)
-    member_set, member_cell, member_of_pixel = occupied_cells(surface, len(masks), mask_of, pixel_of)
-    voxel_size_m = surface.cells.voxel_size_m
-    radius = max(lifting.dbscan_eps_m / voxel_size_m, 2.0)
-    labels = cluster(surface.cells, member_set, member_cell, radius, lifting.dbscan_min_points)
+    kept = own_readings(surface, len(masks), mask_of, pixel_of, lifting)
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    clusters: list[tuple[int, Part]] = []
-    for label, member_rows, pixel_rows in _groups(labels, labels[member_of_pixel]):
-        if len(member_rows) < lifting.min_cells:
-            continue
-        mask = int(member_set[member_rows[0]])
-        clusters.append((label, Part(mask, member_cell[member_rows], pixel_of[pixel_rows].astype(np.int32))))
-    background = _background_labels(surface, clusters, lifting)
-    of_mask: dict[int, list[Part]] = defaultdict(list)
-    for label, part in clusters:
-        if label not in background:
-            of_mask[part.mask].append(part)
+    mask_of, pixel_of = mask_of[kept], pixel_of[kept]
+    member_mask, member_cell, _ = occupied_cells(surface, len(masks), mask_of, pixel_of)
     detections = []
-    for mask in sorted(of_mask):
-        cells = np.unique(np.concatenate([part.cells for part in of_mask[mask]]))
-        pixels = np.concatenate([part.pixels for part in of_mask[mask]])
-        share = len(pixels) / pixel_counts[mask]
-        detections.append(_detection(surface, masks, embeddings, mask, cells, pixels, share))
-    own = ~np.isin(labels, list(background))
-    return Lifted(tuple(detections), member_set[own], member_cell[own])
+    for mask in np.unique(member_mask).tolist():
+        cells, pixels = member_cell[member_mask == mask], pixel_of[mask_of == mask].astype(np.int32)
+        if len(cells) >= lifting.min_cells:
+            share = len(pixels) / pixel_counts[mask]
+            detections.append(_detection(surface, masks, embeddings, mask, cells, pixels, share))
+    return Lifted(tuple(detections), member_mask, member_cell)
 
 
-@dataclass(frozen=True)
-class Part:
-    """One cluster of a mask."""
-
-    mask: int
-    cells: Int32Array
-    pixels: Int32Array
+def own_readings(
+    surface: ObservedSurface, n_masks: int, mask_of: IndexArray, pixel_of: Int32Array, lifting: LiftingSettings
+) -> BoolArray:
+    """Which of the readings (P,) in masks are of the thing and not of what is seen behind it: those up to a gap behind
+    the largest DBSCAN cluster of their mask. Masks without a cluster keep none."""
+    member_mask, member_cell, member_of_pixel = occupied_cells(surface, n_masks, mask_of, pixel_of)
+    radius = max(lifting.dbscan_eps_m / surface.cells.voxel_size_m, 2.0)
+    labels = cluster(surface.cells, member_mask, member_cell, radius, lifting.dbscan_min_points)
+    depth_m = surface.depth[surface.rows[pixel_of], surface.columns[pixel_of]]
+    limit_m = np.zeros(n_masks)
+    sizes = np.bincount(labels[labels >= 0])
+    mask_of_label = np.zeros(len(sizes), np.intp)
+    mask_of_label[labels[labels >= 0]] = member_mask[labels >= 0]
+    pixel_labels = labels[member_of_pixel]
+    for mask in np.unique(mask_of_label[sizes > 0]).tolist():
+        of_mask = np.flatnonzero((mask_of_label == mask) & (sizes > 0))
+        largest = of_mask[sizes[of_mask].argmax()]
+        if sizes[largest] >= lifting.min_cells:
+            points = surface.cells.points[member_cell[labels == largest]]
+            limit_m[mask] = background_limit_m(depth_m[pixel_labels == largest], points, lifting.background_gap_m)
+    return depth_m <= limit_m[mask_of]
 
 
 def _detection(
@@ -163,23 +162,6 @@ def _detection(
         class_name=None if masks.class_names is None else masks.class_names[mask],
         region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
     )
-
-
-def _background_labels(
-    surface: ObservedSurface, clusters: Sequence[tuple[int, Part]], lifting: LiftingSettings
-) -> set[int]:
-    """Labels of the clusters that are background of the object in their mask."""
-    of_mask: dict[int, list[tuple[int, Part]]] = defaultdict(list)
-    for label, part in clusters:
-        of_mask[part.mask].append((label, part))
-    background: set[int] = set()
-    for siblings in of_mask.values():
-        if len(siblings) > 1:
-            depths_m = [surface.depth[surface.rows[d.pixels], surface.columns[d.pixels]] for _, d in siblings]
-            boxes = [OrientedBox.around(p, PointMoments.of(p).axes) for p in (surface.cells.points[d.cells] for _, d in siblings)]
-            rows = background_clusters(depths_m, boxes, lifting.background_gap_m)
-            background |= {siblings[row][0] for row in rows}
-    return background
 
 
 def occupied_cells(
@@ -212,15 +194,3 @@ def view_quality(score: float, visible_share: float, pixels: int, enough_pixels:
         enough_pixels: The number that counts half.
     """
     return score * visible_share * pixels / (pixels + enough_pixels)
-
-
-def _groups(member_labels: NDArray, pixel_labels: NDArray) -> Iterator[tuple[int, NDArray, NDArray]]:
-    """Rows of the members and of the pixels of each cluster, by label, without noise."""
-    member_order = np.argsort(member_labels, kind="stable")
-    pixel_order = np.argsort(pixel_labels, kind="stable")
-    present = np.unique(member_labels[member_labels >= 0])
-    member_bounds = np.searchsorted(member_labels[member_order], [present, present + 1])
-    pixel_bounds = np.searchsorted(pixel_labels[pixel_order], [present, present + 1])
-    for i, label in enumerate(present):
-        members = member_order[member_bounds[0, i] : member_bounds[1, i]]
-        yield int(label), members, pixel_order[pixel_bounds[0, i] : pixel_bounds[1, i]]
