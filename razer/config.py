@@ -111,7 +111,8 @@ class AssociationSettings(Settings):
         0.5,
         ge=0,
         le=2,
-        description="... unless its embedding is farther (0 = same, 1 = unlike). Larger: fewer splits, small things vanish.",
+        description="... unless its embedding is farther (0 = same, 1 = unlike). Larger: fewer splits, small things "
+        "vanish.",
     )
 
 
@@ -124,7 +125,7 @@ class BankSettings(Settings):
         gt=0,
         lt=1,
         description="sigma_sim: above this similarity an observation joins a hypothesis; 0 = as alike as unlike things "
-        "are on average, 1 = as two views of one thing. Higher: more hypotheses. 0.5 to 0.85 do the same on CLIP vectors.",
+        "are on average, 1 = as two views of one thing. Higher: more hypotheses; 0.5 to 0.85 do the same on CLIP's.",
     )
     outlier: float = Field(
         0.2,

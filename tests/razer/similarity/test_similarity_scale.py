@@ -52,7 +52,8 @@ def test_the_prior_fades() -> None:
         scale = learnt(np.full(count, 0.7), np.full(count, 0.9))
         units.append((scale.units(0.7), scale.units(0.9)))
     unlike, same = np.array(units).T
-    assert (np.diff(unlike) < 0).all() and (np.diff(same) > 0).all()
+    assert (np.diff(unlike) < 0).all()
+    assert (np.diff(same) > 0).all()
     assert (unlike[0], same[0]) == pytest.approx((0.7, 0.9))
     assert (unlike[-1], same[-1]) == pytest.approx((0, 1), abs=0.03)
 
@@ -66,7 +67,8 @@ def test_twins_among_unlike_things_and_wrong_vectors_among_views_change_little()
     # ... but a single cosine proves less: a fifth of either kind looks like the other.
     assert spoilt.log_odds(0.0) == pytest.approx(np.log(0.2 / 0.8), abs=0.25)
     assert spoilt.log_odds(1.0) == pytest.approx(-np.log(0.2 / 0.8), abs=0.25)
-    assert clean.log_odds(0.0) < -3 and clean.log_odds(1.0) > 3
+    assert clean.log_odds(0.0) < -3
+    assert clean.log_odds(1.0) > 3
 
 
 def test_an_embedder_whose_vectors_are_all_equal_says_nothing() -> None:

@@ -192,31 +192,31 @@ def test_banks_are_as_similar_as_their_most_similar_hypotheses():
 
 @pytest.fixture(scope="module")
 def pictures(real_data):
-    """CLIP vectors of pictures of unlike things (N, D), and the scale that a map of such things learns."""
+    """CLIP vectors of pictures of unlike things (40, D), and the scale that a map of such things learns from views at a
+    cosine of 0.98 to them."""
     with np.load(real_data / "clip-vit-b32" / "lvis.npz") as table:
         image = table["image"].astype(np.float64)
     image /= np.linalg.norm(image, axis=1, keepdims=True)
     rng = np.random.default_rng(10)
     things = image[rng.choice(len(image), 40, replace=False)]
     scale = SimilarityScale(0.5)
-    views = np.array([[turned(thing, 0.95, rng) for thing in things] for _ in range(2)])
+    views = np.array([[turned(thing, 0.98, rng) for thing in things] for _ in range(2)])
     scale.observe((views[0] @ views[0].T)[np.triu_indices(40, 1)], (views[0] * views[1]).sum(axis=1))
     return things, scale
 
 
 def test_pictures_of_unlike_things_stay_two_hypotheses(pictures):
-    """More than a third of such pairs have a cosine above 0.75, the threshold of similarity."""
+    """Pairs at a cosine of 0.8 and more, as many household things are: views of both are beyond 0.75."""
     things, scale = pictures
     rng = np.random.default_rng(11)
-    n_hypotheses, n_alike = [], 0
-    for one, other in zip(things[:20], things[20:], strict=True):
+    cosines = things @ things.T
+    pairs = np.argwhere(np.triu((cosines > 0.8) & (cosines < 0.86), 1))
+    assert len(pairs) >= 20
+    for one, other in things[pairs]:
         bank = EmbeddingBank(BankSettings(), DIMENSION, scale)
         for thing in (one, one, other, one, other):
-            bank.add(turned(thing, 0.95, rng).astype(np.float32), 0.3)
-        n_hypotheses.append(len(bank.embeddings))
-        n_alike += one @ other > BankSettings().similarity
-    assert n_alike >= 5
-    assert np.mean(np.array(n_hypotheses) == 2) >= 0.85
+            bank.add(turned(thing, 0.98, rng).astype(np.float32), 0.3)
+        assert len(bank.embeddings) == 2
 
 
 def test_a_picture_of_something_else_is_an_outlier_to_a_well_seen_track(pictures):
@@ -227,9 +227,9 @@ def test_a_picture_of_something_else_is_an_outlier_to_a_well_seen_track(pictures
     for one, other in zip(things[:20], things[20:], strict=True):
         bank = EmbeddingBank(BankSettings(), DIMENSION, scale)
         for _ in range(8):
-            bank.add(turned(one, 0.95, rng).astype(np.float32), 0.5)
+            bank.add(turned(one, 0.98, rng).astype(np.float32), 0.5)
         own_outliers += bank.outliers
-        bank.add(turned(other, 0.95, rng).astype(np.float32), 0.5)
+        bank.add(turned(other, 0.98, rng).astype(np.float32), 0.5)
         outliers += bank.outliers
     assert (things @ things.T).min() > BankSettings().outlier
     assert own_outliers == 0
