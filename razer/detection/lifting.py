@@ -18,6 +18,7 @@ from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Masks
 
 REFERENCE_PIXELS = 640 * 480
+CUT_DOUBT = 0.75  # how much less a view is trusted that the image border cuts all around
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,8 @@ def _detection(
     points = surface.cells.points[cells]
     moments = PointMoments.of(points)
     score = float(masks.scores[mask])
+    rows, columns = surface.rows[pixels], surface.columns[pixels]
+    cut = cut_share(rows, columns, surface.depth.shape)
     return Detection(
         mask=mask,
         cells=cells,
@@ -158,9 +161,9 @@ def _detection(
         box=OrientedBox.around(points, moments.axes),
         embedding=embeddings[mask],
         score=score,
-        quality=view_quality(score, share, len(pixels) * surface.stride**2),
+        quality=view_quality(score, share, len(pixels) * surface.stride**2, cut),
         class_name=None if masks.class_names is None else masks.class_names[mask],
-        region=Region.of(surface.rows[pixels], surface.columns[pixels], surface.depth.shape, surface.stride),
+        region=Region.of(rows, columns, surface.depth.shape, surface.stride),
     )
 
 
@@ -184,13 +187,23 @@ def occupied_cells(
     return (members % n_sets).astype(np.int32), (members // n_sets).astype(np.int32), rank[key]
 
 
-def view_quality(score: float, visible_share: float, pixels: int, enough_pixels: int = 4000) -> float:
-    """The confidence c_new in [0, 1] of one observation: the product of all three, pixels saturating.
+def view_quality(score: float, visible_share: float, pixels: int, cut: float = 0.0, enough_pixels: int = 4000) -> float:
+    """The confidence c_new in [0, 1] of one observation: the product of all four, pixels saturating.
 
     Args:
         score: Of the mask, in [0, 1].
         visible_share: Share of the mask's readings that belong to the detection.
         pixels: Their number at full resolution.
+        cut: Share of its outline that is the border of the image, beyond which the thing goes on.
         enough_pixels: The number that counts half.
     """
-    return score * visible_share * pixels / (pixels + enough_pixels)
+    return score * visible_share * (1 - CUT_DOUBT * cut) * pixels / (pixels + enough_pixels)
+
+
+def cut_share(rows: Int32Array, columns: Int32Array, shape: tuple[int, ...]) -> float:
+    """How much of the outline of readings (P,) of an image (h, w) is the image's border, as a share of that of the box
+    around them."""
+    height, width = shape
+    on_border = sum(np.count_nonzero(at) for at in (rows == 0, rows == height - 1, columns == 0, columns == width - 1))
+    outline = 2 * (np.ptp(rows) + np.ptp(columns) + 2)
+    return min(1.0, float(on_border / outline))

@@ -65,6 +65,10 @@ class EmbeddingBank:
         0 while empty."""
         return self.scale.units(float((self.means @ embedding).max())) if len(self._hypotheses) else 0.0
 
+    def probability_same(self, embedding: Float32Array) -> float:
+        """Probability that a unit vector (D,) is of the same thing as the bank, beforehand as likely as not."""
+        return float(1 / (1 + np.exp(-self.scale.log_odds(self.similarity(embedding)))))
+
     def similarity_to(self, other: EmbeddingBank) -> float:
         """Highest similarity of any two hypotheses of two banks, in units of unlike ... same; 0 where one is empty."""
         cosines = self._hypotheses.mean_cosines(other._hypotheses)

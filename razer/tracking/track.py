@@ -61,7 +61,8 @@ class Track:
 
     @property
     def class_name(self) -> str | None:
-        """The name most of the observations carried, if the models name what they find."""
+        """The name that the best observations carried, if the models name what they find: each counts by the quality of
+        the view, and by how far its embedding agrees with those before."""
         best = min(self._class_votes.items(), key=lambda item: (-item[1], item[0]), default=None)
         return best[0] if best else None
 
@@ -99,11 +100,12 @@ class Track:
         if not is_first:
             self.moments = self.moments + detection.moments
             self.box = _grown_to(self.box, self.moments, detection.box)
+        looks_like_itself = 1.0 if is_first else self.bank.probability_same(detection.embedding)
         self.bank.add(detection.embedding, detection.quality)
         if detection.region is not None:
             self.views = best_views([*self.views, BestView(frame_index, detection.region)])
         if detection.class_name is not None:
-            self._class_votes[detection.class_name] += detection.quality
+            self._class_votes[detection.class_name] += detection.quality * looks_like_itself
 
     def count_hit(self, score: float, novelty: float) -> None:
         """Note a frame in which it was detected; an unsure detection is in part a miss."""
