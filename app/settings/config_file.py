@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from app.settings.assignments import parse_value, split_assignment
-from app.settings.renamed_settings import RENAMED, with_new_names
+from app.settings.renamed_settings import REMOVED, RENAMED, with_new_names
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
@@ -114,6 +114,8 @@ def _plain_line(error: ValidationError, file: Path | None) -> str:
         name = _down_to_leaf(name, first["input"])
         if name in RENAMED:
             return f"setting {name} is called {RENAMED[name]} now"
+        if name in REMOVED:
+            return f"setting {name} is gone: {REMOVED[name]}"
         return f"unknown setting {name}{_nearest(name)}; `razer config` lists all settings"
     where = f" (from {file}, --set or an option)" if file else ""
     return f"setting {name} = {first['input']!r}{where}: {first['msg'].removeprefix('Input ')}"

@@ -1,4 +1,5 @@
-"""Former names of settings: refused with the new name where a user writes them, translated in older run folders."""
+"""Former settings: refused with the new name, or with what took their place, where a user writes them; translated or
+left out in older run folders."""
 
 from __future__ import annotations
 
@@ -19,9 +20,18 @@ RENAMED = {
     "lifting.see_through_gap_m": "lifting.background_gap_m",
 }
 
+REMOVED = {
+    "maintenance.confirm_hits": "a track is an instance while it is more likely a thing than not, by all views",
+    "maintenance.fuse_consensus": "see maintenance.fuse_log_odds",
+    "maintenance.fuse_frames": "see maintenance.fuse_log_odds",
+    "maintenance.fuse_prior": "see maintenance.fuse_log_odds",
+    "maintenance.fuse_cosine": "see maintenance.fuse_log_odds",
+}
+
 
 def with_new_names(tree: dict[str, Any]) -> dict[str, Any]:
-    """Settings as a TOML file holds them, under the names of today; a setting under both names keeps the new one's."""
+    """Settings as a TOML file holds them, under the names of today, without those that there are no more; a setting
+    under both names keeps the new one's."""
     translated = {section: dict(keys) if isinstance(keys, dict) else keys for section, keys in tree.items()}
     for old, new in RENAMED.items():
         (old_section, old_key), (new_section, new_key) = old.split("."), new.split(".")
@@ -34,4 +44,8 @@ def with_new_names(tree: dict[str, Any]) -> dict[str, Any]:
         target = translated.setdefault(new_section, {})
         if isinstance(target, dict):
             target.setdefault(new_key, value)
+    for name in REMOVED:
+        section, key = name.split(".")
+        if isinstance(keys := translated.get(section), dict):
+            keys.pop(key, None)
     return translated
