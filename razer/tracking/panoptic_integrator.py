@@ -33,7 +33,6 @@ class PanopticIntegrator:
         self._surface = SurfaceCache()
         self._novelty = ViewNovelty()
         self._n_frames = 0
-        self._last_index = self._refreshed_at = 0
 
     def successor(self, carve_every: int) -> PanopticIntegrator:
         """An empty one that gives new ids, and carves free space every `carve_every` frames; 0 = never."""
@@ -43,20 +42,20 @@ class PanopticIntegrator:
         return PanopticIntegrator(config, self.voxels.empty_copy(), tracker)
 
     def fuse(self, observation: Observation, *, spare_confirmed: bool = False) -> StepResult:
-        """Map one observation; with `spare_confirmed` no confirmed track is pruned."""
+        """Map one observation; with `spare_confirmed` no confirmed track is missed or pruned."""
         frame, surface, lifted = observation.frame, observation.surface, observation.lifted
         with stage("integrate"):
             changed_blocks = self.voxels.integrate(frame, surface)
         with stage("associate"):
             overlap = LabelOverlap.gather(self.voxels, surface.cells, lifted)
             novelty = self._novelty.of(frame.pose)
-            decisions = self.tracker.update(lifted.detections, overlap, frame.index, novelty)
+            decisions = self.tracker.update(lifted.detections, overlap, frame.index, novelty, spare_confirmed)
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
             ids = vote(self.voxels, surface, lifted.detections, owners, self.config.maintenance.withdraw_votes)
         with stage("maintain"):
-            fused, pruned = self._maintain(surface, frame.index, spare_confirmed)
+            fused, pruned = self._maintain(surface, spare_confirmed)
         return StepResult(
             frame_index=frame.index,
             id_image=_enlarged(ids, surface.stride, frame.depth.shape),
@@ -67,11 +66,8 @@ class PanopticIntegrator:
             changed_blocks=changed_blocks,
         )
 
-    def _maintain(
-        self, surface: ObservedSurface, frame_index: int, spare_confirmed: bool
-    ) -> tuple[list[tuple[int, int]], list[int]]:
+    def _maintain(self, surface: ObservedSurface, spare_confirmed: bool) -> tuple[list[tuple[int, int]], list[int]]:
         self._n_frames += 1
-        self._last_index = frame_index
         carve_every = self.config.voxels.carve_every
         # Halfway between two clean-ups, so that no frame bears both.
         if carve_every and (self._n_frames + carve_every // 2) % carve_every == 0:
@@ -96,11 +92,10 @@ class PanopticIntegrator:
         """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given
         others' voxels."""
         surface, changed = self._surface.renew(self.voxels)
-        since, self._refreshed_at = self._refreshed_at, self._last_index
         stale = [
             track
             for track in self.tracker.tracks.values()
-            if changed is None or track.id in changed or track.id in grown or track.last_frame >= since
+            if changed is None or track.id in changed or track.id in grown or track.id in self.tracker.detected
         ]
         points = points_by_instance(self.voxels, surface, [track.id for track in stale])
         support = support_ratios(self.voxels, surface)

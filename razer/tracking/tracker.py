@@ -17,7 +17,6 @@ from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
-
 # Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
 PRUNED = -2.0
 
@@ -33,8 +32,12 @@ class Tracker:
         self.newest_id = newest_id
         self._index = BoxIndex()
         self._consensus = ViewConsensus()
+        self.detected: set[int] = set()
+        """Tracks that were detected since tracks were last pruned."""
 
-    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0) -> list[Decision]:
+    def update(
+        self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0
+    ) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one; `novelty` is the share of a view that
         the frame is."""
         settings = self.config.association
@@ -51,7 +54,8 @@ class Tracker:
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index)
         self._consensus.add(overlap, _born_masks(decisions, detections), novelty)
-        self._count_chances(decisions, detections, overlap, novelty)
+        self._count_hits(decisions, detections, novelty)
+        self._count_misses(decisions, overlap, novelty, spare_confirmed)
         return decisions
 
     def _destination(
@@ -106,20 +110,25 @@ class Tracker:
             track.observe(detection, frame_index)
         self._index.put(track.id, track.box)
 
-    def _count_chances(
-        self, decisions: Sequence[Decision], detections: Sequence[Detection], overlap: LabelOverlap, novelty: float
-    ) -> None:
-        """Count for each track whether it was detected, or was in plain view and was not: enough of its own voxels are
-        visible, neither hidden nor out of view."""
+    def _count_hits(self, decisions: Sequence[Decision], detections: Sequence[Detection], novelty: float) -> None:
+        """Count a detection of each track, by the best score where a frame has several."""
         scores: dict[int, float] = {}
         for decision in decisions:
             score = detections[decision.detection].score
             scores[decision.track_id] = max(score, scores.get(decision.track_id, 0.0))
+        self.detected |= scores.keys()
         for track_id, score in scores.items():
             self.tracks[track_id].count_hit(score, novelty)
-        for track_id in overlap.visible.keys() - scores.keys():
-            if track_id in self.tracks and overlap.visible[track_id] >= MIN_VISIBLE_CELLS:
-                self.tracks[track_id].count_miss(overlap.visible[track_id], novelty)
+
+    def _count_misses(
+        self, decisions: Sequence[Decision], overlap: LabelOverlap, novelty: float, spare_confirmed: bool
+    ) -> None:
+        """Count a miss of each track that was in plain view and not detected: enough of its own voxels are visible,
+        neither hidden nor out of view."""
+        for track_id in overlap.visible.keys() - {decision.track_id for decision in decisions}:
+            track, n_visible = self.tracks.get(track_id), overlap.visible[track_id]
+            if track and n_visible >= MIN_VISIBLE_CELLS and not (spare_confirmed and track.confirmed):
+                track.count_miss(n_visible, novelty)
 
     def refreshed(self, track: Track) -> None:
         """Update the R-tree after a track's box was renewed."""
@@ -174,8 +183,11 @@ class Tracker:
 
     def prune(self, spare_confirmed: bool = False) -> list[int]:
         """Drop tracks that are phantoms by now, and those that own no surface any more."""
+        detected, self.detected = self.detected, set()
         unspared = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
-        return self._drop(t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.misses))
+        return self._drop(
+            t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.id not in detected)
+        )
 
     def drop_unconfirmed(self) -> list[int]:
         """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface."""
