@@ -36,10 +36,22 @@ class Tracker:
         """Tracks that were detected since tracks were last pruned."""
 
     def update(
-        self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0
+        self,
+        detections: Sequence[Detection],
+        overlap: LabelOverlap,
+        frame_index: int,
+        novelty: float = 1.0,
+        spare_confirmed: bool = False,
     ) -> list[Decision]:
-        """Give every detection of a frame to a track, an old one or a new one; `novelty` is the share of a view that
-        the frame is."""
+        """Give every detection of a frame to a track, an old one or a new one.
+
+        Args:
+            detections: Those of the frame.
+            overlap: The labels under them, and how much of each track the frame shows.
+            frame_index: The frame, as views of a track are noted.
+            novelty: The share of a view that the frame is.
+            spare_confirmed: Whether no confirmed track is missed, as the map lies beside the poses.
+        """
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, overlap, settings)
         banks = {track_id: track.bank for track_id, track in self.tracks.items()}
