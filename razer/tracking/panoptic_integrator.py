@@ -92,13 +92,14 @@ class PanopticIntegrator:
     def refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
         """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given
         others' voxels."""
-        surface, changed = self._surface.renew(self.voxels)
+        changed = self._surface.renew(self.voxels)
         since, self._refreshed_at = self._refreshed_at, self._last_index
         stale = [
             track
             for track in self.tracker.tracks.values()
             if changed is None or track.id in changed or track.id in grown or track.last_frame >= since
         ]
+        surface = self._surface.around([track.id for track in stale])
         points = points_by_instance(self.voxels, surface, [track.id for track in stale])
         support = support_ratios(self.voxels, surface)
         for track in stale:
