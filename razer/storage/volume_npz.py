@@ -88,7 +88,6 @@ def _restored(path: Path, device: str) -> VoxelMap:
     addresses = addresses_in(rows, torch.from_numpy(used).to(rows.device))
     if {len(arrays[name]) for name in ATTRIBUTES} != {len(addresses)}:
         raise ValueError("its arrays are not of one length")
-    for name in ATTRIBUTES:
-        voxels.pages.write(addresses, **{name: torch.from_numpy(arrays[name]).to(rows.device)})
+    voxels.pages.write(addresses, **{name: torch.from_numpy(arrays[name]).to(rows.device) for name in ATTRIBUTES})
     voxels.admit(int(arrays["newest_id"]))
     return voxels

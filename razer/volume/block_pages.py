@@ -19,9 +19,9 @@ from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS
 from razer.volume.block_index import BlockIndex
 
-# Blocks of a page. Larger: a page takes the longer to make (50 MB take some 0.1 s), and more stay unused; smaller: a
+# Blocks of a page. Larger: a page takes the longer to make (100 MB take some 0.15 s), and more stay unused; smaller: a
 # frame meets more pages, each with its own call.
-PAGE_BLOCKS = 256
+PAGE_BLOCKS = 512
 # Rows of a page beyond its blocks. Open3D's `integrate` makes room for all blocks that it is given, new or not, and so
 # is given no more at once; as few as 16 cost no time.
 SPARE_ROWS = 32
@@ -42,7 +42,6 @@ class BlockPages:
         self._page_blocks, self.page_rows = PAGE_BLOCKS, PAGE_BLOCKS + SPARE_ROWS
         self._index = BlockIndex()
         self._grids: list[o3d.t.geometry.VoxelBlockGrid] = []
-        self._views: list[dict[str, Tensor]] = []
         self._keys = torch.zeros((0, 3), dtype=torch.int32, device=torch_device)
 
     def __len__(self) -> int:
@@ -57,7 +56,7 @@ class BlockPages:
     @property
     def memory_bytes(self) -> int:
         """Bytes the attributes of all pages take."""
-        return sum(view.nbytes for views in self._views for view in views.values())
+        return sum(view.nbytes for name in self._channels for view in self.views(name))
 
     def add(self, block_keys: Int32Array) -> None:
         """Make room for those of the blocks (B, 3) that are missing, with empty voxels. Raises UnusableFrame for blocks
@@ -84,7 +83,6 @@ class BlockPages:
             self.device,
         )
         self._grids.append(grid)
-        self._views.append({name: shared(grid.attribute(name)).flatten(0, 3) for name in names})
         self._keys = torch.cat([self._keys, self._keys.new_zeros((self.page_rows, 3))])
 
     def _fill(self, block_keys: Int32Array) -> None:
@@ -121,19 +119,19 @@ class BlockPages:
         lattice = self._keys[addresses // BLOCK_VOXELS] * BLOCK + inside
         return lattice.float() * self._voxel_size_m
 
-    def _by_page(self, places: Tensor, page_size: int) -> Iterator[tuple[dict[str, Tensor], Tensor, Tensor]]:
-        """The attributes of each page that has any of the places (N,), which of them it has, and where in it."""
+    def _by_page(self, places: Tensor, page_size: int) -> Iterator[tuple[int, Tensor, Tensor]]:
+        """The number of each page that has any of the places (N,), which of them it has, and where in it."""
         page = torch.div(places, page_size, rounding_mode="floor")
         for number in torch.nonzero(torch.bincount(page, minlength=1)).squeeze(1).tolist():
             here = torch.nonzero(page == number).squeeze(1)
-            yield self._views[number], here, places[here] - number * page_size
+            yield number, here, places[here] - number * page_size
 
     def read(self, addresses: Tensor, *names: str) -> list[Tensor]:
         """The named attributes (N, channels) of voxels at addresses (N,)."""
         columns = [self._empty(name, len(addresses)) for name in names]
-        for views, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
+        for page, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
             for name, column in zip(names, columns, strict=True):
-                column[here] = views[name][local]
+                column[here] = self._view(page, name)[local]
         return columns
 
     def _empty(self, name: str, n: int) -> Tensor:
@@ -142,16 +140,16 @@ class BlockPages:
 
     def write(self, addresses: Tensor, **columns: Tensor) -> None:
         """Set the named attributes (N, channels) of voxels at addresses (N,)."""
-        for views, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
+        for page, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
             for name, column in columns.items():
-                views[name][local] = column[here]
+                self._view(page, name)[local] = column[here]
 
     def mask(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
         """Where `keep` holds in the blocks of given rows (B,), (B, 4096) bool; it is called with the named attributes
         of some of these blocks, (b, 4096, channels) each, and returns (b, 4096) bool."""
         held = torch.zeros((len(rows), BLOCK_VOXELS), dtype=torch.bool, device=self._torch_device)
-        for views, here, local in self._by_page(rows, self.page_rows):
-            held[here] = keep(*(views[name].unflatten(0, (-1, BLOCK_VOXELS))[local] for name in names))
+        for page, here, local in self._by_page(rows, self.page_rows):
+            held[here] = keep(*(self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))[local] for name in names))
         return held
 
     def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
@@ -162,13 +160,17 @@ class BlockPages:
     def blocks(self, rows: Tensor, name: str) -> Tensor:
         """An attribute of the blocks of given rows (B,), (B, 4096, channels)."""
         whole = self._empty(name, len(rows) * BLOCK_VOXELS).unflatten(0, (-1, BLOCK_VOXELS))
-        for views, here, local in self._by_page(rows, self.page_rows):
-            whole[here] = views[name].unflatten(0, (-1, BLOCK_VOXELS))[local]
+        for page, here, local in self._by_page(rows, self.page_rows):
+            whole[here] = self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))[local]
         return whole
 
     def views(self, name: str) -> list[Tensor]:
         """An attribute as it is stored, (rows * 4096, channels) for each page, voxels not in use included."""
-        return [views[name] for views in self._views]
+        return [self._view(page, name) for page in range(len(self._grids))]
+
+    def _view(self, page: int, name: str) -> Tensor:
+        # None is kept: Open3D would count its memory as lost when the program ends.
+        return shared(self._grids[page].attribute(name)).flatten(0, 3)
 
     def integrate(self, block_keys: Int32Array, *images_and_cameras: object) -> None:
         """Open3D's `integrate` on blocks (B, 3) that were added."""
