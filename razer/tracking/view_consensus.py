@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from itertools import combinations
 
 from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.pair_counts import PairCounts
 
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
@@ -21,8 +22,8 @@ class ViewConsensus:
     """For pairs of tracks: frames in which one mask held both, and frames in which two masks did."""
 
     def __init__(self) -> None:
-        self._together: dict[tuple[int, int], int] = defaultdict(int)
-        self._apart: dict[tuple[int, int], int] = defaultdict(int)
+        self._together = PairCounts()
+        self._apart = PairCounts()
 
     def add(self, overlap: LabelOverlap, born: Mapping[int, int]) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it."""
@@ -59,8 +60,4 @@ class ViewConsensus:
     def replace(self, gone: int, survivor: int) -> None:
         """Rename a track that was fused, or forget one (survivor 0)."""
         for counts in (self._together, self._apart):
-            for pair in [p for p in counts if gone in p]:
-                n = counts.pop(pair)
-                other = pair[0] if pair[1] == gone else pair[1]
-                if survivor and other != survivor:
-                    counts[min(other, survivor), max(other, survivor)] += n
+            counts.replace(gone, survivor)
