@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ class EmbeddingClusters:
     def __len__(self) -> int:
         return len(self.masses)
 
-    @property
+    @cached_property
     def directions(self) -> Float64Array:
         """Unit vectors (J, D)."""
         return self.sums / np.maximum(np.linalg.norm(self.sums, axis=1, keepdims=True), 1e-12)

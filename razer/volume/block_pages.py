@@ -131,7 +131,7 @@ class BlockPages:
         columns = [self._empty(name, len(addresses)) for name in names]
         for page, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
             for name, column in zip(names, columns, strict=True):
-                column[here] = self._view(page, name)[local]
+                column.index_copy_(0, here, self._view(page, name).index_select(0, local))
         return columns
 
     def _empty(self, name: str, n: int) -> Tensor:
@@ -142,14 +142,14 @@ class BlockPages:
         """Set the named attributes (N, channels) of voxels at addresses (N,)."""
         for page, here, local in self._by_page(addresses, self.page_rows * BLOCK_VOXELS):
             for name, column in columns.items():
-                self._view(page, name)[local] = column[here]
+                self._view(page, name).index_copy_(0, local, column.index_select(0, here))
 
     def mask(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
         """Where `keep` holds in the blocks of given rows (B,), (B, 4096) bool; it is called with the named attributes
         of some of these blocks, (b, 4096, channels) each, and returns (b, 4096) bool."""
         held = torch.zeros((len(rows), BLOCK_VOXELS), dtype=torch.bool, device=self._torch_device)
         for page, here, local in self._by_page(rows, self.page_rows):
-            held[here] = keep(*(self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))[local] for name in names))
+            held[here] = keep(*(self._whole(page, name, local) for name in names))
         return held
 
     def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
@@ -161,12 +161,16 @@ class BlockPages:
         """An attribute of the blocks of given rows (B,), (B, 4096, channels)."""
         whole = self._empty(name, len(rows) * BLOCK_VOXELS).unflatten(0, (-1, BLOCK_VOXELS))
         for page, here, local in self._by_page(rows, self.page_rows):
-            whole[here] = self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))[local]
+            whole.index_copy_(0, here, self._whole(page, name, local))
         return whole
 
     def views(self, name: str) -> list[Tensor]:
         """An attribute as it is stored, (rows * 4096, channels) for each page, voxels not in use included."""
         return [self._view(page, name) for page in range(len(self._grids))]
+
+    def _whole(self, page: int, name: str, local: Tensor) -> Tensor:
+        """An attribute of some blocks of a page, (b, 4096, channels)."""
+        return self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS)).index_select(0, local)
 
     def _view(self, page: int, name: str) -> Tensor:
         # None is kept: Open3D would count its memory as lost when the program ends.
