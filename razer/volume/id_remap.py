@@ -27,7 +27,7 @@ class InstanceIdMap:
 
     def resolve(self, ids: Tensor) -> Tensor:
         """Ids (any shape) after all fusions and prunings so far, int32."""
-        return self._of.index_select(0, ids.flatten()).view(ids.shape)
+        return self._of.index_select(0, ids.to(self._of.device).flatten()).view(ids.shape)
 
 
 def numbered(ids: Tensor, newest_id: int) -> tuple[Tensor, Tensor]:
