@@ -144,17 +144,20 @@ class BlockPages:
             for name, column in columns.items():
                 self._view(page, name).index_copy_(0, local, column.index_select(0, here))
 
-    def mask(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
+    def mask(self, rows: Tensor, keep: Callable[..., Tensor], *names: str, n_channels: int | None = None) -> Tensor:
         """Where `keep` holds in the blocks of given rows (B,), (B, 4096) bool; it is called with the named attributes
-        of some of these blocks, (b, 4096, channels) each, and returns (b, 4096) bool."""
+        of some of these blocks, (b, 4096, channels) each, of which `n_channels` are read, and returns (b, 4096)."""
         held = torch.zeros((len(rows), BLOCK_VOXELS), dtype=torch.bool, device=self._torch_device)
         for page, here, local in self._by_page(rows, self.page_rows):
-            held[here] = keep(*(self._whole(page, name, local) for name in names))
+            held[here] = keep(*(self._whole(page, name, local, n_channels) for name in names))
         return held
 
-    def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
+    def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str, n_channels: int | None = None) -> Tensor:
         """Addresses, in order, of the voxels in blocks of given rows (B,) for which `keep` holds, as in `mask`."""
-        parts = [addresses_in(part, self.mask(part, keep, *names)) for part in rows.split(BLOCKS_AT_ONCE)]
+        parts = [
+            addresses_in(part, self.mask(part, keep, *names, n_channels=n_channels))
+            for part in rows.split(BLOCKS_AT_ONCE)
+        ]
         return torch.cat(parts)
 
     def blocks(self, rows: Tensor, name: str) -> Tensor:
@@ -168,9 +171,9 @@ class BlockPages:
         """An attribute as it is stored, (rows * 4096, channels) for each page, voxels not in use included."""
         return [self._view(page, name) for page in range(len(self._grids))]
 
-    def _whole(self, page: int, name: str, local: Tensor) -> Tensor:
-        """An attribute of some blocks of a page, (b, 4096, channels)."""
-        return self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS)).index_select(0, local)
+    def _whole(self, page: int, name: str, local: Tensor, n_channels: int | None = None) -> Tensor:
+        """The first channels, None = all, of an attribute of some blocks of a page, (b, 4096, channels)."""
+        return self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))[..., :n_channels].index_select(0, local)
 
     def _view(self, page: int, name: str) -> Tensor:
         # None is kept: Open3D would count its memory as lost when the program ends.

@@ -79,7 +79,7 @@ class FrameFusion:
         rows = self._pages.find(np.array(known, np.int32).reshape(-1, 3))
         # One channel of whole blocks, and the others only where that one is 0.
         addresses = self._pages.select(
-            rows, lambda weight, color: (weight[..., 0] > 0) & (color[..., 0] == 0), "weight", "color"
+            rows, lambda weight, color: ((weight > 0) & (color == 0))[..., 0], "weight", "color", n_channels=1
         )
         return addresses[(self._pages.read(addresses, "color")[0] == 0).all(dim=1)]
 
