@@ -34,8 +34,15 @@ class VoxelSettings(Settings):
     carve_every: int = Field(
         10, ge=0, description="Frames between passes of space carving; 0 = never: moved objects leave ghosts."
     )
+    surface_share: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="Share of the observations of its block that a voxel needs to be surface, one at least. Larger: "
+        "cleaner, but what only few frames could see is left out.",
+    )
     surface_weight: float = Field(
-        1.0, ge=0, description="Observations a voxel needs to be surface. Larger: cleaner, but less is left."
+        3.0, ge=1, description="Observations that are enough however often its block was seen. Larger: the same."
     )
 
     @property

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from razer.arrays import Float64Array, Pose
 from razer.frame import Frame
-from razer.geometry import inverse
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
@@ -20,21 +17,12 @@ from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
 from slam.frontend.view_registration import ViewRegistration
+from slam.located_frames import LocatedFrames
 from slam.report import GraphReport, PoseReport, TrackingQuality
-from slam.se3 import angle_deg, length_m
+from slam.se3 import length_m
 
 MIN_POINTS, MIN_CORNERS = 500, 50  # of depth and of colour that a submap must begin with: else nothing follows it
 MIN_FEATURES = 20  # that agree, to go on where tracking was lost: depth alone slides along walls
-MIN_CORRECTION_M, MIN_CORRECTION_DEG = 0.002, 0.1  # smaller ones are below what the map's voxels resolve
-
-
-@dataclass
-class _LocatedFrame:
-    """A frame in front of a keyframe, and the pose last reported for it."""
-
-    keyframe: int
-    keyframe_from_camera: Float64Array
-    reported: Pose | None
 
 
 class SlamSystem:
@@ -47,12 +35,11 @@ class SlamSystem:
         self._extractor = FeatureExtractor(config)
         self._registration = ViewRegistration(config)
         self._tracker: FrameTracker | None = None
-        self._located: dict[int, _LocatedFrame] = {}
+        self._located = LocatedFrames(self.map)
         self._n_unknown = 0  # frames that show something, since the last that was located
         self._n_missed = 0  # frames of any kind, since then
         self._travelled_m = 0.0
-        self._corrected_version = 0  # of the map's poses
-        self._reported_version = 0
+        self._reported_version = 0  # of the map's poses
         self._last_index: int | None = None
         self._last_result: IcpResult | None = None
         self._finished = False
@@ -84,10 +71,7 @@ class SlamSystem:
         if located.reference.submap:
             self.map.search_submaps(located, self.calibration)
         self.map.close_loops(self.calibration, self.config.loop_closure.pairs_per_frame)
-        reference, from_camera = located.reference, located.reference_from_camera
-        pose = self.map.pose(reference.number, from_camera) if reference.submap == 0 else None
-        self._located[frame.index] = _LocatedFrame(reference.number, from_camera, pose)
-        return pose
+        return self._located.add(frame.index, located.reference, located.reference_from_camera)
 
     def _track(self, view: View) -> FrameTracker | None:
         """Follow the camera to the view, or resume tracking with it, or begin a new submap."""
@@ -135,46 +119,29 @@ class SlamSystem:
     def corrections(self) -> Mapping[int, Pose | None]:
         """Poses of located frames that differ from those reported last, those never reported, and None for those
         reported in a submap that is not the world any more."""
-        if self._corrected_version == self.map.version:
-            return {}
-        self._corrected_version = self.map.version
-        poses = self.trajectory()
-        changed: dict[int, Pose | None] = {}
-        for index, located in self._located.items():
-            if located.reported is not None and index not in poses:
-                changed[index] = located.reported = None
-        for index, pose in poses.items():
-            located = self._located[index]
-            if located.reported is None or _has_moved(located.reported, pose):
-                changed[index] = located.reported = pose
-        return changed
+        return self._located.corrections()
 
     def finish(self) -> None:
         """Measure all pairs that overlap, smooth over everything, and drop loop closures that proved false. The submap
         that shows most frames is the world."""
         self.map.finish(self.calibration)
-        frames = Counter(self.keyframes[located.keyframe].submap for located in self._located.values())
+        frames = self._located.submaps()
         if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):
             self.map.make_world(largest)
         self._finished = True
 
     def trajectory(self) -> dict[int, Pose]:
         """world_from_camera of every frame of the world, as known now."""
-        return {
-            index: self.map.pose(located.keyframe, located.keyframe_from_camera)
-            for index, located in self._located.items()
-            if self.keyframes[located.keyframe].submap == 0
-        }
+        return self._located.trajectory()
 
     def report(self) -> PoseReport:
         """How the last frame was located; with it, after an optimisation, the pose graph, and the covariance of the
         newest keyframe, or of all once the estimation is finished."""
-        located = None if self._last_index is None else self._located.get(self._last_index)
         graph = None
         if self._reported_version != self.map.version:
             graph = GraphReport.of(self.keyframes.all, self.graph.edges, self.n_loops, self._covariances())
             self._reported_version = self.map.version
-        pose = None if located is None else located.reported
+        pose = None if self._last_index is None else self._located.reported(self._last_index)
         result = self._last_result
         return PoseReport(pose, None if result is None else TrackingQuality.of(result), graph)
 
@@ -184,8 +151,3 @@ class SlamSystem:
         newest = len(self.keyframes) - 1
         covariance = self.graph.covariance(newest)
         return {} if covariance is None else {newest: covariance}
-
-
-def _has_moved(reported: Pose, pose: Pose) -> bool:
-    offset = inverse(reported) @ pose
-    return length_m(offset) > MIN_CORRECTION_M or angle_deg(offset) > MIN_CORRECTION_DEG

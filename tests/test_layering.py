@@ -37,7 +37,7 @@ MODEL_LIBRARIES = {
 }
 # Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
 MAY_COPY_TO_HOST = {"razer/volume/mesh_extraction.py", "razer/storage/volume_npz.py"}
-ATTRIBUTE_READERS = {"attribute", "labels_at", "histograms_at"}
+ATTRIBUTE_READERS = {"attribute", "read", "blocks", "views", "labels_at", "histograms_at"}
 VAGUE_NAMES = {"utils.py", "util.py", "common.py", "base.py", "helpers.py", "helper.py", "misc.py"}
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 50
@@ -224,7 +224,7 @@ def bad(self, ids: Tensor, keys):
     a = part.numpy()
     b = ids.cpu()
     c = [row.to("cpu") for row in part]
-    d = self.attribute("tsdf").cpu()
+    d = self.pages.read(addresses, "tsdf")[0].cpu()
 
 def good(self, keys, rows):
     host = keys.cpu().numpy()

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.errors import BadInput
+from razer.volume.block_pages import BLOCKS_AT_ONCE, addresses_in
 from razer.volume.voxel_map import VoxelMap
 
 FORMAT = 1
@@ -26,26 +28,40 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
     Open3D's own file is uncompressed and keeps empty voxels, three times the size.
     """
     voxels.settle()
-    keys, rows = voxels.active_rows()
-    address = _all_addresses(rows)
-    used = (voxels.attribute("weight")[address, 0] > 0) | (voxels.attribute("counts")[address] > 0).any(dim=1)
-    arrays = {name: voxels.attribute(name)[address[used]].cpu().numpy() for name in ATTRIBUTES}
-    arrays["keys"], arrays["used"] = keys, np.packbits(used.cpu().numpy())
-    arrays["format"], arrays["newest_id"] = np.array(FORMAT), np.array(voxels.newest_id)
-    arrays["settings"] = np.array(voxels.settings.model_dump_json())
-    _write_npz(path, arrays)
-
-
-def _write_npz(path: Path, arrays: Mapping[str, NDArray]) -> None:
+    keys, rows = voxels.pages.all()
+    parts = rows.split(BLOCKS_AT_ONCE)
+    masks = [voxels.pages.mask(part, _is_used, "weight", "counts") for part in parts]
+    used = torch.cat([torch.zeros((0, BLOCK_VOXELS), dtype=torch.bool), *(mask.cpu() for mask in masks)])
+    small = {
+        "keys": keys,
+        "used": np.packbits(used.numpy()),
+        "format": np.array(FORMAT),
+        "newest_id": np.array(voxels.newest_id),
+        "settings": np.array(voxels.settings.model_dump_json()),
+    }
     # zlib's fastest level: the higher ones take five times as long to save a tenth.
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for name, array in arrays.items():
+        for name in ATTRIBUTES:
+            addresses = (addresses_in(part, mask) for part, mask in zip(parts, masks, strict=True))
+            pieces = (voxels.pages.read(part, name)[0].cpu().numpy() for part in addresses)
+            _write_pieces(archive, name, int(used.sum()), pieces)
+        for name, array in small.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
 
 
-def _all_addresses(rows: torch.Tensor) -> torch.Tensor:
-    return (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS, device=rows.device)).flatten()
+def _is_used(weight: Tensor, counts: Tensor) -> Tensor:
+    return (weight[..., 0] > 0) | (counts > 0).any(dim=2)
+
+
+def _write_pieces(archive: zipfile.ZipFile, name: str, n: int, pieces: Iterable[NDArray]) -> None:
+    """An array of n rows that never is in memory as a whole."""
+    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+        for number, piece in enumerate(pieces):
+            if number == 0:
+                header = {"descr": piece.dtype.str, "fortran_order": False, "shape": (n, *piece.shape[1:])}
+                np.lib.format.write_array_header_1_0(member, header)
+            member.write(piece.tobytes())
 
 
 def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
@@ -67,10 +83,11 @@ def _restored(path: Path, device: str) -> VoxelMap:
         raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
     voxels = VoxelMap(VoxelSettings.model_validate_json(str(arrays["settings"])), device)
     voxels.allocate(arrays["keys"])
-    address = _all_addresses(voxels.rows_of(arrays["keys"]))
-    used = np.unpackbits(arrays["used"], count=len(address)).astype(bool)
-    chosen = address[torch.from_numpy(used).to(address.device)]
-    for name in ATTRIBUTES:
-        voxels.attribute(name)[chosen] = torch.from_numpy(arrays[name]).to(address.device)
+    rows = voxels.rows_of(arrays["keys"])
+    used = np.unpackbits(arrays["used"], count=len(rows) * BLOCK_VOXELS).astype(bool).reshape(-1, BLOCK_VOXELS)
+    addresses = addresses_in(rows, torch.from_numpy(used).to(rows.device))
+    if {len(arrays[name]) for name in ATTRIBUTES} != {len(addresses)}:
+        raise ValueError("its arrays are not of one length")
+    voxels.pages.write(addresses, **{name: torch.from_numpy(arrays[name]).to(rows.device) for name in ATTRIBUTES})
     voxels.admit(int(arrays["newest_id"]))
     return voxels

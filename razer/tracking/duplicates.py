@@ -43,7 +43,7 @@ def shared_votes(voxels: VoxelMap) -> dict[Pair, float]:
     but only once.
     """
     surface = voxels.surface_addresses()
-    ids, counts = (voxels.attribute(name)[surface].T.contiguous() for name in ("ids", "counts"))
+    ids, counts = (column.T.contiguous() for column in voxels.pages.read(surface, "ids", "counts"))
     ids, counts = merge_equal(voxels.resolve(ids), counts)
     n_ids = voxels.newest_id + 1
     total = torch.bincount(ids.flatten().long(), weights=counts.flatten().double(), minlength=n_ids).tolist()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +40,12 @@ class EmbeddingClusters:
     def __len__(self) -> int:
         return len(self.masses)
 
-    @property
+    @cached_property
     def means(self) -> Float64Array:
         """Weighted means (J, D): their product with a vector is its mean cosine to the observations."""
         return self.sums / self.masses[:, None]
 
-    @property
+    @cached_property
     def directions(self) -> Float64Array:
         """Unit vectors (J, D)."""
         return self.sums / np.maximum(np.linalg.norm(self.sums, axis=1, keepdims=True), 1e-12)

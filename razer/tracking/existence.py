@@ -14,13 +14,13 @@ import numpy as np
 
 # Rates at which things are detected where they are in view, equally likely beforehand, and the rate at which a phantom
 # comes back. Detectors find some real furniture in a fifth of the views.
-DETECTION_RATES = np.array([0.1, 0.3, 0.6, 0.9])
+DETECTION_RATES = np.array([0.2, 0.4, 0.6, 0.9])
 PHANTOM_RATE = 0.03
 # Views after which half of what was counted is forgotten: what was carried away is gone after a while, however often
 # it was seen.
 HALF_LIFE_VIEWS = 100.0
-# A mask's score is no better known than this.
-MIN_DOUBT = 0.05
+# A mask's score is not taken for more sure than this, nor for less.
+MIN_DOUBT = 0.2
 
 
 @dataclass

@@ -91,12 +91,13 @@ class PanopticIntegrator:
     def refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
         """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given
         others' voxels."""
-        surface, changed = self._surface.renew(self.voxels)
+        changed = self._surface.renew(self.voxels)
         stale = [
             track
             for track in self.tracker.tracks.values()
             if changed is None or track.id in changed or track.id in grown or track.id in self.tracker.detected
         ]
+        surface = self._surface.around([track.id for track in stale])
         points = points_by_instance(self.voxels, surface, [track.id for track in stale])
         support = support_ratios(self.voxels, surface)
         for track in stale:

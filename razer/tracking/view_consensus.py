@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.pair_counts import Pair, PairCounts
 
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
@@ -18,18 +19,16 @@ MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
 # splits about one thing in ten, and joins a pair of neighbours about as often.
 ONE_MASK_LOG_ODDS = 2.0
 TWO_MASKS_LOG_ODDS = -2.0
-# Views beyond this are not counted: what they have in common, a blind spot of the segmenter, is counted once.
-MAX_LOG_ODDS = 4.0  # that embeddings can say against it: pairs farther from being one are not looked at
-
-Pair = tuple[int, int]
+# The most that embeddings can say for it: pairs that the masks set farther apart are not looked at.
+MAX_EMBEDDING_LOG_ODDS = 4.0
 
 
 class ViewConsensus:
     """For pairs of tracks: the log-odds that they are one thing, by the masks of the views so far."""
 
     def __init__(self) -> None:
-        self._together: dict[Pair, float] = defaultdict(float)
-        self._apart: dict[Pair, float] = defaultdict(float)
+        self._together = PairCounts()
+        self._apart = PairCounts()
 
     def add(self, overlap: LabelOverlap, born: Mapping[int, int], novelty: float = 1.0) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it, `novelty` the share of a view that
@@ -58,14 +57,10 @@ class ViewConsensus:
     def candidates(self) -> Iterator[tuple[Pair, float]]:
         """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
         for pair in self._together:
-            if (log_odds := self.log_odds(pair)) > -MAX_LOG_ODDS:
+            if (log_odds := self.log_odds(pair)) > -MAX_EMBEDDING_LOG_ODDS:
                 yield pair, log_odds
 
     def replace(self, gone: int, survivor: int) -> None:
         """Rename a track that was fused, or forget one (survivor 0)."""
         for counts in (self._together, self._apart):
-            for pair in [p for p in counts if gone in p]:
-                n = counts.pop(pair)
-                other = pair[0] if pair[1] == gone else pair[1]
-                if survivor and other != survivor:
-                    counts[min(other, survivor), max(other, survivor)] += n
+            counts.replace(gone, survivor)

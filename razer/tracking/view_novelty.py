@@ -9,8 +9,8 @@ from razer.arrays import Pose
 # Camera motion after which the masks of a frame are errors of their own, and no repetition of the last frame's.
 NEW_VIEW_M = 0.15
 NEW_VIEW_RAD = np.deg2rad(10.0)
-# A camera at rest still sees another noise.
-MIN_NOVELTY = 0.05
+# A camera at rest still sees another noise: what flickers is not there.
+MIN_NOVELTY = 0.25
 
 
 class ViewNovelty:

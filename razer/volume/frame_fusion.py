@@ -8,7 +8,6 @@ first colour that it gets is scaled to count in full.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -19,44 +18,31 @@ from torch import Tensor
 
 from razer.arrays import Float32Array, Int32Array, Uint8Array
 from razer.config import VoxelSettings
-from razer.detection.observed_surface import BLOCK_VOXELS, ObservedSurface
+from razer.detection.observed_surface import ObservedSurface
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
-
-RowsOf = Callable[[Int32Array], Tensor]
-"""Buffer rows of those of the given blocks (B, 3) that a volume has."""
-AttributeOf = Callable[[str], Tensor]
-"""A fresh view (capacity * 4096, channels) of a volume's attribute."""
+from razer.volume.block_pages import BlockPages
 
 
 class FrameFusion:
-    """Fuses frames into a grid; knows which of its blocks may hold voxels without colour."""
+    """Fuses frames into pages of blocks; knows which of these may hold voxels without colour."""
 
-    def __init__(
-        self,
-        grid: o3d.t.geometry.VoxelBlockGrid,
-        settings: VoxelSettings,
-        device: o3c.Device,
-        attribute: AttributeOf,
-        rows_of: RowsOf,
-    ) -> None:
-        self._grid = grid
-        self._attribute = attribute
-        self._rows_of = rows_of
+    def __init__(self, pages: BlockPages, settings: VoxelSettings, device: o3c.Device) -> None:
+        self._pages = pages
         self._settings = settings
         self._device = device
         self._maybe_colorless: set[bytes] = set()
 
     def fuse(self, frame: Frame, block_keys: Int32Array) -> None:
-        """Fuse a posed frame into blocks (B, 3), for which the grid must have room."""
+        """Fuse a posed frame into blocks (B, 3), which the pages have."""
         nearest = self._settings.depth_min_m
         depth = np.where(frame.depth >= nearest, frame.depth, np.float32(0)) if nearest else frame.depth
         if frame.has_color is None:
             self._integrate(frame, block_keys, depth, frame.rgb)
             return
         late = self._colorless(block_keys)
-        before = self._attribute("weight")[late]
+        (before,) = self._pages.read(late, "weight")
         self._integrate(frame, block_keys, np.where(frame.has_color, depth, np.float32(0)), frame.rgb)
         self._count_in_full(late, before)
         self._fuse_hidden(replace(frame, depth=np.where(frame.has_color, np.float32(0), depth)))
@@ -69,19 +55,19 @@ class FrameFusion:
         except UnusableFrame:  # no such reading
             return
         block_keys = surface.blocks_within(s.truncation_m)
+        self._pages.add(block_keys)
         self._integrate(frame, block_keys, frame.depth, None)
         self._maybe_colorless.update(key.tobytes() for key in np.ascontiguousarray(block_keys, np.int32))
 
     def _integrate(self, frame: Frame, block_keys: Int32Array, depth: Float32Array, rgb: Uint8Array | None) -> None:
-        blocks = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self._device)
         intrinsic, extrinsic = o3c.Tensor(frame.intrinsics.matrix), o3c.Tensor(inverse(frame.pose))
         limits = 1.0, self._settings.depth_max_m, self._settings.truncation_voxels
         readings = self._image(depth)
         if rgb is None:
-            self._grid.integrate(blocks, readings, intrinsic, extrinsic, *limits)
+            self._pages.integrate(block_keys, readings, intrinsic, extrinsic, *limits)
         else:
             color = self._image(np.multiply(rgb, np.float32(1 / 255), dtype=np.float32))
-            self._grid.integrate(blocks, readings, color, intrinsic, intrinsic, extrinsic, *limits)
+            self._pages.integrate(block_keys, readings, color, intrinsic, intrinsic, extrinsic, *limits)
 
     def _image(self, pixels: Float32Array) -> o3d.t.geometry.Image:
         return o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(pixels)).to(self._device))
@@ -90,16 +76,16 @@ class FrameFusion:
         """Addresses of voxels of these blocks that were observed, and never with a colour."""
         keys = np.ascontiguousarray(block_keys, np.int32)
         known = [key for key in keys if key.tobytes() in self._maybe_colorless]
-        rows = self._rows_of(np.array(known, np.int32).reshape(-1, 3))
-        weight, color = (self._attribute(name).unflatten(0, (-1, BLOCK_VOXELS)) for name in ("weight", "color"))
+        rows = self._pages.find(np.array(known, np.int32).reshape(-1, 3))
         # One channel of whole blocks, and the others only where that one is 0.
-        row, place = torch.nonzero((weight[..., 0][rows] > 0) & (color[..., 0][rows] == 0), as_tuple=True)
-        addresses = rows[row] * BLOCK_VOXELS + place
-        return addresses[(color.flatten(0, 1)[addresses] == 0).all(dim=1)]
+        addresses = self._pages.select(
+            rows, lambda weight, color: ((weight > 0) & (color == 0))[..., 0], "weight", "color", n_channels=1
+        )
+        return addresses[(self._pages.read(addresses, "color")[0] == 0).all(dim=1)]
 
     def _count_in_full(self, addresses: Tensor, weight_before: Tensor) -> None:
         """Scale the mean of no colour and the first one to the first one."""
-        weight, color = self._attribute("weight")[addresses], self._attribute("color")
+        weight, color = self._pages.read(addresses, "weight", "color")
         gained = torch.nonzero((weight > weight_before)[:, 0]).squeeze(1)
         scale = weight[gained] / (weight - weight_before)[gained]
-        color[addresses[gained]] = color[addresses[gained]] * scale
+        self._pages.write(addresses[gained], color=color[gained] * scale)

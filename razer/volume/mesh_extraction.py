@@ -10,8 +10,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from razer.arrays import Float32Array, Int32Array, Uint8Array
+from razer.arrays import Float32Array, IndexArray, Int32Array, Uint8Array
 from razer.detection.observed_surface import Cells, cells_of
+from razer.volume.marching_cubes import color_bytes, marching_cubes
 from razer.volume.voxel_map import VoxelMap
 
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
@@ -47,37 +48,28 @@ def extract_points(voxels: VoxelMap, block_keys: Int32Array | None = None) -> Su
 def points_at(voxels: VoxelMap, addresses: Tensor) -> SurfacePoints:
     """The voxels at addresses (N,)."""
     columns = (
-        voxels.positions(addresses),
-        voxels.attribute("color")[addresses],
-        voxels.resolve(voxels.attribute("label")[addresses, 0]),
+        voxels.pages.positions(addresses),
+        voxels.pages.read(addresses, "color")[0],
+        voxels.resolve(voxels.pages.read(addresses, "label")[0][:, 0]),
     )
     positions, colors, instances = (column.cpu().numpy() for column in columns)
-    return SurfacePoints(positions, _bytes(colors / 255), instances)  # Open3D keeps colours as 0..255
+    return SurfacePoints(positions, color_bytes(colors / 255), instances)  # Open3D keeps colours as 0..255
 
 
 def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
-    """Marching cubes with the label of each vertex; vertices sorted by position, so that runs compare.
+    """Marching cubes with the label of each vertex; vertices sorted by position, each once, so that runs compare.
 
     Call `VoxelMap.settle` first where instances have been fused.
     """
-    empty = np.zeros((0, 3), np.int32)
-    nothing = LabelledMesh(empty.astype(np.float32), empty.astype(np.uint8), empty[:, 0], empty)
-    if voxels.n_blocks == 0:
-        return nothing
-    # Open3D wants more than the given weight (float32), everything else here at least as much.
-    min_weight = np.nextafter(np.float32(voxels.settings.surface_weight), np.float32(-1))
-    mesh = voxels.grid.extract_triangle_mesh(float(min_weight))
-    if "positions" not in mesh.vertex or mesh.vertex.positions.shape[0] == 0:
-        return nothing
-    vertices, colors = mesh.vertex.positions.cpu().numpy(), _bytes(mesh.vertex.colors.cpu().numpy())
-    triangles = mesh.triangle.indices.cpu().numpy().astype(np.int32)
-    order = np.lexsort(vertices.T[::-1])
-    rank = np.empty(len(order), np.int32)
-    rank[order] = np.arange(len(order), dtype=np.int32)
-    triangles = _canonical(rank[triangles])
-    vertices = vertices[order]
+    vertices, colors, triangles = marching_cubes(voxels.pages, voxels.settings)
+    rank, order = _ranks(vertices, colors)
+    vertices, colors = vertices[order], colors[order]
+    triangles = rank[triangles]
+    # Where surface meets a corner of the lattice, vertices of several edges are one, and triangles shrink to none.
+    is_whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    triangles = _canonical(triangles[is_whole])
     labels = fill_seams(vertex_labels(voxels, vertices), triangles)
-    return LabelledMesh(vertices, colors[order], labels, triangles)
+    return LabelledMesh(vertices, colors, labels, triangles)
 
 
 def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
@@ -116,7 +108,7 @@ def _most_voted(voxels: VoxelMap, cells: Cells, corner: Int32Array, weights: NDA
     ids, counts = voxels.histograms_at(cells)
     row = torch.from_numpy(corner).to(ids.device).long()
     slots = ids.shape[1]
-    near_ids = ids[row].reshape(len(corner), -1)
+    near_ids = ids[row].reshape(len(corner), 8 * slots)
     # Whole numbers add up the same in any order.
     share = torch.from_numpy(np.rint(np.maximum(weights, 0.02) * 1024)).to(ids.device).long()
     near_votes = (counts[row] * share[:, :, None]).reshape(len(corner), 8 * slots)
@@ -128,8 +120,16 @@ def _most_voted(voxels: VoxelMap, cells: Cells, corner: Int32Array, weights: NDA
     return torch.where(best.any(dim=1), lowest, 0).cpu().numpy().astype(np.int32)
 
 
-def _bytes(colors: NDArray) -> Uint8Array:
-    return np.clip(np.rint(colors * 255), 0, 255).astype(np.uint8)
+def _ranks(vertices: Float32Array, colors: Uint8Array) -> tuple[Int32Array, IndexArray]:
+    """For each vertex (N, 3) the number of its position in their order, and for each position a vertex: of those at
+    one place the one of the darkest colour."""
+    shade = colors.astype(np.int32) @ np.array([2**16, 2**8, 1], np.int32)
+    order = np.lexsort((shade, *vertices.T[::-1]))
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (vertices[order[1:]] != vertices[order[:-1]]).any(axis=1)
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.cumsum(is_new, dtype=np.int32) - 1
+    return rank, order[is_new]
 
 
 def _canonical(triangles: Int32Array) -> Int32Array:

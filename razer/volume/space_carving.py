@@ -11,7 +11,8 @@ from torch import Tensor
 from razer.arrays import BoolArray, Float32Array, Int32Array
 from razer.detection.observed_surface import BLOCK, ObservedSurface
 from razer.geometry import inverse, transform_points
-from razer.volume.voxel_map import BLOCKS_AT_ONCE, SURFACE_VOXELS, VoxelMap
+from razer.volume.block_pages import BLOCKS_AT_ONCE
+from razer.volume.voxel_map import SURFACE_VOXELS, VoxelMap
 
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour
 # and depth edges, pose errors of a pixel and the shadows beside thin parts must not eat surfaces.
@@ -23,16 +24,15 @@ def carve(voxels: VoxelMap, surface: ObservedSurface) -> None:
     """Cut down weight and votes of surface voxels that stand in front of the frame's depth, by more than the truncation
     distance; voxels of less than one observation become empty."""
     nearest = nearest_readings(surface.depth)
-    keys, rows = voxels.active_rows()
-    rows = rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
+    rows = _rows_in_view(voxels, surface)
     surface_tsdf = SURFACE_VOXELS / voxels.settings.truncation_voxels
 
     def may_be_surface(weight: Tensor, tsdf: Tensor, label: Tensor) -> Tensor:
         return ((weight > 0) & ((tsdf <= surface_tsdf) | (label > 0)))[..., 0]
 
     for part in rows.split(BLOCKS_AT_ONCE):
-        near = voxels.select(part, may_be_surface, "weight", "tsdf", "label")
-        free = near[_is_free(voxels.positions(near), surface, nearest, voxels.settings.truncation_m)]
+        near = voxels.pages.select(part, may_be_surface, "weight", "tsdf", "label")
+        free = near[_is_free(voxels.pages.positions(near), surface, nearest, voxels.settings.truncation_m)]
         _clear(voxels, free, surface_tsdf)
 
 
@@ -40,6 +40,20 @@ def nearest_readings(depth: Float32Array) -> Float32Array:
     """The smallest depth around each pixel (h, w), 0 where any of its neighbours has none."""
     size = 2 * EDGE_PIXELS + 1
     return cv2.erode(depth, np.ones((size, size), np.uint8))
+
+
+def _rows_in_view(voxels: VoxelMap, surface: ObservedSurface) -> Tensor:
+    """Rows (B,) of the blocks that may reach into the viewing frustum; those out of its bounds are not looked at."""
+    size_m = BLOCK * voxels.settings.voxel_size_m
+    height, width = surface.depth.shape
+    corners = np.array([[0, 0], [width, 0], [0, height], [width, height]]) - surface.matrix[:2, 2]
+    rays = np.c_[corners / surface.matrix[[0, 1], [0, 1]], np.ones(4)]
+    corners_m = np.r_[np.zeros((1, 3)), rays * (surface.depth.max() + size_m)]
+    frustum = transform_points(surface.world_from_camera, corners_m) / size_m
+    # `_in_view` takes centres within an edge of it along each axis of the camera, that is sqrt(3) along those here.
+    low, high = frustum.min(axis=0) - 1.8 - 0.5, frustum.max(axis=0) + 1.8 - 0.5
+    keys, rows = voxels.pages.within(np.floor(low).astype(np.int32), np.ceil(high).astype(np.int32))
+    return rows[torch.from_numpy(np.flatnonzero(_in_view(keys, voxels, surface))).to(rows.device)]
 
 
 def _in_view(keys: Int32Array, voxels: VoxelMap, surface: ObservedSurface) -> BoolArray:
@@ -67,13 +81,13 @@ def _is_free(points: Tensor, surface: ObservedSurface, nearest: Float32Array, ma
 
 
 def _clear(voxels: VoxelMap, free: Tensor, surface_tsdf: float) -> None:
-    weight, tsdf = (voxels.attribute(name)[:, 0] for name in ("weight", "tsdf"))
-    ids, counts, color = voxels.attribute("ids"), voxels.attribute("counts"), voxels.attribute("color")
+    weight, tsdf, counts = voxels.pages.read(free, "weight", "tsdf", "counts")
     # What lies well outside a surface is free rightly, and the mesh needs its distances.
-    inside = free[tsdf[free] <= surface_tsdf]
-    weight[inside] *= KEPT_SHARE
-    counts[free] //= int(1 / KEPT_SHARE)
-    empty = inside[weight[inside] < 1]
-    for attribute in (weight, tsdf, ids, counts, color):
-        attribute[empty] = 0
+    is_inside = tsdf <= surface_tsdf
+    weight = torch.where(is_inside, weight * KEPT_SHARE, weight)
+    voxels.pages.write(free, weight=weight, counts=counts // int(1 / KEPT_SHARE))
+    empty = free[(is_inside & (weight < 1))[:, 0]]
+    names = ("weight", "tsdf", "ids", "counts", "color")
+    nothing = voxels.pages.read(empty, *names)
+    voxels.pages.write(empty, **{name: column.zero_() for name, column in zip(names, nothing, strict=True)})
     voxels.relabel(free)

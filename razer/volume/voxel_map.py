@@ -1,8 +1,7 @@
-"""TSDF volume with label histograms, V(p) = {d, w, c, l, h} (RAZER eq. 1), over Open3D's VoxelBlockGrid, on the CPU or
-a CUDA device.
+"""TSDF volume with label histograms, V(p) = {d, w, c, l, h} (RAZER eq. 1), over pages of Open3D's VoxelBlockGrid, on
+the CPU or a CUDA device.
 
-Attribute tensors are shared with torch by DLPack. Such a view goes silently stale when the grid grows, so each
-method fetches its views afresh and none is kept. Everything host-side that is not a whole attribute (cell
+Attribute tensors are shared with torch by DLPack. Everything host-side that is not a whole attribute (cell
 addresses, per-instance counts) travels freely; attributes themselves leave the device in
 `razer.volume.mesh_extraction` and `razer.storage` only.
 """
@@ -12,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import open3d as o3d
 import open3d.core as o3c
 import torch
 from numpy.typing import NDArray
@@ -20,61 +18,45 @@ from torch import Tensor
 
 from razer.arrays import BoolArray, Int32Array
 from razer.config import VoxelSettings
-from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS, Cells, ObservedSurface
+from razer.detection.observed_surface import BLOCK_VOXELS, Cells, ObservedSurface
 from razer.frame import Frame
 from razer.volume import label_histogram
+from razer.volume.block_pages import BLOCKS_AT_ONCE, BlockPages
 from razer.volume.frame_fusion import FrameFusion
-from razer.volume.id_remap import InstanceIdMap
+from razer.volume.id_remap import InstanceIdMap, numbered
+from razer.volume.surface_evidence import is_observed_enough
 
-START_BLOCKS = 1024
-GROWTH = 1.6
-SPARE = 1.1  # room of a successor, since corrected poses fill somewhat other blocks
-BLOCKS_AT_ONCE = 512  # of passes over the whole map, to bound their memory
 SURFACE_VOXELS = 0.75  # a voxel this near to the zero crossing holds surface
-FULL = 0.85  # share of the capacity beyond which the hash map is made larger beforehand
 
 
 class VoxelMap:
     """Truncated signed distances with colours, and for each voxel its instance and a histogram of labels."""
 
-    def __init__(
-        self, settings: VoxelSettings, device: str = "CPU:0", id_map: InstanceIdMap | None = None, n_blocks: int = 0
-    ) -> None:
+    def __init__(self, settings: VoxelSettings, device: str = "CPU:0", id_map: InstanceIdMap | None = None) -> None:
         """An empty volume.
 
         Args:
             settings: Voxel size, truncation distance, depth range and histogram slots.
             device: As Open3D names it, "CPU:0" or "CUDA:0".
             id_map: Shared with another volume of the same instances; by default a new one.
-            n_blocks: Blocks of 16^3 voxels to make room for, since growing takes seconds.
         """
         self.settings = settings
         self.device = o3c.Device(device)
         self.torch_device = torch.device("cuda" if device.upper().startswith("CUDA") else "cpu")
-        slots = settings.histogram_slots
-        self.grid = o3d.t.geometry.VoxelBlockGrid(
-            ("tsdf", "weight", "color", "label", "ids", "counts"),
-            (o3c.float32, o3c.float32, o3c.float32, o3c.int32, o3c.int32, o3c.int16),
-            [o3c.SizeVector([n]) for n in (1, 1, 3, 1, slots, slots)],
-            settings.voxel_size_m,
-            BLOCK,
-            max(START_BLOCKS, n_blocks),
-            self.device,
-        )
-        self._fusion = FrameFusion(self.grid, settings, self.device, self.attribute, self.rows_of)
+        self.pages = BlockPages(settings, self.device, self.torch_device)
+        self._fusion = FrameFusion(self.pages, settings, self.device)
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._id_map = id_map or InstanceIdMap(self.torch_device)
-        self._touched: Tensor | None = None  # which buffer rows, None = any
+        self._touched: Tensor | None = None  # which rows, None = any
 
     def empty_copy(self) -> VoxelMap:
-        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both. It has
-        room for as many blocks, since growing takes seconds."""
-        return VoxelMap(self.settings, str(self.device), self._id_map, int(SPARE * self.n_blocks / FULL))
+        """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both."""
+        return VoxelMap(self.settings, str(self.device), self._id_map)
 
     @property
     def n_blocks(self) -> int:
         """Blocks of 16^3 voxels in use."""
-        return int(self.grid.hashmap().size())
+        return len(self.pages)
 
     @property
     def newest_id(self) -> int:
@@ -83,23 +65,8 @@ class VoxelMap:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes the attributes of the grid's whole capacity take."""
-        per_voxel = 4 + 4 + 12 + 4 + 6 * self.settings.histogram_slots
-        return int(self.grid.hashmap().capacity()) * BLOCK_VOXELS * per_voxel
-
-    def attribute(self, name: str) -> Tensor:
-        """A fresh view (capacity * 4096, channels) of an attribute; valid until blocks are next allocated."""
-        shared = self.grid.attribute(name)
-        tensor = torch.utils.dlpack.from_dlpack(shared.to_dlpack())
-        return tensor.reshape(shared.shape[0] * BLOCK_VOXELS, -1)
-
-    def positions(self, addresses: Tensor) -> Tensor:
-        """World positions (n, 3) float32 metres of voxels given by their addresses in the flat attributes."""
-        keys = torch.utils.dlpack.from_dlpack(self.grid.hashmap().key_tensor().to_dlpack())
-        place = addresses % BLOCK_VOXELS
-        inside = torch.stack([place % BLOCK, place // BLOCK % BLOCK, place // BLOCK**2], dim=1)
-        lattice = keys[addresses // BLOCK_VOXELS] * BLOCK + inside
-        return lattice.float() * self.settings.voxel_size_m
+        """Bytes the attributes take, with those of blocks for which there is room."""
+        return self.pages.memory_bytes
 
     def integrate(self, frame: Frame, surface: ObservedSurface | None = None) -> Int32Array:
         """Fuse a posed frame, of which the observed `surface` may be known already; returns the sorted keys
@@ -109,42 +76,28 @@ class VoxelMap:
         if surface is None:
             surface = ObservedSurface.of(frame, s.voxel_size_m, s.depth_min_m, s.depth_max_m)
         block_keys = surface.blocks_within(s.truncation_m)
-        self._make_room(block_keys)
+        self.pages.add(block_keys)
         self._fusion.fuse(frame, block_keys)
         self._touch(self.rows_of(block_keys))
         return block_keys
 
     def _touch(self, rows: Tensor) -> None:
-        if self._touched is not None and len(self._touched) != self.grid.hashmap().capacity():
-            self._touched = None  # it has grown, and rows were dealt out anew
         if self._touched is not None:
+            self._touched = self._grown(self._touched)
             self._touched[rows] = True
+
+    def _grown(self, of_rows: Tensor) -> Tensor:
+        """Flags of rows (R,), with those of rows that came since."""
+        n_more = self.pages.n_rows - len(of_rows)
+        return torch.cat([of_rows, of_rows.new_zeros(n_more)]) if n_more else of_rows
 
     def allocate(self, block_keys: Int32Array) -> None:
         """Add blocks (B, 3) of empty voxels."""
-        if len(block_keys) == 0:
-            return
-        self._make_room(block_keys)
-        self.grid.hashmap().activate(o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device))
-
-    def _make_room(self, block_keys: Int32Array) -> None:
-        hashmap = self.grid.hashmap()
-        room = int(FULL * hashmap.capacity()) - hashmap.size()
-        if len(block_keys) > room and (n_more := int((self._rows(block_keys) < 0).sum())) > room:
-            hashmap.reserve(int(GROWTH * (hashmap.size() + n_more)) + START_BLOCKS // 2)
-
-    def _rows(self, block_keys: Int32Array) -> Tensor:
-        """Buffer row of each block (B,) int64, -1 where the map has none."""
-        if len(block_keys) == 0:
-            return torch.zeros(0, dtype=torch.int64, device=self.torch_device)
-        keys = o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)
-        rows, exists = self.grid.hashmap().find(keys)
-        rows, exists = (torch.utils.dlpack.from_dlpack(t.to(o3c.int64).to_dlpack()) for t in (rows, exists))
-        return torch.where(exists > 0, rows, -1)
+        self.pages.add(block_keys)
 
     def _addresses(self, cells: Cells) -> tuple[Tensor, Tensor]:
         """Rows of the flat attributes for the cells the map has, and the indices of those cells."""
-        row = self._rows(cells.block_keys)[self._tensor(cells.block)]
+        row = self.pages.find(cells.block_keys)[self._tensor(cells.block)]
         known = torch.nonzero(row >= 0).squeeze(1)
         return row[known] * BLOCK_VOXELS + self._tensor(cells.local)[known], known
 
@@ -152,8 +105,8 @@ class VoxelMap:
         return torch.from_numpy(np.ascontiguousarray(values)).to(self.torch_device, torch.int64)
 
     def rows_of(self, block_keys: Int32Array) -> Tensor:
-        """Buffer rows of those of the given blocks (B, 3) that the map has."""
-        rows = self._rows(block_keys)
+        """Rows of those of the given blocks (B, 3) that the map has."""
+        rows = self.pages.find(block_keys)
         return rows[rows >= 0]
 
     def histograms_at(self, cells: Cells) -> tuple[Tensor, Tensor]:
@@ -161,8 +114,8 @@ class VoxelMap:
         addresses, known = self._addresses(cells)
         shape = (len(cells), self.settings.histogram_slots)
         ids, counts = (torch.zeros(shape, dtype=torch.int64, device=self.torch_device) for _ in range(2))
-        ids[known] = self.resolve(self.attribute("ids")[addresses]).long()
-        counts[known] = self.attribute("counts")[addresses].long()
+        known_ids, known_counts = self.pages.read(addresses, "ids", "counts")
+        ids[known], counts[known] = self.resolve(known_ids).long(), known_counts.long()
         return ids, counts
 
     def resolve(self, ids: Tensor) -> Tensor:
@@ -173,7 +126,7 @@ class VoxelMap:
         """The label (C,) int32 of each cell, 0 = nobody; stays on the device."""
         addresses, known = self._addresses(cells)
         result = torch.zeros(len(cells), dtype=torch.int32, device=self.torch_device)
-        result[known] = self.resolve(self.attribute("label")[addresses, 0])
+        result[known] = self.resolve(self.pages.read(addresses, "label")[0][:, 0])
         return result
 
     def count_labels(self, labels: Tensor, group: Int32Array, cell: Int32Array) -> dict[tuple[int, int], int]:
@@ -181,11 +134,12 @@ class VoxelMap:
 
         group (M,) and cell (M,) list the members of all groups; `labels` is from `labels_at`.
         """
-        n_ids = self.newest_id + 1
-        counts = torch.bincount(self._tensor(group) * n_ids + labels[self._tensor(cell)])
+        ids, number = numbered(labels, self.newest_id)
+        counts = torch.bincount(self._tensor(group) * len(ids) + number[self._tensor(cell)])
         bins = torch.nonzero(counts).squeeze(1)
-        table = zip(bins.tolist(), counts[bins].tolist(), strict=True)
-        return {divmod(row, n_ids): n for row, n in table if row % n_ids}
+        known = ids.tolist()
+        table = ((*divmod(row, len(known)), n) for row, n in zip(bins.tolist(), counts[bins].tolist(), strict=True))
+        return {(row, known[column]): n for row, column, n in table if known[column]}
 
     def admit(self, track_id: int) -> None:
         """Make a new id known; ids must be admitted in increasing order before they get votes."""
@@ -227,63 +181,44 @@ class VoxelMap:
 
     def _rewrite(self, addresses: Tensor, change: Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]) -> None:
         """Replace histograms (K, n) by what `change` makes of them, and renew the labels."""
-        slot_ids, slot_counts = self.attribute("ids"), self.attribute("counts")
-        stored_ids, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
+        stored_ids, counts = (part.T.contiguous() for part in self.pages.read(addresses, "ids", "counts"))
         ids = self.resolve(stored_ids)
         stale = torch.nonzero((ids != stored_ids).any(dim=0)).squeeze(1)
         ids[:, stale], counts[:, stale] = label_histogram.merge_equal(ids[:, stale], counts[:, stale])
         ids, counts = change(ids, counts)
         self._touch(addresses // BLOCK_VOXELS)
-        slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
-        self.attribute("label")[addresses, 0] = label_histogram.winner(ids, counts)
+        label = label_histogram.winner(ids, counts)
+        self.pages.write(addresses, ids=ids.T.contiguous(), counts=counts.T.contiguous(), label=label[:, None])
 
     def amplify(self, times: float) -> None:
         """Let every observation and vote so far count `times` times."""
         self._touched = None
-        weight, counts = self.attribute("weight"), self.attribute("counts")
-        weight.mul_(times)
-        for part in counts.split(BLOCKS_AT_ONCE * BLOCK_VOXELS):
-            part.copy_((part * times).round_().clamp_(max=label_histogram.MAX_COUNT))
-
-    def active_rows(self) -> tuple[Int32Array, Tensor]:
-        """Keys (B, 3) of the blocks in use, sorted, and their buffer rows (B,)."""
-        hashmap = self.grid.hashmap()
-        rows = hashmap.active_buf_indices().to(o3c.int64)
-        keys = hashmap.key_tensor()[rows].cpu().numpy()
-        order = np.lexsort(keys.T[::-1])
-        return keys[order], torch.utils.dlpack.from_dlpack(rows.to_dlpack())[self._tensor(order)]
-
-    def select(self, rows: Tensor, keep: Callable[..., Tensor], *names: str) -> Tensor:
-        """Addresses, in order, of the voxels of the given blocks where `keep` holds; `keep` is called with the
-        named attributes of whole blocks, (B, 4096, channels) each, and returns (B, 4096) bool."""
-        whole = [self.attribute(name).unflatten(0, (-1, BLOCK_VOXELS))[rows] for name in names]
-        row, place = torch.nonzero(keep(*whole), as_tuple=True)
-        return rows[row] * BLOCK_VOXELS + place
+        for weight in self.pages.views("weight"):
+            weight.mul_(times)
+        for counts in self.pages.views("counts"):
+            counts.copy_((counts * times).round_().clamp_(max=label_histogram.MAX_COUNT))
 
     def surface_addresses(self, block_keys: Int32Array | None = None) -> Tensor:
         """Addresses, in order, of the voxels that hold the zero crossing, of the given blocks or of all."""
-        return self.surface_in(self.active_rows()[1] if block_keys is None else self.rows_of(block_keys))
+        return self.surface_in(self.pages.all()[1] if block_keys is None else self.rows_of(block_keys))
 
     def surface_in(self, rows: Tensor) -> Tensor:
-        """The same for blocks given by their buffer rows (B,)."""
-        min_weight, max_tsdf = self.settings.surface_weight, SURFACE_VOXELS / self.settings.truncation_voxels
+        """The same for blocks given by their rows (B,)."""
+        max_tsdf = SURFACE_VOXELS / self.settings.truncation_voxels
 
         def on_surface(weight: Tensor, tsdf: Tensor) -> Tensor:
-            return ((weight >= min_weight) & (tsdf.abs() <= max_tsdf))[..., 0]
+            return is_observed_enough(weight[..., 0], self.settings) & (tsdf[..., 0].abs() <= max_tsdf)
 
-        parts = [self.select(part, on_surface, "weight", "tsdf") for part in rows.split(BLOCKS_AT_ONCE)]
-        return torch.cat(parts)
+        return self.pages.select(rows, on_surface, "weight", "tsdf")
 
     def take_touched(self) -> Tensor | None:
-        """Buffer rows (B,), in order, of the blocks of which any attribute was changed since this was last asked;
-        None = any may have been."""
-        self._touch(torch.zeros(0, dtype=torch.int64, device=self.torch_device))
+        """Rows (B,), in order, of the blocks of which any attribute was changed since this was last asked; None = any
+        may have been."""
         touched = None if self._touched is None else torch.nonzero(self._touched).squeeze(1)
-        self._touched = torch.zeros(int(self.grid.hashmap().capacity()), dtype=torch.bool, device=self.torch_device)
+        self._touched = torch.zeros(self.pages.n_rows, dtype=torch.bool, device=self.torch_device)
         return touched
 
     def settle(self) -> None:
         """Carry all fusions and prunings through to every voxel, so that labels can be read directly."""
-        for rows in self.active_rows()[1].split(BLOCKS_AT_ONCE):
-            claimed = self.select(rows, lambda counts: (counts > 0).any(dim=2), "counts")
-            self.relabel(claimed)
+        for rows in self.pages.all()[1].split(BLOCKS_AT_ONCE):
+            self.relabel(self.pages.select(rows, lambda counts: (counts > 0).any(dim=2), "counts"))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import VoxelSettings
 from razer.detection.lifting import Detection
-from razer.detection.observed_surface import BLOCK_VOXELS, Cells, ObservedSurface, cells_of
+from razer.detection.observed_surface import Cells, ObservedSurface, cells_of
 from razer.frame import Frame, Intrinsics
 from razer.volume.voxel_map import VoxelMap
 
@@ -127,11 +127,13 @@ def detection(
     )
 
 
+ATTRIBUTES = ("tsdf", "weight", "color", "label", "ids", "counts")
+
+
 def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
     """Keys (B, 3) of the blocks in use and every attribute (B, 4096, channels), in the order of the keys."""
-    keys, rows = voxels.active_rows()
-    attributes = {name: voxels.attribute(name) for name in ("tsdf", "weight", "color", "label", "ids", "counts")}
-    parts = {name: a.reshape(-1, BLOCK_VOXELS, a.shape[1])[rows].cpu().numpy() for name, a in attributes.items()}
+    keys, rows = voxels.pages.all()
+    parts = {name: voxels.pages.blocks(rows, name).cpu().numpy() for name in ATTRIBUTES}
     return {"keys": keys, **parts}
 
 

@@ -176,7 +176,8 @@ def test_carved_away_surface_vanishes_from_its_chunk(tmp_path):
     timeline = Timeline(path, CAMERA, TimelineConfig(points_every=1, points_growth=1.1))
     timeline.show(frame(0), mapper.step(0), mapper, {})
     step = mapper.step(1)
-    mapper.voxels.attribute("weight").zero_()
+    for weight in mapper.voxels.pages.views("weight"):
+        weight.zero_()
     timeline.show(frame(1), step, mapper, {})
     timeline.close()
     last = [rows[-1] for entity, rows in chunks_of(path).items() if entity.startswith(f"{paths.POINTS}/")]

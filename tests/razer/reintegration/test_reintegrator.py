@@ -10,7 +10,7 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-import razer.volume.voxel_map
+import razer.volume.block_pages
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
 from razer.config import MapperConfig, ReintegrationSettings
@@ -38,7 +38,7 @@ def small() -> Iterable[None]:
     """One thread, and room for what these maps need."""
     torch.set_num_threads(1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(razer.volume.voxel_map, "START_BLOCKS", 64)
+        patch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
         yield
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-import razer.volume.voxel_map
+import razer.volume.block_pages
 from razer.frame import Frame
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, frame_of, plane_depth, pose
@@ -20,7 +20,7 @@ COLOR = (200, 120, 40)
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for what these maps need: whole attributes are quicker to compare."""
-    monkeypatch.setattr(razer.volume.voxel_map, "START_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
 
 
 def wall(index: int, has_color: bool | None) -> Frame:
@@ -40,9 +40,9 @@ def fused(*seen: bool | None) -> VoxelMap:
 
 def observed(voxels: VoxelMap) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     """Distance, weight and colour (0 to 255) of the voxels that were observed."""
-    weight = voxels.attribute("weight")[:, 0]
-    rows = torch.nonzero(weight > 0).squeeze(1)
-    return voxels.attribute("tsdf")[rows, 0], weight[rows], voxels.attribute("color")[rows]
+    tsdf, weight, color = (torch.cat(voxels.pages.views(name)) for name in ("tsdf", "weight", "color"))
+    seen = weight[:, 0] > 0
+    return tsdf[seen, 0], weight[seen, 0], color[seen]
 
 
 def test_geometry_is_the_same_with_and_without_colour() -> None:

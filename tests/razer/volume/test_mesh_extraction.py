@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import razer.volume.voxel_map
+import razer.volume.block_pages
 from razer.volume.mesh_extraction import extract_mesh, extract_points, fill_seams, vertex_labels
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, box_depth, cells_at, frame_of, look, plane_depth, pose
@@ -22,7 +22,7 @@ BOX = axis_box((0.1, 0.0, 1.3), (0.4, 0.4, 0.3))
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.voxel_map, "START_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
 
 
 def furnished() -> VoxelMap:
@@ -100,7 +100,7 @@ def test_points_are_voxels_near_the_zero_crossing(mapped: VoxelMap) -> None:
 
 def test_points_of_some_blocks_are_those_of_all_that_lie_in_them(mapped: VoxelMap) -> None:
     whole = extract_points(mapped)
-    chosen = mapped.active_rows()[0][::3]
+    chosen = mapped.pages.all()[0][::3]
     block = np.floor(np.rint(whole.positions / SIZE_M) / 16).astype(int)
     inside = (block[:, None] == chosen[None]).all(axis=2).any(axis=1)
     part = extract_points(mapped, np.concatenate([chosen, [[900, 900, 900]]]).astype(np.int32))

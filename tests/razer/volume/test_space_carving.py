@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import razer.volume.voxel_map
+import razer.volume.block_pages
 from razer.frame import Frame
 from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import extract_mesh, extract_points
-from razer.volume.space_carving import KEPT_SHARE, carve, nearest_readings
+from razer.volume.space_carving import KEPT_SHARE, _in_view, _rows_in_view, carve, nearest_readings
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, box_depth, contents, frame_of, look, plane_depth, pose, same_contents
 
@@ -40,7 +40,7 @@ def fuse(voxels: VoxelMap, frame: Frame) -> None:
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for what these maps need: whole attributes are quicker to compare."""
-    monkeypatch.setattr(razer.volume.voxel_map, "START_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
 
 
 @pytest.fixture
@@ -164,3 +164,19 @@ def test_nearest_readings_by_a_literal_loop() -> None:
         for column in range(15):
             around = depth[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3]
             assert nearest[row, column] == around.min()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_blocks_in_view_are_those_that_a_look_at_all_blocks_finds(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    voxels = VoxelMap(COARSE)
+    voxels.allocate(np.unique(rng.integers(-12, 12, (60, 3)), axis=0).astype(np.int32))
+    keys, rows = voxels.pages.all()
+    n_in_view = []
+    for _ in range(20):
+        at = pose(rng.uniform(-4, 4, 3), rng.uniform(-180, 180, 3))
+        surface = look(frame_of(np.full((120, 160), rng.uniform(0.5, 5.0)), at))
+        expected = rows[np.flatnonzero(_in_view(keys, voxels, surface)).tolist()]
+        assert _rows_in_view(voxels, surface).tolist() == expected.tolist()
+        n_in_view.append(len(expected))
+    assert 0 < sum(n_in_view) < 20 * len(keys) / 2

@@ -25,7 +25,7 @@ def strip() -> VoxelMap:
     voxels = VoxelMap(COARSE)
     voxels.admit(4)
     voxels.allocate(np.zeros((1, 3), np.int32))
-    voxels.attribute("weight")[:] = 9.0  # all of it surface: weights are high, distances are zero
+    voxels.pages.views("weight")[0].fill_(9.0)  # all of it surface: weights are high, distances are zero
     for claims in (range(10), range(10)):
         voxels.vote(cells_at([[x, 0, 0] for x in claims]), np.full(10, 1, np.int32))
     for _ in range(3):
@@ -42,7 +42,7 @@ def test_one_mask_that_joined_a_thing_with_its_wall_costs_little_support() -> No
     voxels = VoxelMap(COARSE)
     voxels.admit(2)
     voxels.allocate(np.zeros((1, 3), np.int32))
-    voxels.attribute("weight")[:] = 9.0
+    voxels.pages.views("weight")[0].fill_(9.0)
     wall = cells_at([[x, y, 0] for x in range(8) for y in range(8)])
     for _ in range(5):
         voxels.vote(wall, np.full(64, 1, np.int32))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import pytest
 import torch
@@ -14,9 +16,11 @@ from razer.config import MapperConfig
 from razer.mapper import Mapper
 from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.segmenter import OracleSegmenter
+from razer.volume.block_pages import PAGE_BLOCKS
 from razer.volume.space_carving import carve
+from razer.volume.support import support_ratios
 from razer.volume.surface_cache import SurfaceCache, SurfaceVoxels, points_by_instance
-from razer.volume.voxel_map import START_BLOCKS, VoxelMap
+from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, cells_at, frame_of, look
 
 SHAPE = (120, 160)
@@ -34,21 +38,20 @@ def see(volume: VoxelMap, distance_m: float, times: int = 3) -> None:
         volume.integrate(frame_of(np.full(SHAPE, distance_m)))
 
 
-def assert_is_all(found: SurfaceVoxels, volume: VoxelMap) -> None:
+def assert_is_all(known: SurfaceCache, volume: VoxelMap) -> None:
+    found = known.around(range(volume.newest_id + 1))
     everything = SurfaceVoxels.at(volume, volume.surface_addresses())
-    ours, theirs = (of.select(torch.argsort(of.addresses)) for of in (found, everything))
-    for part in ("addresses", "positions", "labels", "ids", "counts"):
-        assert_array_equal(getattr(ours, part).numpy(), getattr(theirs, part).numpy())
+    ours, theirs = (torch.argsort(of.addresses) for of in (found, everything))
+    for part in ("addresses", "labels", "ids", "counts"):
+        assert_array_equal(getattr(found, part)[ours].numpy(), getattr(everything, part)[theirs].numpy())
 
 
 def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:
     volume, known = wall(1.5), SurfaceCache()
-    found, changed = known.renew(volume)
-    assert changed is None
-    assert len(found.addresses) > 100
-    renewed, changed = known.renew(volume)
-    assert changed == set()
-    assert_is_all(renewed, volume)
+    assert known.renew(volume) is None
+    assert len(known.around([0]).addresses) > 100
+    assert known.renew(volume) == set()
+    assert_is_all(known, volume)
 
 
 @pytest.mark.parametrize("change", ["integrate", "vote", "carve", "amplify", "grow"])
@@ -69,22 +72,24 @@ def test_whatever_changes_is_seen(change: str) -> None:
     elif change == "amplify":
         volume.amplify(0.5)
     else:
-        many = np.arange(3 * START_BLOCKS, dtype=np.int32)[:, None] + np.array([[100, 0, 0]], np.int32)
+        many = np.arange(3 * PAGE_BLOCKS, dtype=np.int32)[:, None] + np.array([[100, 0, 0]], np.int32)
         volume.allocate(many)
-    found, changed = known.renew(volume)
-    assert_is_all(found, volume)
+        volume.vote(cells_at(place), np.ones(1, np.int32))
+    changed = known.renew(volume)
+    assert_is_all(known, volume)
     assert changed is None or 1 in changed or change == "integrate"
     if change == "vote":
         assert changed == {0, 1, 2}
+    if change == "grow":
+        assert changed == {0, 1}
 
 
 def test_another_volume_is_all_new() -> None:
     known = SurfaceCache()
     known.renew(wall(1.5))
     other = wall(1.0)
-    found, changed = known.renew(other)
-    assert changed is None
-    assert_is_all(found, other)
+    assert known.renew(other) is None
+    assert_is_all(known, other)
 
 
 def test_points_of_instances_follow_fusions() -> None:
@@ -100,11 +105,38 @@ def test_points_of_instances_follow_fusions() -> None:
     assert points_by_instance(volume, surface, []) == {}
 
 
+def test_what_lies_around_an_instance_tells_of_it_what_all_of_the_surface_does() -> None:
+    rng = np.random.default_rng(0)
+    volume, known = wall(1.5), SurfaceCache()
+    volume.admit(6)
+    cells = look(frame_of(np.full(SHAPE, 1.5))).cells
+    of_block = rng.integers(1, 6, (len(cells.block_keys), 2))
+    for number in range(8):
+        volume.vote(cells, rng.permuted(of_block, axis=1)[cells.block, 0].astype(np.int32))
+        if number == 4:
+            volume.replace(5, 2)
+            volume.replace(3, 0)
+        known.renew(volume)
+        everything = SurfaceVoxels.at(volume, volume.surface_addresses())
+        support = support_ratios(volume, everything)
+        for instance in (1, 2, 3, 4, 6):
+            near = known.around([instance])
+            assert len(near.addresses) < len(everything.addresses)
+            ours, theirs = (points_by_instance(volume, of, [instance])[instance] for of in (near, everything))
+            assert_array_equal(ours, theirs)
+            assert support_ratios(volume, near).get(instance) == support.get(instance)
+
+
 class _Anew(SurfaceCache):
     """Forgets what it knows each time."""
 
-    def renew(self, volume: VoxelMap) -> tuple[SurfaceVoxels, set[int] | None]:
-        return SurfaceCache().renew(volume)
+    def renew(self, volume: VoxelMap) -> set[int] | None:
+        volume.take_touched()
+        self.volume = volume
+        return None
+
+    def around(self, instances: Collection[int]) -> SurfaceVoxels:
+        return SurfaceVoxels.at(self.volume, self.volume.surface_addresses())
 
 
 @pytest.mark.full

@@ -1,0 +1,32 @@
+"""Counts of pairs of tracks, indexed by each of the two, so that a fusion looks at the pairs of one track only."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+Pair = tuple[int, int]
+
+
+class PairCounts(dict[Pair, float]):
+    """{(lower id, higher id): count}; 0 where nothing was counted."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._others: dict[int, set[int]] = defaultdict(set)
+
+    def __missing__(self, pair: Pair) -> float:
+        return 0
+
+    def __setitem__(self, pair: Pair, count: float) -> None:
+        super().__setitem__(pair, count)
+        a, b = pair
+        self._others[a].add(b)
+        self._others[b].add(a)
+
+    def replace(self, gone: int, survivor: int) -> None:
+        """Give the counts of one track to another, or forget them (survivor 0)."""
+        for other in sorted(self._others.pop(gone, ())):
+            self._others[other].discard(gone)
+            count = self.pop((min(other, gone), max(other, gone)))
+            if survivor and other != survivor:
+                self[min(other, survivor), max(other, survivor)] += count
