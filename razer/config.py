@@ -169,6 +169,13 @@ class MaintenanceSettings(Settings):
         description="Whether a voxel loses a vote for an instance that the frame shows elsewhere. Off: what a mask "
         "spilled over stays, and small things detected now and then belong to what they stand on.",
     )
+    min_confidence: float = Field(
+        0.3,
+        ge=0,
+        le=1,
+        description="Confidence alpha below which a track is no instance when the run ends. Higher: fewer fragments and "
+        "inventions, small things vanish.",
+    )
     fuse_log_odds: float = Field(
         1.0,
         description="Two tracks are fused when the log-odds that they are one thing, by the masks of all views and by "

@@ -116,9 +116,10 @@ class Track:
 
     def count_miss(self, visible_cells: int, novelty: float) -> None:
         """Note a frame that shows so many of its own cells, and no detection of it. Where much less of it is in view
-        than usually is detected of it, it is the less missed."""
+        than usually is detected of it, or than it owns, it is the less missed."""
         self.misses += 1
-        chance = min(1.0, visible_cells / (ENOUGH_OF_TYPICAL * self._typical_cells))
+        typical_cells = min(self._typical_cells, self.n_voxels or np.inf)
+        chance = min(1.0, visible_cells / (ENOUGH_OF_TYPICAL * typical_cells))
         self.existence.count(0.0, novelty * chance)
 
     def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:

@@ -202,8 +202,11 @@ class Tracker:
         )
 
     def drop_unconfirmed(self) -> list[int]:
-        """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface."""
-        return self._drop(t.id for t in self.tracks.values() if not t.confirmed or self._is_bare(t))
+        """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface, or little of what
+        their masks covered."""
+        min_confidence = self.config.maintenance.min_confidence
+        unlikely = (t for t in self.tracks.values() if not t.confirmed or t.confidence < min_confidence)
+        return self._drop({t.id for t in unlikely} | {t.id for t in self.tracks.values() if self._is_bare(t)})
 
     def _drop(self, track_ids: Iterable[int]) -> list[int]:
         gone = list(track_ids)

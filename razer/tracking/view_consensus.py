@@ -14,7 +14,7 @@ from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.pair_counts import Pair, PairCounts
 
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
-MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
+MIN_VISIBLE_CELLS = 6  # fewer cells in view say nothing
 # Natural logarithms of P(one mask | one thing) / P(one mask | two things), and of the same for two masks: a segmenter
 # splits about one thing in ten, and joins a pair of neighbours about as often.
 ONE_MASK_LOG_ODDS = 2.0
