@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import torch
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -133,6 +134,14 @@ def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
     attributes = {name: voxels.attribute(name) for name in ("tsdf", "weight", "color", "label", "ids", "counts")}
     parts = {name: a.reshape(-1, BLOCK_VOXELS, a.shape[1])[rows].cpu().numpy() for name, a in attributes.items()}
     return {"keys": keys, **parts}
+
+
+def fill(voxels: VoxelMap, **values: np.ndarray) -> None:
+    """Set attributes (B, 4096, channels) of the blocks in use, in the order of their keys."""
+    rows = voxels.active_rows()[1]
+    for name, value in values.items():
+        whole = voxels.attribute(name).unflatten(0, (-1, BLOCK_VOXELS))
+        whole[rows] = torch.from_numpy(value).to(whole)
 
 
 def same_contents(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:
