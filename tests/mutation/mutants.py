@@ -17,7 +17,7 @@ from cosmic_ray.plugins import get_operator, operator_names
 
 @dataclass(frozen=True)
 class Mutant:
-    """A source file with one place changed: the line as it `was` and as it `becomes`, and the whole changed `source`."""
+    """A source file with one place changed: the line as it `was` and as it `becomes`, and the whole new `source`."""
 
     path: str
     line: int

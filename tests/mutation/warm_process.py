@@ -1,4 +1,4 @@
-"""Tests against mutants in forks of one process that has loaded the heavy libraries, which take longer than the tests."""
+"""Tests against mutants in forks of one process that has loaded the heavy libraries, which takes longer than they do."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from types import CodeType, ModuleType
 
 from tests.mutation.mutants import Mutant
 
-HEAVY = ("torch", "open3d", "gtsam", "cv2", "rtree", "scipy.optimize", "scipy.spatial", "pydantic", "hypothesis", "pytest")
-# Nobody reads what a failure prints, and what other plug-ins load takes longer than most tests.
-PYTEST_OPTIONS = ("-x", "-q", "--assert=plain", "-m", "not full", "-p", "no:cacheprovider", "-o", "addopts=--import-mode=importlib")
+HEAVY = ("torch", "open3d", "gtsam", "cv2", "rtree", "scipy.optimize", "scipy.spatial", "pydantic", "hypothesis")
+# Nobody reads what a failure prints, and what plug-ins load takes longer than most tests.
+PYTEST_OPTIONS = (
+    "-x", "-q", "--assert=plain", "-m", "not full", "-p", "no:cacheprovider", "-o", "addopts=--import-mode=importlib",
+)  # fmt: skip
 TIMED_OUT = -1
 
 
@@ -35,7 +37,7 @@ class Job:
 def warm_up() -> None:
     """Load what takes long; nothing that is mutated, and nothing that starts threads, which no fork takes along."""
     os.environ |= {"OMP_NUM_THREADS": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-    for name in HEAVY:
+    for name in (*HEAVY, "pytest"):
         import_module(name)
     assert not any(name.split(".")[0] in ("razer", "slam") for name in sys.modules)
     gc.freeze()  # forks leave alone what they share
@@ -86,11 +88,11 @@ def _run_tests(job: Job) -> int:
     hypothesis.settings.register_profile("mutants", derandomize=True, database=None, deadline=None, phases=phases)
     hypothesis.settings.load_profile("mutants")
     if job.mutant:
-        sys.meta_path.insert(0, _MutantFinder(job.mutant))
+        sys.meta_path.insert(0, MutantFinder(job.mutant))
     return int(pytest.main([*PYTEST_OPTIONS, *job.tests]))
 
 
-class _MutantFinder:
+class MutantFinder:
     """Finds the one module that is mutated."""
 
     def __init__(self, mutant: Mutant) -> None:

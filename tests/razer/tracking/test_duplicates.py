@@ -49,10 +49,8 @@ def shares_one_by_one(votes: Votes) -> dict[tuple[int, int], float]:
 def test_shares_are_those_of_a_sum_over_voxels() -> None:
     rng = np.random.default_rng(0)
     # Any slot may hold any id, four a voxel at most, and the largest id among them.
-    votes: Votes = [
-        {int(i): int(rng.integers(1, 6)) for i in rng.choice(np.arange(1, N_IDS + 1), rng.integers(0, 5), replace=False)}
-        for _ in range(N_VOXELS)
-    ]
+    ids = [rng.choice(np.arange(1, N_IDS + 1), rng.integers(0, 5), replace=False) for _ in range(N_VOXELS)]
+    votes: Votes = [{int(i): int(rng.integers(1, 6)) for i in held} for held in ids]
     assert shared_votes(claimed(votes)) == pytest.approx(shares_one_by_one(votes))
 
 
