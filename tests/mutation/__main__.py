@@ -72,9 +72,7 @@ def _report(drawn: dict[str, list[Mutant]], codes: dict[Mutant | None, int]) -> 
     for m in unexplained:
         print(f"survived: {m.path}:{m.line}\n  was     {m.was}\n  becomes {m.becomes}")
     share = sum(codes[m] != 0 for m in everything) / max(1, len(everything))
-    print(
-        f"killed: {share:.1%} of {len(everything)}, must be {MUST_KILL:.0%}; survivors without a reason: {len(unexplained)}"
-    )
+    print(f"killed: {share:.1%} of {len(everything)}, must be {MUST_KILL:.0%}; without a reason: {len(unexplained)}")
     return int(share < MUST_KILL or bool(unexplained))
 
 

@@ -1,4 +1,4 @@
-"""Tests against mutants in forks of one process that has loaded the heavy libraries, which takes longer than they do."""
+"""Tests against mutants in forks of one process with the heavy libraries loaded, as loading takes longer than tests."""
 
 from __future__ import annotations
 
