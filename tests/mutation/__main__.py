@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tests.mutation.mutants import Mutant, draw
-from tests.mutation.survivors import listed_reasons
+from tests.mutation.survivors import listed_reasons, outdated
 from tests.mutation.warm_process import TIMED_OUT, Job, run_all, warm_up
 
 HERE = Path(__file__).parent
@@ -71,9 +71,12 @@ def _report(drawn: dict[str, list[Mutant]], codes: dict[Mutant | None, int]) -> 
     unexplained = [m for m in everything if codes[m] == 0 and m.key not in reasons]
     for m in unexplained:
         print(f"survived: {m.path}:{m.line}\n  was     {m.was}\n  becomes {m.becomes}")
+    gone = outdated(reasons, ROOT)
+    for path, was, _ in gone:
+        print(f"listed in survivors.toml, but not in {path}: {was}")
     share = sum(codes[m] != 0 for m in everything) / max(1, len(everything))
     print(f"killed: {share:.1%} of {len(everything)}, must be {MUST_KILL:.0%}; without a reason: {len(unexplained)}")
-    return int(share < MUST_KILL or bool(unexplained))
+    return int(share < MUST_KILL or bool(unexplained or gone))
 
 
 if __name__ == "__main__":
