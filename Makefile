@@ -1,5 +1,6 @@
 # make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors;
-# make test-full: also what takes long (kills, long walks, many seeds).
+# make test-full: also what takes long (kills, long walks, many seeds, mutants).
+# make mutants: whether the tests of the method's core notice changed code (ARGS="--seed 1": another draw).
 # make docs: the site, into site/; any broken link or unknown name is an error.
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
@@ -7,7 +8,7 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test test-full lint format docs clean
+.PHONY: help demo test test-full mutants lint format docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -20,6 +21,10 @@ test: $(VENV)/installed-dev
 
 test-full: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m tests.mutation
+
+mutants: $(VENV)/installed-dev
+	$(BIN)/python -m tests.mutation $(ARGS)
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

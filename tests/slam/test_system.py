@@ -64,6 +64,7 @@ def tracked(frames):
 
 def test_a_simulated_room_is_tracked_within_centimetres(frames, tracked):
     slam, reported = tracked
+    assert sorted(reported) == [frame.index for frame in frames]
     assert all(pose is not None and is_rigid(pose) for pose in reported.values())
     truth = {frame.index: frame.pose for frame in frames}
     assert root_mean_square(errors_m(slam.trajectory(), truth)) < 0.02
@@ -251,24 +252,39 @@ WALL = np.full((240, 320), 2.0, np.float32)
 NOISE = np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
 
 
+NOWHERE, STILL_THERE = None, np.eye(4)
+
+
 @pytest.mark.parametrize(
-    "clip",
+    ("clip", "expected"),
     [
-        shots(5, lambda i: frame_of(i, GRAY, WALL)),
-        shots(5, lambda i: frame_of(i, NOISE, NOTHING)),
-        shots(5, lambda i: frame_of(i, np.zeros_like(GRAY), NOTHING)),
-        shots(5, lambda i: frame_of(5 - i, NOISE, WALL)),
-        shots(5, lambda i: frame_of(i, np.roll(NOISE, 90 * i, axis=1), WALL + i)),
+        (shots(5, lambda i: frame_of(i, GRAY, WALL)), [NOWHERE] * 5),
+        (shots(5, lambda i: frame_of(i, NOISE, NOTHING)), [NOWHERE] * 5),
+        (shots(5, lambda i: frame_of(i, np.zeros_like(GRAY), NOTHING)), [NOWHERE] * 5),
+        (shots(5, lambda i: frame_of(5 - i, NOISE, WALL)), [STILL_THERE] * 5),
+        # What no camera does between two frames is no motion of any: colour slides by 78 cm, the wall flees by 1 m.
+        (
+            shots(5, lambda i: frame_of(i, np.roll(NOISE, 90 * i, axis=1), WALL + i)),
+            [STILL_THERE, NOWHERE, NOWHERE, NOWHERE, NOWHERE],
+        ),
+        # And it is found again once it shows what it showed before.
+        (
+            shots(4, lambda i: frame_of(i, np.roll(NOISE, 90 * (i % 3), axis=1), WALL + i % 3)),
+            [STILL_THERE, NOWHERE, NOWHERE, STILL_THERE],
+        ),
     ],
-    ids=["bare wall", "no depth", "black", "stamps backwards", "huge jumps"],
+    ids=["bare wall", "no depth", "black", "stamps backwards", "huge jumps", "huge jumps and back"],
 )
-def test_input_that_shows_nothing_is_no_accident(clip):
+def test_frames_that_show_no_motion_get_no_pose_but_where_the_camera_stood(clip, expected):
     slam = SlamSystem()
-    for frame in clip:
-        pose = slam.locate(frame)
-        assert pose is None or is_rigid(pose)
+    poses = [slam.locate(frame) for frame in clip]
+    assert [pose is None for pose in poses] == [pose is None for pose in expected]
     slam.finish()
-    assert all(np.isfinite(pose).all() for pose in slam.trajectory().values())
+    final = [slam.trajectory().get(frame.index) for frame in clip]
+    for pose in [pose for pose in (*poses, *final) if pose is not None]:
+        assert length_m(pose) < 1e-3
+        assert angle_deg(pose) < 0.05
+    assert [pose is None for pose in final] == [pose is None for pose in expected]
 
 
 def test_two_identical_frames_stand_still(frames):

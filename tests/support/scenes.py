@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import torch
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -135,6 +136,14 @@ def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
     keys, rows = voxels.pages.all()
     parts = {name: voxels.pages.blocks(rows, name).cpu().numpy() for name in ATTRIBUTES}
     return {"keys": keys, **parts}
+
+
+def fill(voxels: VoxelMap, **values: np.ndarray) -> None:
+    """Set attributes (B, 4096, channels) of the blocks in use, in the order of their keys."""
+    rows = voxels.active_rows()[1]
+    for name, value in values.items():
+        whole = voxels.attribute(name).unflatten(0, (-1, BLOCK_VOXELS))
+        whole[rows] = torch.from_numpy(value).to(whole)
 
 
 def same_contents(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:

@@ -8,7 +8,9 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from razer.volume.label_histogram import MAX_COUNT, cast, merge_equal, winner
+from razer.volume.label_histogram import cast, merge_equal, winner, withdraw
+
+MAX_COUNT = 30_000  # what an int16 holds, with room to add a vote
 
 
 def empty(n: int, slots: int) -> tuple[torch.Tensor, torch.Tensor]:
@@ -95,6 +97,12 @@ def test_counts_stop_at_their_limit() -> None:
     assert as_dicts(ids, counts) == [{3: MAX_COUNT}]
 
 
+def test_a_full_histogram_gives_up_a_vote_each_and_the_newcomer_gets_none() -> None:
+    ids, counts = cast(*histogram([3, 4], [2, 1]), torch.tensor([7], dtype=torch.int32))
+    assert ids[:, 0].tolist() == [3, 0]
+    assert counts[:, 0].tolist() == [1, 0]
+
+
 def test_cast_leaves_its_input_alone() -> None:
     ids, counts = empty(2, 2)
     cast(ids, counts, torch.tensor([1, 2], dtype=torch.int32))
@@ -121,6 +129,22 @@ def test_merge_adds_up_what_names_the_same(slots: list[list[tuple[int, int]]]) -
 
 def test_merge_of_two_large_counts_stops_at_the_limit() -> None:
     assert as_dicts(*merge_equal(*histogram([3, 3], [20_000, 20_000]))) == [{3: MAX_COUNT}]
+
+
+def test_counts_stop_at_their_limit_one_vote_after_the_other() -> None:
+    ids, counts = histogram([3], [MAX_COUNT - 1])
+    for _ in range(2):
+        ids, counts = cast(ids, counts, torch.tensor([3], dtype=torch.int32))
+    assert as_dicts(ids, counts) == [{3: MAX_COUNT}]
+
+
+def test_a_slot_that_lost_its_last_vote_names_nobody_and_none_goes_below_zero() -> None:
+    ids, counts = histogram([5, 2, 9, 0], [1, 4, 1, 0])
+    lost = torch.tensor([True, True, False, True])[:, None]
+    fewer_ids, fewer = withdraw(ids, counts, lost)
+    assert fewer_ids[:, 0].tolist() == [0, 2, 9, 0]
+    assert fewer[:, 0].tolist() == [0, 3, 1, 0]
+    assert counts[:, 0].tolist() == [1, 4, 1, 0]
 
 
 @pytest.mark.parametrize(

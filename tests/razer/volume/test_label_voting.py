@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
+import pytest
 
 from razer.detection.observed_surface import ObservedSurface
+from razer.frame import Frame, Intrinsics
 from razer.volume.label_voting import BORDER_PIXELS, vote
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, detection, frame_of, look
 
 WALL = frame_of(np.full((120, 160), 2.0))
+# Posts before the wall, from where they share its cells to where they do not; and an image whose border is odd.
+POST_M = np.repeat(np.arange(32) * 7 % 16 / 100, 5) * (np.arange(160) // 5 % 2)
+POSTS = frame_of(2.0 - POST_M * np.ones((120, 1)))
+LARGE = frame_of(np.full((165, 220), 2.0), camera=Intrinsics(220, 165, 190.0, 190.0, 109.5, 82.0))
 BORDER = BORDER_PIXELS * 120 // 480
 THING, TABLE, BOOK = 1, 2, 3
 EVERYTHING, LEFT, MIDDLE = (slice(None), slice(0, 160)), (slice(None), slice(0, 60)), (slice(40, 80), slice(60, 100))
 
 
-def mapped() -> tuple[VoxelMap, ObservedSurface]:
+def mapped(frame: Frame = WALL) -> tuple[VoxelMap, ObservedSurface]:
     voxels = VoxelMap(COARSE.model_copy(update={"histogram_slots": 8}))
-    surface = look(WALL)
-    voxels.integrate(WALL, surface)
+    surface = look(frame)
+    voxels.integrate(frame, surface)
     voxels.admit(9)
     return voxels, surface
 
@@ -82,11 +89,36 @@ def test_a_book_found_in_few_frames_is_not_the_table_it_lies_on() -> None:
     assert label(withdraw=False) == TABLE
 
 
-def test_votes_agree_with_a_slow_count_also_after_a_fusion() -> None:
-    rng = np.random.default_rng(0)
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_of_masks_one_on_the_other_the_smallest_is_seen(order: tuple[int, ...]) -> None:
     voxels, surface = mapped()
+    masks = [("i1", EVERYTHING), ("i2", MIDDLE), ("i3", (slice(50, 60), slice(70, 80)))]
+    ids = show(voxels, surface, **dict(masks[i] for i in order))
+    assert [ids[10, 10], ids[45, 65], ids[55, 75]] == [1, 2, 3]
+
+
+def test_votes_may_be_withdrawn_unless_told_otherwise() -> None:
+    voxels, surface = mapped()
+    first, other = (replace(detection(axis_box((0, 0, 2), (1, 1, 1))), pixels=part) for part in halves(surface))
+    vote(voxels, surface, [first, other], np.array([1, 1], np.int32))
+    vote(voxels, surface, [other], np.array([1], np.int32))
+    assert labels_at(voxels, surface, 60, 20) == 0
+    assert labels_at(voxels, surface, 60, 140) == 1
+
+
+def halves(surface: ObservedSurface) -> tuple[np.ndarray, np.ndarray]:
+    """The pixels left and right of the middle, as detections list them."""
+    left = surface.columns < 80
+    return np.flatnonzero(left).astype(np.int32), np.flatnonzero(~left).astype(np.int32)
+
+
+@pytest.mark.parametrize("frame", [WALL, POSTS, LARGE], ids=["wall", "posts", "large"])
+def test_votes_agree_with_a_slow_count_also_after_a_fusion(frame: Frame) -> None:
+    rng = np.random.default_rng(0)
+    voxels, surface = mapped(frame)
     row, column, z, on_image = surface.pixels_of(surface.cells.points)
-    some = np.arange(0, len(surface.cells), 7)
+    border = round(BORDER_PIXELS * len(surface.depth) / 480)
+    some = np.arange(0, len(surface.cells), 3)
     counts: dict[int, Counter[int]] = {cell: Counter() for cell in some.tolist()}
     alive = {i: i for i in range(10)}
     for number in range(12):
@@ -106,7 +138,7 @@ def test_votes_agree_with_a_slow_count_also_after_a_fusion() -> None:
             if not on_image[cell] or abs(surface.depth[row[cell], column[cell]] - z[cell]) > 0.08:
                 continue
             y, x = row[cell], column[cell]
-            around = ids[max(y - BORDER, 0) : y + BORDER + 1, max(x - BORDER, 0) : x + BORDER + 1]
+            around = ids[max(y - border, 0) : y + border + 1, max(x - border, 0) : x + border + 1]
             if np.unique(around).size == 1:
                 for instance in shown - {int(ids[y, x])}:
                     count[instance] = max(0, count[instance] - 1)

@@ -23,7 +23,7 @@ def support_ratios(voxels: VoxelMap) -> dict[int, float]:
 def strip() -> VoxelMap:
     """Ten voxels: 1 claims all, 2 wins six of them, 3 has a vote in one and wins none."""
     voxels = VoxelMap(COARSE)
-    voxels.admit(4)
+    voxels.admit(3)
     voxels.allocate(np.zeros((1, 3), np.int32))
     voxels.pages.views("weight")[0].fill_(9.0)  # all of it surface: weights are high, distances are zero
     for claims in (range(10), range(10)):
@@ -51,6 +51,15 @@ def test_one_mask_that_joined_a_thing_with_its_wall_costs_little_support() -> No
         voxels.vote(cup, np.full(4, 2, np.int32))
     voxels.vote(wall, np.full(64, 2, np.int32))
     assert support_ratios(voxels)[2] == pytest.approx(80 / 144)
+
+
+def test_a_single_vote_that_won_is_full_support_and_an_id_without_any_has_none() -> None:
+    voxels = VoxelMap(COARSE)
+    voxels.admit(3)
+    voxels.allocate(np.zeros((1, 3), np.int32))
+    voxels.attribute("weight")[:] = 9.0
+    voxels.vote(cells_at([[5, 5, 5]]), np.array([2], np.int32))
+    assert support_ratios(voxels) == {2: 1.0}
 
 
 def test_support_follows_fusions_and_prunings() -> None:
