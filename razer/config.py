@@ -173,8 +173,8 @@ class MaintenanceSettings(Settings):
         0.3,
         ge=0,
         le=1,
-        description="Confidence alpha below which a track is no instance when the run ends. Higher: fewer fragments and "
-        "inventions, small things vanish.",
+        description="Confidence alpha below which a track is no instance when the run ends. Higher: fewer fragments, "
+        "and small things vanish.",
     )
     fuse_log_odds: float = Field(
         1.0,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import VoxelSettings
 from razer.detection.lifting import Detection
-from razer.detection.observed_surface import Cells, ObservedSurface, cells_of
+from razer.detection.observed_surface import BLOCK_VOXELS, Cells, ObservedSurface, cells_of
 from razer.frame import Frame, Intrinsics
 from razer.volume.voxel_map import VoxelMap
 
@@ -140,10 +140,11 @@ def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
 
 def fill(voxels: VoxelMap, **values: np.ndarray) -> None:
     """Set attributes (B, 4096, channels) of the blocks in use, in the order of their keys."""
-    rows = voxels.active_rows()[1]
+    rows = voxels.pages.all()[1]
+    addresses = (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS)).flatten()
     for name, value in values.items():
-        whole = voxels.attribute(name).unflatten(0, (-1, BLOCK_VOXELS))
-        whole[rows] = torch.from_numpy(value).to(whole)
+        dtype = voxels.pages.blocks(rows[:1], name).dtype
+        voxels.pages.write(addresses, **{name: torch.from_numpy(value).to(dtype).flatten(0, 1)})
 
 
 def same_contents(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:

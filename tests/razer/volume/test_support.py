@@ -57,7 +57,8 @@ def test_a_single_vote_that_won_is_full_support_and_an_id_without_any_has_none()
     voxels = VoxelMap(COARSE)
     voxels.admit(3)
     voxels.allocate(np.zeros((1, 3), np.int32))
-    voxels.attribute("weight")[:] = 9.0
+    (weight,) = voxels.pages.views("weight")
+    weight[:] = 9.0
     voxels.vote(cells_at([[5, 5, 5]]), np.array([2], np.int32))
     assert support_ratios(voxels) == {2: 1.0}
 
