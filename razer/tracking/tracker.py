@@ -17,7 +17,6 @@ from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
 from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
-
 # Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
 PRUNED = -2.0
 
@@ -34,7 +33,9 @@ class Tracker:
         self._index = BoxIndex()
         self._consensus = ViewConsensus()
 
-    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0) -> list[Decision]:
+    def update(
+        self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0
+    ) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one; `novelty` is the share of a view that
         the frame is."""
         settings = self.config.association
@@ -85,7 +86,7 @@ class Tracker:
     ) -> int | None:
         """The track a detection left over by the assignment is a further part of, if any."""
         settings = self.config.association
-        if settings.geometry_distance != "visible":
+        if not settings.join:
             return None
         for candidate in sorted(candidates, key=lambda c: (c.semantic, c.track_id)):
             share = overlap.owned_share(i, candidate.track_id, detection.n_cells)
@@ -100,7 +101,8 @@ class Tracker:
     def _observe(self, decision: Decision, detection: Detection, frame_index: int) -> None:
         track = self.tracks.get(decision.track_id)
         if track is None:
-            track = Track(decision.track_id, detection, frame_index, self.config.bank, self.scale)
+            settings = self.config.bank, self.scale, self.config.maintenance
+            track = Track(decision.track_id, detection, frame_index, *settings)
             self.tracks[track.id] = track
         else:
             track.observe(detection, frame_index)
@@ -139,6 +141,8 @@ class Tracker:
     def fuse_duplicates(self) -> list[tuple[int, int]]:
         """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""
         fused: list[tuple[int, int]] = []
+        if not self.config.maintenance.fuse_duplicates:
+            return fused
         while pair := self._next_duplicate():
             fused.append(self._fuse(*pair))
         return fused
@@ -175,13 +179,14 @@ class Tracker:
     def prune(self, spare_confirmed: bool = False) -> list[int]:
         """Drop tracks that are phantoms by now, and those that own no surface any more."""
         unspared = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
-        return self._drop(t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.misses))
+        return self.drop(t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.misses))
 
     def drop_unconfirmed(self) -> list[int]:
         """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface."""
-        return self._drop(t.id for t in self.tracks.values() if not t.confirmed or self._is_bare(t))
+        return self.drop(t.id for t in self.tracks.values() if not t.confirmed or self._is_bare(t))
 
-    def _drop(self, track_ids: Iterable[int]) -> list[int]:
+    def drop(self, track_ids: Iterable[int]) -> list[int]:
+        """Forget tracks; returns their ids."""
         gone = list(track_ids)
         for track_id in gone:
             self._remove(track_id, 0)

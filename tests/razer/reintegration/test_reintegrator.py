@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 import razer.volume.voxel_map
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
-from razer.config import MapperConfig, ReintegrationSettings
+from razer.config import MapperConfig
+from razer.reintegration_settings import ReintegrationSettings
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap

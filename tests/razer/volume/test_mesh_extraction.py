@@ -212,10 +212,10 @@ def test_seams_are_filled_as_by_a_literal_loop(rings: int) -> None:
 
 def test_seams_of_a_mesh_without_triangles_or_without_labels_stay() -> None:
     labels = np.array([0, 3, 0], np.int32)
-    assert fill_seams(labels, np.zeros((0, 3), np.int32)).tolist() == [0, 3, 0]
+    assert fill_seams(labels, np.zeros((0, 3), np.int32), 3).tolist() == [0, 3, 0]
     triangle = np.array([[0, 1, 2]], np.int32)
-    assert fill_seams(np.zeros(3, np.int32), triangle).tolist() == [0, 0, 0]
-    assert fill_seams(np.array([1, 3, 2], np.int32), triangle).tolist() == [1, 3, 2]
+    assert fill_seams(np.zeros(3, np.int32), triangle, 3).tolist() == [0, 0, 0]
+    assert fill_seams(np.array([1, 3, 2], np.int32), triangle, 3).tolist() == [1, 3, 2]
 
 
 def test_an_empty_map_has_no_points() -> None:
