@@ -58,7 +58,14 @@ class PerceivedWalk:
 def _perception_settings(config: MapperConfig) -> tuple[object, ...]:
     """All settings that `Perception.observe` reads."""
     voxels = config.voxels
-    return config.masks, config.lifting, voxels.voxel_size_m, voxels.depth_min_m, voxels.depth_max_m, voxels.truncation_m
+    return (
+        config.masks,
+        config.lifting,
+        voxels.voxel_size_m,
+        voxels.depth_min_m,
+        voxels.depth_max_m,
+        voxels.truncation_m,
+    )
 
 
 def _next(file: BinaryIO) -> Observation | None:

@@ -158,9 +158,7 @@ def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
     }
     preset_assignments = [f"{name}={value}" for name, value in preset_settings.items() if value is not None]
     assignments = (*preset_assignments, *options.set)
-    return read_config(
-        options.config, assignments, options.flags(), trust=options.trust, preset=options.preset
-    )
+    return read_config(options.config, assignments, options.flags(), trust=options.trust, preset=options.preset)
 
 
 def _scene_folder(data: Path, name: str) -> Path | None:

@@ -1,4 +1,4 @@
-"""Layered settings: defaults, then a preset, then a TOML file, then --set, then the options of a verb; later ones win."""
+"""Layered settings: defaults, a preset, a TOML file, --set, then the options of a verb; later ones win."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from app.settings.assignments import parse_value, split_assignment
-from app.settings.renamed_settings import RENAMED, with_new_names
 from app.settings.presets import preset_settings
+from app.settings.renamed_settings import RENAMED, with_new_names
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
@@ -38,7 +38,8 @@ def read_config(
         preset: a named set of settings, which all others override.
 
     Raises:
-        BadInput: naming the preset; or the setting and the nearest valid one, if any is wrong; a former name with today's.
+        BadInput: naming the preset, or the setting and the nearest valid one, if any is wrong; a former name with
+            today's.
     """
     tree: dict[str, Any] = {}
     for name, value in preset_settings(preset).items():

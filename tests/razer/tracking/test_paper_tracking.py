@@ -66,7 +66,7 @@ def test_joining_can_be_taken_back(join: bool, outcome: str) -> None:
     tracker = Tracker(config)
     whole = detection(CUBE, at_angle(0), cells=range(100))
     tracker.update([whole], NOTHING, 0)
-    halves = [detection(CUBE, at_angle(0), cells=range(60), mask=0), detection(CUBE, at_angle(0), cells=range(40), mask=1)]
+    halves = [detection(CUBE, at_angle(0), cells=range(n), mask=mask) for mask, n in enumerate((60, 40))]
     overlap = LabelOverlap({(0, 1): 60, (1, 1): 40}, {0: 60, 1: 40}, {1: 100}, {(0, 1): 60, (1, 1): 40})
     assert [d.outcome for d in tracker.update(halves, overlap, 1)] == ["matched", outcome]
 
