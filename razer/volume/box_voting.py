@@ -13,6 +13,7 @@ from razer.arrays import Int32Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.detection.lifting import Detection
 from razer.detection.observed_surface import ObservedSurface
+from razer.geometry import inverse
 from razer.volume import label_histogram
 from razer.volume.label_voting import id_image
 from razer.volume.voxel_map import VoxelMap
@@ -39,16 +40,22 @@ def vote_in_boxes(
     """
     addresses = _truncation_band(voxels, surface)
     voxels.relabel(addresses)  # so that the histograms name live instances
-    points = voxels.positions(addresses).cpu().numpy().astype(np.float64)
+    points = voxels.positions(addresses)
     slot_ids, slot_counts = voxels.attribute("ids"), voxels.attribute("counts")
     ids, counts = slot_ids[addresses].T.contiguous(), slot_counts[addresses].T.contiguous()
     for track_id in np.unique(owners).tolist():
-        inside = torch.from_numpy(np.flatnonzero(boxes[track_id].contains(points))).to(addresses.device)
+        inside = torch.nonzero(_in_box(points, boxes[track_id])).squeeze(1)
         votes = torch.full_like(inside, track_id, dtype=ids.dtype)
         ids[:, inside], counts[:, inside] = label_histogram.cast(ids[:, inside], counts[:, inside], votes)
     slot_ids[addresses], slot_counts[addresses] = ids.T.contiguous(), counts.T.contiguous()
     voxels.relabel(addresses)
     return id_image(surface, detections, owners)
+
+
+def _in_box(points: Tensor, box: OrientedBox) -> Tensor:
+    """Which of (n, 3) points lie in a box."""
+    center, rotation, extent = (torch.from_numpy(part).to(points) for part in (box.center, box.rotation, box.extent))
+    return (((points - center) @ rotation).abs() <= extent / 2).all(dim=1)
 
 
 def _truncation_band(voxels: VoxelMap, surface: ObservedSurface) -> Tensor:
@@ -59,7 +66,18 @@ def _truncation_band(voxels: VoxelMap, surface: ObservedSurface) -> Tensor:
         return ((weight > 0) & (tsdf < 1))[..., 0]
 
     near = voxels.select(voxels.rows_of(surface.blocks_within(distance_m)), was_near, "weight", "tsdf")
-    row, column, z, on_image = surface.pixels_of(voxels.positions(near).cpu().numpy().astype(np.float64))
-    depth = surface.depth[row, column]
-    in_band = on_image & (z > 0) & (depth > 0) & (np.abs(depth - z) <= distance_m)
-    return near[torch.from_numpy(np.flatnonzero(in_band)).to(near.device)]
+    depth, z = _depths(voxels.positions(near), surface)
+    return near[(z > 0) & (depth > 0) & ((depth - z).abs() <= distance_m)]
+
+
+def _depths(points: Tensor, surface: ObservedSurface) -> tuple[Tensor, Tensor]:
+    """The depth that the frame shows where points (n, 3) project to, 0 = none, and their own depths (n,)."""
+    camera = torch.from_numpy(inverse(surface.world_from_camera)).to(points)
+    local = points @ camera[:3, :3].T + camera[:3, 3]
+    z = local[:, 2]
+    u, v = (local[:, axis] / z * surface.matrix[axis, axis] + surface.matrix[axis, 2] for axis in (0, 1))
+    height, width = surface.depth.shape
+    on_image = (z > 0) & (u > -0.5) & (u < width - 0.5) & (v > -0.5) & (v < height - 0.5)
+    column, row = (torch.where(on_image, pixel, 0).round().long() for pixel in (u, v))
+    depth = torch.from_numpy(surface.depth).to(points)[row, column]
+    return torch.where(on_image, depth, 0), z

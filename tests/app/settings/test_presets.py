@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from app.settings.config_file import read_config
 from app.settings.presets import DEPARTURES, PAPER
+from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.errors import BadInput
+from razer.mapper import Mapper
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from razer.storage.settings_list import list_settings
 from tests.support.cli import razer
 
@@ -51,3 +56,23 @@ def test_an_unknown_preset_is_one_plain_line(capsys, verb, tmp_path, monkeypatch
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(BadInput):
         read_config(None, (), {}, preset="papyrus")
+
+
+def test_a_room_is_mapped_the_papers_way():
+    config = read_config(None, ["voxels.voxel_size_m=0.05", "reintegration.enabled=true"], {}, preset="paper")
+    mapper = Mapper(config, OracleSegmenter("full"), OracleEmbedder("full"))
+    room = SyntheticRoom(0, 5, 160, 120)
+    frames = [room[index] for index in range(5)]
+    steps = [mapper.step(frame) for frame in frames]
+    assert {decision.outcome for step in steps for decision in step.decisions} == {"matched", "born"}
+    assert [step.fused for step in steps] == [()] * 5
+    found = {o.id: o.n_voxels for o in mapper.snapshot().objects}
+    assert set(found) == {track.id for track in mapper.tracks}, "a track is an instance at once"
+    aside = np.eye(4)
+    aside[0, 3] = 0.5
+    mapper.move({frame.index: aside @ frame.pose for frame in frames})
+    moved = mapper.finish()
+    assert len(moved.objects) > 3
+    assert {o.id for o in moved.objects} <= set(found)
+    box_voters = {int(i) for i in np.unique(moved.mesh.instances)} - {0}
+    assert len(box_voters) > 3

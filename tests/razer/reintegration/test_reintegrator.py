@@ -14,6 +14,7 @@ import razer.volume.voxel_map
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
 from razer.config import MapperConfig
+from razer.config.reintegration import ReintegrationSettings
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
@@ -24,7 +25,6 @@ from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.kept_frames import shifts_m
-from razer.reintegration_settings import ReintegrationSettings
 from razer.tracking.duplicates import find_duplicates, shared_votes
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import LabelledMesh

@@ -35,7 +35,7 @@ def bank_of(settings: BankSettings, *observations: tuple[float, float]) -> Embed
 
 def test_the_cost_of_equation_8_by_hand() -> None:
     track = Track(1, detection(CUBE, at_angle(0), quality=0.3), 0, PAPER_BANK)
-    track.bank.add(at_angle(30), 0.3)  # e_1 is the mean of both, as eq. 14 makes it
+    track.bank.add(at_angle(30), 0.3)  # e_1 is the mean of both (RAZER eq. 14)
     track.bank.add(at_angle(120), 0.3)
     index = BoxIndex()
     index.put(1, track.box)

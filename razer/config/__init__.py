@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from razer.config.reintegration import ReintegrationSettings
 from razer.plugins import EmbedderSettings, SegmenterSettings
-from razer.reintegration_settings import ReintegrationSettings
 from razer.settings import Settings
 
 MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
