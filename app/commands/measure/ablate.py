@@ -24,8 +24,7 @@ def ablate(
     draws: int = 50,
     json: Flag = False,
 ) -> int:
-    """Map synthetic scenes as the paper says it, with each departure from it taken back alone, and as is; compare the
-    metrics.
+    """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
 
     Masks and embeddings come from the simulator with its full noise: masks dropped, split, merged and frayed,
     embeddings of cosine 0.7, a tenth of another class; depth and colour have a Kinect's errors, poses are given.
