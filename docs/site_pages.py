@@ -24,7 +24,13 @@ PUBLIC_MODULES = {
     "slam": ("slam.poses", "slam.report"),
     "data_tools": ("data_tools.recordings.sequence",),
 }
-SETTINGS = ("razer.config", "slam.config", "app.settings.run_config", "app.timeline.config")
+SETTINGS = (
+    "razer.config",
+    "razer.config.reintegration",
+    "slam.config",
+    "app.settings.run_config",
+    "app.timeline.config",
+)
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)")
 
 

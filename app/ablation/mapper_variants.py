@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -10,12 +12,13 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
+from app.ablation.perceived_walk import PerceivedWalk
 from app.console.progress import show_progress
 from app.settings.config_file import read_config
+from app.settings.presets import DEPARTURES, PAPER
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from data_tools.truth.ground_truth import GroundTruth
-from razer.detection.perception import Perception
 from razer.mapper import Mapper
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
@@ -26,16 +29,13 @@ from razer.models.oracle.segmenter import OracleSegmenter
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import best_names
 
-_NEVER = 10**6
-# Perception is shared, so only what comes after it may differ: association, bank, maintenance.
-VARIANTS: dict[str, dict[str, Any]] = {
-    "as is": {},
-    "association: box IoU (paper)": {"association.geometry_distance": "paper"},
+# The paper, then ours with one departure taken back alone, then ours with another part changed, and ours.
+VARIANTS: dict[str, Mapping[str, Any]] = {
+    "the paper": PAPER,
+    **DEPARTURES,
     "association: box containment": {"association.geometry_distance": "containment"},
     "bank: one hypothesis": {"bank.hypotheses": 1},
-    "no fusion of duplicates": {"maintenance.fuse_frames": _NEVER},
-    "votes never withdrawn": {"maintenance.withdraw_votes": False},
-    "no pruning": {"maintenance.max_misses": _NEVER, "maintenance.min_support": 0},
+    "as is": {},
 }
 COLUMNS = ("ap50", "aware_ap50", "miou", "duplicates_percent", "missed", "instances")
 Row = dict[str, float]
@@ -50,7 +50,8 @@ def measure_variants(
     strides: Sequence[int] = (1,),
 ) -> dict[int, dict[str, Row]]:
     """The metrics of each variant on one synthetic scene, by stride: the walk is the same for all, of which every
-    stride-th frame is mapped, and so is the truth, which is what all its frames see. All maps are made side by side.
+    stride-th frame is mapped, and so is the truth, which is what all its frames see. The walk waits on disk, some 5 MB
+    a frame, and one map is made after the other.
 
     Args:
         scene: name of the synthetic scene.
@@ -62,22 +63,24 @@ def measure_variants(
     """
     torch.set_num_threads(1)
     sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
-    segmenter, embedder = OracleSegmenter("full", seed), OracleEmbedder("full", seed)
-    base = read_config(None, (), {})
-    perception = Perception(base, segmenter, embedder)
-    mappers = {
-        (stride, name): Mapper(read_config(None, (), change), segmenter, embedder)
-        for stride in strides
-        for name, change in variants.items()
-    }
+    models = OracleSegmenter("full", seed), OracleEmbedder("full", seed)
     indices = [i for i in range(len(sequence)) if any(i % stride == 0 for stride in strides)]
-    for index in show_progress(indices, len(indices), lambda: f"seed {seed}", console):
-        observation = perception.observe(sequence[index])
-        for (stride, _), mapper in mappers.items():
-            if index % stride == 0:
-                mapper.fuse(observation)
-    truth = sequence.truth()
-    return {stride: {name: _row(mappers.pop((stride, name)), truth) for name in variants} for stride in strides}
+    rows: dict[int, dict[str, Row]] = {stride: {} for stride in strides}
+    with TemporaryDirectory() as folder:
+        walk = PerceivedWalk(Path(folder), models, read_config(None, (), {}))
+        rendered = show_progress(indices, len(indices), lambda: f"seed {seed}: the walk", console)
+        walk.record(sequence[index] for index in rendered)
+        truth = sequence.truth()
+        for name in show_progress(list(variants), len(variants), lambda: f"seed {seed}: variants", console):
+            config = read_config(None, (), variants[name])
+            observations = walk.perceived(config)
+            for stride in strides:
+                mapper = Mapper(config, *models)
+                for observation in observations:
+                    if observation.frame.index % stride == 0:
+                        mapper.fuse(observation)
+                rows[stride][name] = _row(mapper, truth)
+    return rows
 
 
 def _row(mapper: Mapper, truth: GroundTruth) -> Row:

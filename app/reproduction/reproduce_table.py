@@ -157,7 +157,8 @@ def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
         "input.stride": preset.every if preset.every > 1 else None,
     }
     preset_assignments = [f"{name}={value}" for name, value in preset_settings.items() if value is not None]
-    return read_config(options.config, (*preset_assignments, *options.set), options.flags(), trust=options.trust)
+    assignments = (*preset_assignments, *options.set)
+    return read_config(options.config, assignments, options.flags(), trust=options.trust, preset=options.preset)
 
 
 def _scene_folder(data: Path, name: str) -> Path | None:

@@ -1,4 +1,4 @@
-"""Layered settings: defaults, then a TOML file, then --set, then the options of a verb; later ones win."""
+"""Layered settings: defaults, a preset, a TOML file, --set, then the options of a verb; later ones win."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from app.settings.assignments import parse_value, split_assignment
+from app.settings.presets import preset_settings
 from app.settings.renamed_settings import REMOVED, RENAMED, with_new_names
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, one_line
@@ -20,7 +21,12 @@ from razer.storage.settings_list import list_settings
 
 
 def read_config(
-    file: Path | None, assignments: Iterable[str], flags: Mapping[str, Any], *, trust: Trust = NO_TRUST
+    file: Path | None,
+    assignments: Iterable[str],
+    flags: Mapping[str, Any],
+    *,
+    trust: Trust = NO_TRUST,
+    preset: str | None = None,
 ) -> RunConfig:
     """The settings of a run.
 
@@ -29,11 +35,18 @@ def read_config(
         assignments: texts section.key=value, from the command line.
         flags: dotted names with values, None = not given, from the command line.
         trust: which outside code may be loaded besides what the command line names.
+        preset: a named set of settings, which all others override.
 
     Raises:
-        BadInput: naming the setting and the nearest valid one, if any is wrong; a former name with today's.
+        BadInput: naming the preset, or the setting and the nearest valid one, if any is wrong; a former name with
+            today's.
     """
-    return _validated(_read_toml(file) if file else {}, file, assignments, flags, trust)
+    tree: dict[str, Any] = {}
+    for name, value in preset_settings(preset).items():
+        _assign(tree, name, value)
+    if file:
+        _override(tree, _read_toml(file))
+    return _validated(tree, file, assignments, flags, trust)
 
 
 def read_run_config(
@@ -105,6 +118,15 @@ def _assign(tree: dict[str, Any], name: str, value: Any) -> None:
         if not isinstance(tree, dict):
             raise BadInput(f"setting {name}: {section} is a single value, not a section")
     tree[key] = value
+
+
+def _override(tree: dict[str, Any], other: Mapping[str, Any]) -> None:
+    """Replace what another tree names, keys within sections one by one."""
+    for key, value in other.items():
+        if isinstance(value, dict) and isinstance(tree.get(key), dict):
+            tree[key] |= value
+        else:
+            tree[key] = value
 
 
 def _plain_line(error: ValidationError, file: Path | None) -> str:

@@ -38,8 +38,10 @@ class TrustOptions:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SettingOptions(TrustOptions):
-    """Settings from a file and from the command line; the latter win."""
+    """Settings from a preset, from a file and from the command line; later ones win."""
 
+    preset: str | None = None
+    """A named set of settings to start from: paper, everything as the paper says it."""
     config: Path | None = None
     """TOML file with settings, such as the config.toml of an earlier run."""
     set: Assignments = ()
@@ -91,7 +93,8 @@ class TrackOptions(RecordingOptions, SettingOptions):
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
-        return read_config(self.config, self.set, self._recording_flags(), trust=self.trust)
+        flags = self._recording_flags()
+        return read_config(self.config, self.set, flags, trust=self.trust, preset=self.preset)
 
 
 @Parameter(name="*")
@@ -116,7 +119,7 @@ class RunOptions(RecordingOptions, SettingOptions):
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
-        return read_config(self.config, self.set, self.flags(), trust=self.trust)
+        return read_config(self.config, self.set, self.flags(), trust=self.trust, preset=self.preset)
 
     def flags(self) -> dict[str, Any]:
         """Dotted names of settings with the values of these options, None = not given; raises BadInput."""

@@ -71,6 +71,14 @@ class OrientedBox:
             low, high = np.quantile(along, [trim, 1 - trim], axis=0)
         return cls(axes @ ((low + high) / 2), axes, high - low)
 
+    @classmethod
+    def of_moments(cls, moments: PointMoments) -> OrientedBox:
+        """The box about the centroid that, evenly filled, has this covariance: edges of sqrt(12) standard deviations
+        along the principal axes (RAZER section IV-D, which fixes axes and leaves the factor open)."""
+        axes = moments.axes
+        variances = np.einsum("ij,ik,kj->j", axes, moments.covariance, axes)
+        return cls(moments.mean, axes, np.sqrt(12 * np.maximum(variances, 0.0)))
+
     @property
     def volume(self) -> float:
         """Cubic metres."""

@@ -14,6 +14,7 @@ from razer.config import LiftingSettings, MaskSettings
 from razer.detection.background_filter import background_limit_m
 from razer.detection.best_views import Region
 from razer.detection.dbscan import cluster
+from razer.detection.detection_parts import cluster_parts, fit_box
 from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Masks
 
@@ -102,24 +103,30 @@ def lift(
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
     mask_of, pixel_of = surface.readings_in(strided)
-    kept = own_readings(surface, len(masks), mask_of, pixel_of, lifting)
+    kept, labels = own_readings(surface, len(masks), mask_of, pixel_of, lifting)
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    mask_of, pixel_of = mask_of[kept], pixel_of[kept]
+    mask_of, pixel_of, labels = mask_of[kept], pixel_of[kept], labels[kept]
     member_mask, member_cell, _ = occupied_cells(surface, len(masks), mask_of, pixel_of)
     detections = []
     for mask in np.unique(member_mask).tolist():
-        cells, pixels = member_cell[member_mask == mask], pixel_of[mask_of == mask].astype(np.int32)
-        if len(cells) >= lifting.min_cells:
-            share = len(pixels) / pixel_counts[mask]
-            detections.append(_detection(surface, masks, embeddings, mask, cells, pixels, share))
+        of_mask = mask_of == mask
+        pixels = pixel_of[of_mask].astype(np.int32)
+        whole = (member_cell[member_mask == mask], pixels)
+        parts = [whole] if lifting.detections == "mask" else cluster_parts(surface, pixels, labels[of_mask])
+        detections += [
+            _detection(surface, masks, embeddings, mask, cells, part, len(part) / pixel_counts[mask], lifting)
+            for cells, part in parts
+            if len(cells) >= lifting.min_cells
+        ]
     return Lifted(tuple(detections), member_mask, member_cell)
 
 
 def own_readings(
     surface: ObservedSurface, n_masks: int, mask_of: IndexArray, pixel_of: Int32Array, lifting: LiftingSettings
-) -> BoolArray:
+) -> tuple[BoolArray, Int32Array]:
     """Which of the readings (P,) in masks are of the thing and not of what is seen behind it: those up to a gap behind
-    the largest DBSCAN cluster of their mask. Masks without a cluster keep none."""
+    the largest DBSCAN cluster of their mask. Masks without a cluster keep none. Also the cluster (P,) of each, -1 =
+    noise."""
     member_mask, member_cell, member_of_pixel = occupied_cells(surface, n_masks, mask_of, pixel_of)
     radius = max(lifting.dbscan_eps_m / surface.cells.voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_mask, member_cell, radius, lifting.dbscan_min_points)
@@ -132,10 +139,12 @@ def own_readings(
     for mask in np.unique(mask_of_label[sizes > 0]).tolist():
         of_mask = np.flatnonzero((mask_of_label == mask) & (sizes > 0))
         largest = of_mask[sizes[of_mask].argmax()]
-        if sizes[largest] >= lifting.min_cells:
+        if sizes[largest] >= lifting.min_cells and not lifting.drop_background:
+            limit_m[mask] = np.inf
+        elif sizes[largest] >= lifting.min_cells:
             points = surface.cells.points[member_cell[labels == largest]]
             limit_m[mask] = background_limit_m(depth_m[pixel_labels == largest], points, lifting.background_gap_m)
-    return depth_m <= limit_m[mask_of]
+    return depth_m <= limit_m[mask_of], pixel_labels
 
 
 def _detection(
@@ -146,10 +155,10 @@ def _detection(
     cells: Int32Array,
     pixels: Int32Array,
     share: float,
+    lifting: LiftingSettings,
 ) -> Detection:
-    """The detection of one cluster of a mask, which holds this share of the mask's readings."""
-    points = surface.cells.points[cells]
-    moments = PointMoments.of(points)
+    """The detection of a part of a mask, which holds this share of the mask's readings."""
+    moments, box = fit_box(surface, cells, pixels, lifting)
     score = float(masks.scores[mask])
     rows, columns = surface.rows[pixels], surface.columns[pixels]
     cut = cut_share(rows, columns, surface.depth.shape)
@@ -158,7 +167,7 @@ def _detection(
         cells=cells,
         pixels=pixels,
         moments=moments,
-        box=OrientedBox.around(points, moments.axes),
+        box=box,
         embedding=embeddings[mask],
         score=score,
         quality=view_quality(score, share, len(pixels) * surface.stride**2, cut),

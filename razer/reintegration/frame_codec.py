@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Uint8Array, Uint16Array
-from razer.boxes.oriented_box import OrientedBox, PointMoments
-from razer.config import VoxelSettings
+from razer.config import LiftingSettings, VoxelSettings
 from razer.detection.best_views import Region
+from razer.detection.detection_parts import fit_box
 from razer.detection.lifting import Detection, Lifted, occupied_cells
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
@@ -28,6 +28,7 @@ from razer.frame import Frame, Intrinsics
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
 JPEG_QUALITY = 90
+DEFAULT_LIFTING = LiftingSettings()
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,9 @@ def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Ar
     return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
 
 
-def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Observation:
+def unpack(
+    packed_at: tuple[bytes, Float64Array], settings: VoxelSettings, lifting: LiftingSettings = DEFAULT_LIFTING
+) -> Observation:
     """The observation that `pack` compressed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within
     half a degree. The frame is the strided one."""
     packed, world_from_camera = packed_at
@@ -109,10 +112,10 @@ def unpack(packed_at: tuple[bytes, Float64Array], settings: VoxelSettings) -> Ob
         has_color=None if kept.has_color is None else _unpacked_bits(kept.has_color, shape),
     )
     surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
-    return Observation(frame, surface.prepared(settings.truncation_m), _lifted(kept, surface))
+    return Observation(frame, surface.prepared(settings.truncation_m), _lifted(kept, surface, lifting))
 
 
-def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
+def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -> Lifted:
     """The detections and the rest of the masks, where their readings lie now."""
     reading = np.zeros(surface.depth.size, np.int32)
     reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
@@ -127,9 +130,7 @@ def _lifted(kept: _Packed, surface: ObservedSurface) -> Lifted:
     embeddings = _unit(kept.embeddings)
     detections = []
     for i, (mask, _, score, quality, class_name, region) in enumerate(kept.properties):
-        points = surface.cells.points[cells_of[i]]
-        moments = PointMoments.of(points)
-        box = OrientedBox.around(points, moments.axes)
+        moments, box = fit_box(surface, cells_of[i], readings_of[i], lifting)
         fields = (mask, cells_of[i], readings_of[i], moments, box, embeddings[i], score, quality, class_name, region)
         detections.append(Detection(*fields))
     masks = np.array([mask for mask, *_ in kept.properties], np.int32)

@@ -39,7 +39,7 @@ class KeptFrames:
         self.poses: list[Pose] = []  # newest
         self.owners: list[Int32Array] = []  # tracks of the detections of each
         self.n_replays = 0
-        self._settings, self._voxel_settings = config.reintegration, config.voxels
+        self._settings, self._voxel_settings, self._lifting = config.reintegration, config.voxels, config.lifting
         self._store = FrameStore(config.reintegration.memory_mb * 10**6)
         self._packer = ThreadPoolExecutor(1)  # compressing holds no lock, and the next frame need not wait for it
         self._being_packed: Future[bytes] | None = None
@@ -122,6 +122,6 @@ class KeptFrames:
         """What kept frames showed, at their newest poses."""
         store = self._complete_store()
         packed_at = ((store[self._store_rows[position]], self.poses[position]) for position in positions)
-        for observation in apply(partial(unpack, settings=self._voxel_settings), packed_at):
+        for observation in apply(partial(unpack, settings=self._voxel_settings, lifting=self._lifting), packed_at):
             self.n_replays += 1
             yield observation

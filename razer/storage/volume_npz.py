@@ -15,7 +15,7 @@ from torch import Tensor
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.errors import BadInput
-from razer.volume.block_pages import BLOCKS_AT_ONCE, addresses_in
+from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE, addresses_in
 from razer.volume.voxel_map import VoxelMap
 
 FORMAT = 1

@@ -17,7 +17,7 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings
 from razer.detection.lifting import Detection
-from razer.tracking.embedding_bank import bank_similarity
+from razer.tracking.embedding_bank import euclidean_distance, same_thing_doubt
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
@@ -47,14 +47,14 @@ def find_candidates(
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]
     paired_ids = sorted(set(ids))
-    units = bank_similarity([tracks[t].bank for t in paired_ids], np.stack([d.embedding for d in detections]))
-    log_odds = tracks[ids[0]].bank.scale.log_odds(units[np.searchsorted(paired_ids, ids), rows])
-    similarity = 1 / (1 + np.exp(-log_odds))  # P(same), beforehand as likely as not
-    max_geometry = (settings.gate - settings.weight_semantic * (1 - similarity)) / max(settings.weight_geometry, 1e-9)
+    banks, embeddings = [tracks[t].bank for t in paired_ids], np.stack([d.embedding for d in detections])
+    measure = same_thing_doubt if settings.semantic_distance == "calibrated" else euclidean_distance
+    semantic = measure(banks, embeddings)[np.searchsorted(paired_ids, ids), rows]
+    max_geometry = (settings.gate - settings.weight_semantic * semantic) / max(settings.weight_geometry, 1e-9)
     geometry_overlap = _overlaps(detections, tracks, pairs, overlap, 1 - max_geometry, settings)
-    cost = settings.weight_geometry * (1 - geometry_overlap) + settings.weight_semantic * (1 - similarity)
+    cost = settings.weight_geometry * (1 - geometry_overlap) + settings.weight_semantic * semantic
     candidates: list[list[Candidate]] = [[] for _ in detections]
-    for (i, t), v, s, m in zip(pairs, 1 - geometry_overlap, 1 - similarity, cost, strict=True):
+    for (i, t), v, s, m in zip(pairs, 1 - geometry_overlap, semantic, cost, strict=True):
         candidates[i].append(Candidate(t, float(v), float(s), float(m)))
     return [tuple(sorted(row, key=lambda c: (c.cost, c.track_id))) for row in candidates]
 

@@ -47,13 +47,19 @@ class EmbeddingBank:
     def settled(self) -> tuple[Float32Array, Float64Array]:
         """Embeddings (J, D) and confidences (J,) for queries, without those of a single observation, the strongest
         first. Association still wants these, as a view that was observed once may come again."""
-        clusters = self._clusters.settled(self.scale.calibrated)
+        merge = self.settings.merge_hypotheses
+        clusters = self._clusters.settled(self.scale.calibrated) if merge else self._clusters.by_mass()
         return clusters.directions.astype(np.float32), clusters.masses / max(clusters.masses.sum(), 1e-12)
 
     @property
     def mass(self) -> float:
         """Confidence mass of all observations fused so far."""
         return float(self._clusters.masses.sum())
+
+    @property
+    def peak_confidence(self) -> float:
+        """max c_j in [0, 1] as the paper has it: c_j adds up (RAZER eq. 14), and no more than 1 counts."""
+        return float(min(1.0, self._hypotheses.masses.max(initial=0.0)))
 
     @property
     def means(self) -> Float64Array:
@@ -78,13 +84,13 @@ class EmbeddingBank:
         """Take in one observation (RAZER eqs. 13 and 14)."""
         confidence = max(confidence, 1e-6)
         self._take(EmbeddingClusters.of(embedding, confidence))
-        self._hypotheses = self._clusters.distinct(self.scale.calibrated)
+        self._hypotheses = self._read()
 
     def absorb(self, other: EmbeddingBank) -> None:
         """Take in the clusters of a fused duplicate, with their mass."""
         for row in range(len(other._clusters)):
             self._take(other._clusters.select([row]))
-        self._hypotheses = self._clusters.distinct(self.scale.calibrated)
+        self._hypotheses = self._read()
         self.outliers += other.outliers
 
     def _take(self, new: EmbeddingClusters) -> None:
@@ -93,18 +99,34 @@ class EmbeddingBank:
     def _with(self, new: EmbeddingClusters) -> EmbeddingClusters:
         """The clusters after one more: merged with one of them, beside them, in place of one, or an outlier."""
         clusters = self._clusters
-        similarities = self.scale.units(clusters.mean_cosines(new)[:, 0])
+        similarities = self._similarities(new)
         nearest = int(similarities.argmax())
         if similarities[nearest] > self.settings.similarity or self.settings.hypotheses == 1:
             return clusters.merged(nearest, new)
-        if similarities[nearest] < self.settings.outlier and self.mass > WELL_OBSERVED_MASS:
+        may_refuse = self.settings.outlier > -1 and self.mass > WELL_OBSERVED_MASS
+        if may_refuse and similarities[nearest] < self.settings.outlier:
             self.outliers += 1
             return clusters
         if len(clusters) < self.settings.hypotheses:
             return clusters.joined(new)
+        if self.settings.when_full == "drop":
+            return clusters
         if new.masses[0] > clusters.masses.min():
             return clusters.select(np.arange(len(clusters)) != clusters.masses.argmin()).joined(new)
         return clusters.merged(nearest, new)
+
+    def _similarities(self, new: EmbeddingClusters) -> Float64Array:
+        """Of one more cluster to each of ours (J,), as sigma_sim is compared with: in units, or cosines s_j (RAZER eq.
+        13)."""
+        if self.settings.similarity_scale == "cosine":
+            return (self._clusters.directions @ new.directions.T)[:, 0]
+        return self.scale.units(self._clusters.mean_cosines(new)[:, 0])
+
+    def _read(self) -> EmbeddingClusters:
+        """The hypotheses that the clusters are read as, the strongest first."""
+        if self.settings.merge_hypotheses:
+            return self._clusters.distinct(self.scale.calibrated)
+        return self._clusters.by_mass()
 
 
 def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:
@@ -115,3 +137,21 @@ def bank_similarity(banks: Sequence[EmbeddingBank], embeddings: Float32Array) ->
     sizes = [len(bank.means) for bank in banks]
     cosines = np.concatenate([bank.means for bank in banks]) @ embeddings.T
     return banks[0].scale.units(np.maximum.reduceat(cosines, np.r_[0, np.cumsum(sizes)[:-1]], axis=0))
+
+
+def same_thing_doubt(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:
+    """1 - P(same | similarity) of each of (N, D) unit vectors and each of M >= 1 banks of one scale, (M, N) in [0, 1];
+    beforehand both are as likely."""
+    log_odds = banks[0].scale.log_odds(bank_similarity(banks, embeddings))
+    return 1 - 1 / (1 + np.exp(-log_odds))
+
+
+def euclidean_distance(banks: Sequence[EmbeddingBank], embeddings: Float32Array) -> Float64Array:
+    """S (M, N) in [0, 2]: distance of each of (N, D) unit vectors to the nearest e_j of each of M >= 1 banks, as RAZER
+    eqs. 8 and 14 have it: the mean of the observations, which is shorter than 1."""
+    means = np.concatenate([bank.means for bank in banks])
+    squares = 1 + (means**2).sum(axis=1, keepdims=True) - 2 * means @ embeddings.T.astype(np.float64)
+    distances = np.sqrt(np.maximum(squares, 0.0))
+    sizes = [len(bank.means) for bank in banks]
+    nearest: Float64Array = np.minimum.reduceat(distances, np.r_[0, np.cumsum(sizes)[:-1]], axis=0)
+    return nearest

@@ -71,6 +71,10 @@ class EmbeddingClusters:
             self.squares + is_row * other.squares,
         )
 
+    def by_mass(self) -> EmbeddingClusters:
+        """The same, the largest first."""
+        return self.select(np.argsort(-self.masses, kind="stable"))
+
     def mean_cosines(self, other: EmbeddingClusters) -> Float64Array:
         """The mean cosine (J, K) between the observations of each cluster and those of each cluster of another."""
         return self.means @ other.means.T
@@ -114,4 +118,4 @@ class EmbeddingClusters:
                 break
             rest = clusters.select(np.arange(len(clusters)) != second)
             clusters = rest.merged(int(first), clusters.select([int(second)]))
-        return clusters.select(np.argsort(-clusters.masses, kind="stable"))
+        return clusters.by_mass()

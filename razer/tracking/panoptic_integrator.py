@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 
 import numpy as np
 
 from razer.arrays import Int32Array
+from razer.boxes.oriented_box import OrientedBox
 from razer.config import MapperConfig
+from razer.detection.lifting import Detection
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
 from razer.stages import stage
@@ -16,9 +18,11 @@ from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
 from razer.tracking.tracker import Tracker
 from razer.tracking.view_novelty import ViewNovelty
+from razer.volume.box_voting import vote_in_boxes
 from razer.volume.label_voting import vote
 from razer.volume.space_carving import carve
 from razer.volume.support import support_ratios
+from razer.volume.support_pruning import SupportPruning, filled_shares
 from razer.volume.surface_cache import SurfaceCache, points_by_instance
 from razer.volume.voxel_map import VoxelMap
 
@@ -32,6 +36,8 @@ class PanopticIntegrator:
         self.tracker = tracker
         self._surface = SurfaceCache()
         self._novelty = ViewNovelty()
+        by_support = config.maintenance.pruning == "support"
+        self._support_pruning = SupportPruning(config.maintenance) if by_support else None
         self._n_frames = 0
 
     def successor(self, carve_every: int) -> PanopticIntegrator:
@@ -53,8 +59,10 @@ class PanopticIntegrator:
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
-            ids = vote(self.voxels, surface, lifted.detections, owners, self.config.maintenance.withdraw_votes)
+            ids = self._vote(surface, lifted.detections, owners)
         with stage("maintain"):
+            if self._support_pruning:
+                self._support_pruning.count_frame(surface, self._boxes, set(owners.tolist()))
             fused, pruned = self._maintain(surface, spare_confirmed)
         return StepResult(
             frame_index=frame.index,
@@ -65,6 +73,17 @@ class PanopticIntegrator:
             pruned=tuple(pruned),
             changed_blocks=changed_blocks,
         )
+
+    def _vote(self, surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
+        """Let voxels vote for the owners (N,) of N detections; returns the strided id image."""
+        if self.config.maintenance.label_votes == "box":
+            return vote_in_boxes(self.voxels, surface, detections, owners, self._boxes)
+        return vote(self.voxels, surface, detections, owners, self.config.maintenance.withdraw_votes)
+
+    @property
+    def _boxes(self) -> dict[int, OrientedBox]:
+        """Those of the live tracks by id."""
+        return {track_id: track.box for track_id, track in self.tracker.tracks.items()}
 
     def _maintain(self, surface: ObservedSurface, spare_confirmed: bool) -> tuple[list[tuple[int, int]], list[int]]:
         self._n_frames += 1
@@ -83,10 +102,18 @@ class PanopticIntegrator:
         for gone, survivor in fused:
             self.voxels.replace(gone, survivor)
         self.refresh_tracks(grown={survivor for _, survivor in fused})
-        pruned = self.tracker.prune(spare_confirmed=spare_confirmed)
+        pruned = self._prune(spare_confirmed)
         for gone in pruned:
             self.voxels.replace(gone, 0)
         return fused, pruned
+
+    def _prune(self, spare_confirmed: bool) -> list[int]:
+        if self._support_pruning is None:
+            return self.tracker.prune(spare_confirmed=spare_confirmed)
+        tracks = self.tracker.tracks
+        confidences = {track_id: track.bank.peak_confidence for track_id, track in tracks.items()}
+        doomed = self._support_pruning.doomed(filled_shares(self.voxels, self._boxes), confidences)
+        return self.tracker.drop([i for i in doomed if not (spare_confirmed and tracks[i].confirmed)])
 
     def refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
         """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given

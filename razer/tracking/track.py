@@ -8,7 +8,7 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
-from razer.config import BankSettings
+from razer.config import BankSettings, MaintenanceSettings
 from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
@@ -20,6 +20,7 @@ from razer.tracking.existence import Existence
 RIVALRY_RATE = 0.1
 
 TYPICAL_RATE = 0.2  # by which the typical size of its detections follows the newest
+DEFAULT_MAINTENANCE = MaintenanceSettings()
 ENOUGH_OF_TYPICAL = 0.5  # of it in view is a full chance to be detected
 
 
@@ -33,8 +34,9 @@ class Track:
         frame_index: int,
         bank: BankSettings,
         scale: SimilarityScale | None = None,
+        maintenance: MaintenanceSettings = DEFAULT_MAINTENANCE,
     ) -> None:
-        """A tentative track.
+        """A new track.
 
         Args:
             track_id: Positive, and never used before.
@@ -42,6 +44,7 @@ class Track:
             frame_index: The frame that shows it.
             bank: Settings of its embedding bank.
             scale: Of the embedder's cosines, shared by all tracks; without one, similarities are cosines.
+            maintenance: Whether it is tentative at first, and what its moments and box are taken from.
         """
         self.id = track_id
         self.moments: PointMoments = detection.moments
@@ -55,6 +58,7 @@ class Track:
         self.n_voxels = 0
         self.views: tuple[BestView, ...] = ()
         self._rivalry = 0.0
+        self._settings = maintenance
         self._typical_cells = float(detection.n_cells)
         self._class_votes: dict[str, float] = defaultdict(float)
         self.observe(detection, frame_index)
@@ -74,8 +78,8 @@ class Track:
 
     @property
     def confirmed(self) -> bool:
-        """Whether it is more likely a thing than a phantom."""
-        return self.existence.log_odds >= 0
+        """Whether it is an instance: more likely a thing than a phantom, where tracks are tentative at all."""
+        return not self._settings.tentative or self.existence.log_odds >= 0
 
     @property
     def confidence(self) -> float:
@@ -99,7 +103,7 @@ class Track:
         self._typical_cells += (detection.n_cells - self._typical_cells) * TYPICAL_RATE
         if not is_first:
             self.moments = self.moments + detection.moments
-            self.box = _grown_to(self.box, self.moments, detection.box)
+            self._grow(detection.box)
         looks_like_itself = 1.0 if is_first else self.bank.probability_same(detection.embedding)
         self.bank.add(detection.embedding, detection.quality)
         if detection.region is not None:
@@ -123,16 +127,17 @@ class Track:
         self.existence.count(0.0, novelty * chance)
 
     def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:
-        """Take moments and box from the track's own voxels (N, 3), which forget what was corrected since."""
+        """Count the track's own voxels (N, 3), and take moments and box from them, which forget what was corrected
+        since, unless moments are sums."""
         self.n_voxels = len(points)
-        if len(points) >= 4:
+        if len(points) >= 4 and self._settings.moments == "voxels":
             self.moments = PointMoments.of(points)
             self.box = OrientedBox.around(points, self.moments.axes, trim=axes_trim)
 
     def absorb(self, other: Track) -> None:
         """Become one with a duplicate, which is then forgotten."""
         self.moments = self.moments + other.moments
-        self.box = _grown_to(self.box, self.moments, other.box)
+        self._grow(other.box)
         self.bank.absorb(other.bank)
         self.first_frame = min(self.first_frame, other.first_frame)
         self.last_frame = max(self.last_frame, other.last_frame)
@@ -142,6 +147,13 @@ class Track:
         self.views = best_views([*self.views, *other.views])
         for name, weight in other._class_votes.items():
             self._class_votes[name] += weight
+
+    def _grow(self, other: OrientedBox) -> None:
+        """Renew the box after the moments: where they are sums it follows from them, else it holds the other too."""
+        if self._settings.moments == "sums":
+            self.box = OrientedBox.of_moments(self.moments)
+        else:
+            self.box = _grown_to(self.box, self.moments, other)
 
 
 def _grown_to(box: OrientedBox, moments: PointMoments, other: OrientedBox) -> OrientedBox:

@@ -101,7 +101,7 @@ class Tracker:
     ) -> int | None:
         """The track a detection left over by the assignment is a further part of, if any."""
         settings = self.config.association
-        if settings.geometry_distance != "visible":
+        if not settings.join:
             return None
         for candidate in sorted(candidates, key=lambda c: (c.semantic, c.track_id)):
             share = overlap.owned_share(i, candidate.track_id, detection.n_cells)
@@ -116,7 +116,8 @@ class Tracker:
     def _observe(self, decision: Decision, detection: Detection, frame_index: int) -> None:
         track = self.tracks.get(decision.track_id)
         if track is None:
-            track = Track(decision.track_id, detection, frame_index, self.config.bank, self.scale)
+            settings = self.config.bank, self.scale, self.config.maintenance
+            track = Track(decision.track_id, detection, frame_index, *settings)
             self.tracks[track.id] = track
         else:
             track.observe(detection, frame_index)
@@ -160,6 +161,8 @@ class Tracker:
     def fuse_duplicates(self) -> list[tuple[int, int]]:
         """Fuse tracks that many views show as one thing; returns (gone, survivor) in order."""
         fused: list[tuple[int, int]] = []
+        if not self.config.maintenance.fuse_duplicates:
+            return fused
         while pair := self._next_duplicate():
             fused.append(self._fuse(*pair))
         return fused
@@ -197,7 +200,7 @@ class Tracker:
         """Drop tracks that are phantoms by now, and those that own no surface any more."""
         detected, self.detected = self.detected, set()
         unspared = [t for t in self.tracks.values() if not (spare_confirmed and t.confirmed)]
-        return self._drop(
+        return self.drop(
             t.id for t in unspared if t.existence.log_odds < PRUNED or (self._is_bare(t) and t.id not in detected)
         )
 
@@ -206,9 +209,10 @@ class Tracker:
         their masks covered."""
         min_confidence = self.config.maintenance.min_confidence
         unlikely = (t for t in self.tracks.values() if not t.confirmed or t.confidence < min_confidence)
-        return self._drop({t.id for t in unlikely} | {t.id for t in self.tracks.values() if self._is_bare(t)})
+        return self.drop({t.id for t in unlikely} | {t.id for t in self.tracks.values() if self._is_bare(t)})
 
-    def _drop(self, track_ids: Iterable[int]) -> list[int]:
+    def drop(self, track_ids: Iterable[int]) -> list[int]:
+        """Forget tracks; returns their ids."""
         gone = list(track_ids)
         for track_id in gone:
             self._remove(track_id, 0)

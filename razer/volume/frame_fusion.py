@@ -22,7 +22,7 @@ from razer.detection.observed_surface import ObservedSurface
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
-from razer.volume.block_pages import BlockPages
+from razer.volume.blocks.block_pages import BlockPages
 
 
 class FrameFusion:

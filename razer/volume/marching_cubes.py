@@ -16,7 +16,7 @@ from torch import Tensor
 from razer.arrays import Float32Array, Int32Array, Uint8Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK
-from razer.volume.block_pages import BlockPages, shared
+from razer.volume.blocks.block_pages import BlockPages, shared
 from razer.volume.surface_evidence import is_observed_enough
 
 PART_BLOCKS = 1024  # some 85 KB each, and as much again while they are marched

@@ -17,7 +17,6 @@ from razer.volume.voxel_map import VoxelMap
 
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
-SEAM_RINGS = 3  # edges from a labelled vertex over which labels spread
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,9 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
     # Where surface meets a corner of the lattice, vertices of several edges are one, and triangles shrink to none.
     is_whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     triangles = _canonical(triangles[is_whole])
-    labels = fill_seams(vertex_labels(voxels, vertices), triangles)
+    by_votes = voxels.settings.vertex_labels == "votes"
+    labels = vertex_labels(voxels, vertices) if by_votes else nearest_labels(voxels, vertices)
+    labels = fill_seams(labels, triangles, voxels.settings.seam_rings)
     return LabelledMesh(vertices, colors, labels, triangles)
 
 
@@ -87,7 +88,13 @@ def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
     return np.concatenate(result)
 
 
-def fill_seams(labels: Int32Array, triangles: Int32Array, rings: int = SEAM_RINGS) -> Int32Array:
+def nearest_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
+    """The label (V,) int32 of the voxel nearest to each point (RAZER section IV-H), 0 = nobody."""
+    cells, row = cells_of(np.rint(points / voxels.settings.voxel_size_m).astype(np.int32), voxels.settings.voxel_size_m)
+    return voxels.labels_at(cells).cpu().numpy()[row]
+
+
+def fill_seams(labels: Int32Array, triangles: Int32Array, rings: int) -> Int32Array:
     """Labels (V,) in which nobody's vertices next to labelled ones are given to most of those neighbours.
 
     Masks are shrunk before they vote, which leaves seams of a voxel or two between instances and around them.

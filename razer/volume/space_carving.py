@@ -11,7 +11,7 @@ from torch import Tensor
 from razer.arrays import BoolArray, Float32Array, Int32Array
 from razer.detection.observed_surface import BLOCK, ObservedSurface
 from razer.geometry import inverse, transform_points
-from razer.volume.block_pages import BLOCKS_AT_ONCE
+from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE
 from razer.volume.voxel_map import SURFACE_VOXELS, VoxelMap
 
 # Free space is claimed only where every reading within this many strided pixels lies behind the voxel: colour

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from razer.arrays import Float64Array, Int32Array, Int64Array
 from razer.detection.observed_surface import BLOCK_VOXELS
-from razer.volume.block_pages import BLOCKS_AT_ONCE
+from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE
 from razer.volume.id_remap import numbered
 from razer.volume.voxel_map import VoxelMap
 

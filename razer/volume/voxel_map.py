@@ -21,7 +21,7 @@ from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS, Cells, ObservedSurface
 from razer.frame import Frame
 from razer.volume import label_histogram
-from razer.volume.block_pages import BLOCKS_AT_ONCE, BlockPages
+from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE, BlockPages
 from razer.volume.frame_fusion import FrameFusion
 from razer.volume.id_remap import InstanceIdMap, numbered
 from razer.volume.surface_evidence import is_observed_enough

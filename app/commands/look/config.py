@@ -25,7 +25,7 @@ def config(*, options: SettingOptions = SettingOptions(), json: Flag = False, to
     toml:
         As a TOML file that --config reads.
     """
-    settings = list_settings(read_config(options.config, options.set, {}))
+    settings = list_settings(read_config(options.config, options.set, {}, preset=options.preset))
     if json:
         print(dumps([{"name": setting.name, **asdict(setting)} for setting in settings]))
     elif toml:

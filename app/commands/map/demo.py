@@ -43,7 +43,7 @@ def demo(
     """
     target = RunFolder(out, overwrite=True)
     oracle = {"segmenter.name": "oracle", "embedder.name": "oracle"}
-    config = read_config(options.config, options.set, oracle, trust=options.trust)
+    config = read_config(options.config, options.set, oracle, trust=options.trust, preset=options.preset)
 
     # Late, as in `razer run`.
     leave_cores_to_helpers()

@@ -7,13 +7,20 @@ import json
 import pytest
 
 from app.ablation.mapper_variants import COLUMNS, VARIANTS
+from app.ablation.perceived_walk import PerceivedWalk
 from app.settings.config_file import read_config
+from app.settings.presets import DEPARTURES
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.config import MapperConfig
+from razer.detection.perception import Perception
+from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.segmenter import OracleSegmenter
 from tests.support.cli import call
 
 
 @pytest.mark.full
 def test_a_line_of_numbers_for_each_variant_and_seed(capsys):
-    chosen = ("as is", "no fusion of duplicates")
+    chosen = ("as is", "map: no consensus")
     code = call("ablate", "--scene", "tabletop", "--seeds", "1", "--frames", "24", "--variants", *chosen, "--json")
     assert code == 0
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
@@ -22,7 +29,7 @@ def test_a_line_of_numbers_for_each_variant_and_seed(capsys):
     assert all(set(numbers) == set(COLUMNS) for numbers in row.values())
     assert row["as is"]["ap50"] > 0.3
     # Masks split for five frames at a time start tracks that nothing joins again.
-    assert row["no fusion of duplicates"]["instances"] > row["as is"]["instances"]
+    assert row["map: no consensus"]["instances"] > row["as is"]["instances"]
 
 
 @pytest.mark.full
@@ -58,9 +65,27 @@ def test_wrong_usage_is_one_plain_line(capsys, arguments, message):
     assert message in capsys.readouterr().err
 
 
-def test_every_variant_is_a_valid_setting_after_perception():
-    base = read_config(None, (), {})
-    for name, changes in VARIANTS.items():
-        changed = read_config(None, (), changes)
-        assert (changed == base) == (name == "as is")
-        assert (changed.voxels, changed.masks, changed.lifting) == (base.voxels, base.masks, base.lifting)
+def test_the_paper_comes_first_each_departure_alone_and_ours_last():
+    names = list(VARIANTS)
+    assert (names[0], names[-1]) == ("the paper", "as is")
+    assert {name: VARIANTS[name] for name in DEPARTURES} == dict(DEPARTURES)
+    assert read_config(None, (), VARIANTS["the paper"]) == read_config(None, (), {}, preset="paper")
+    assert VARIANTS["as is"] == {}
+
+
+def test_variants_with_the_same_perception_share_it(tmp_path):
+    room = SyntheticRoom(0, 3, 160, 120)
+    walk = PerceivedWalk(tmp_path, (OracleSegmenter("none"), OracleEmbedder("none")), MapperConfig())
+    walk.record(room[i] for i in range(3))
+    files = {name: walk.perceived(read_config(None, (), changes)).path.name for name, changes in DEPARTURES.items()}
+    apart = {name for name, file in files.items() if file == "other"}
+    assert apart == {name for name in DEPARTURES if name.startswith(("masks", "lifting"))}
+    assert [o.frame.index for o in walk.perceived(MapperConfig())] == [0, 1, 2]
+    # What waited on disk is what would have been perceived at once.
+    config = read_config(None, (), {"masks.shrink_pixels": 0})
+    perception = Perception(config, OracleSegmenter("none"), OracleEmbedder("none"))
+    for index, stored in enumerate(walk.perceived(config)):
+        fresh = perception.observe(room[index])
+        pixels = [[d.pixels.tolist() for d in o.lifted.detections] for o in (stored, fresh)]
+        assert pixels[0] == pixels[1]
+        assert len(pixels[0]) > 0

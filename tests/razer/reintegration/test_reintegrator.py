@@ -10,10 +10,11 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.ground_truth import GroundTruth
-from razer.config import MapperConfig, ReintegrationSettings
+from razer.config import MapperConfig
+from razer.config.reintegration import ReintegrationSettings
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.metrics.instances.instance_ap import Scene, instance_ap
@@ -38,7 +39,7 @@ def small() -> Iterable[None]:
     """One thread, and room for what these maps need."""
     torch.set_num_threads(1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+        patch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
         yield
 
 

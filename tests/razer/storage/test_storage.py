@@ -10,7 +10,7 @@ import open3d as o3d
 import pytest
 from numpy.testing import assert_allclose
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.storage.embeddings_npz import write_embeddings_npz
@@ -24,7 +24,7 @@ from tests.support.scenes import COARSE, contents, frame_of, look, moved, pose, 
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 def voted_map() -> VoxelMap:

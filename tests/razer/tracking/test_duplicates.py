@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.tracking.duplicates import covisibility, find_duplicates, shared_votes
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, fill
@@ -19,7 +19,7 @@ Votes = list[dict[int, int]]
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 8)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 8)
 
 
 def claimed(votes: Votes, off_surface: tuple[int, ...] = ()) -> VoxelMap:

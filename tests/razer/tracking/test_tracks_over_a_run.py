@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.config import MapperConfig
 from razer.frame import Frame
 from razer.mapper import Mapper
@@ -25,7 +25,7 @@ Places = Mapping[int, float]  # where along x the box of each instance stands
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread, and room for what these maps need."""
     torch.set_num_threads(1)
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 def boxes_before_wall(index: int, camera_x_m: float, boxes: Places) -> Frame:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.detection.observed_surface import BLOCK, ObservedSurface
 from razer.frame import Intrinsics
 from razer.geometry import inverse, transform_points
@@ -23,7 +23,7 @@ Contents = dict[str, np.ndarray]
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 160)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 160)
 
 
 def surrounded(rng: np.random.Generator) -> VoxelMap:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.frame import Frame
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, frame_of, plane_depth, pose
@@ -20,7 +20,7 @@ COLOR = (200, 120, 40)
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for what these maps need: whole attributes are quicker to compare."""
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 def wall(index: int, has_color: bool | None) -> Frame:

@@ -8,7 +8,7 @@ import open3d.core as o3c
 import pytest
 import torch
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 import razer.volume.marching_cubes
 from razer.volume.mesh_extraction import extract_mesh
 from razer.volume.voxel_map import VoxelMap
@@ -21,7 +21,7 @@ Triangle = tuple[tuple[float, ...], ...]
 def mapped() -> VoxelMap:
     """A slanted wall and a box from several sides, and a wall that lies on the lattice exactly."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 16)
+        patch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 16)
         voxels = VoxelMap(COARSE)
         box = axis_box((0.1, 0.0, 1.3), (0.4, 0.4, 0.3))
         for x, turn in ((0.0, 0.0), (0.2, -8.0), (-0.3, 10.0)):

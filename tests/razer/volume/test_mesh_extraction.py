@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.volume.mesh_extraction import extract_mesh, extract_points, fill_seams, vertex_labels
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, box_depth, cells_at, frame_of, look, plane_depth, pose
@@ -22,7 +22,7 @@ BOX = axis_box((0.1, 0.0, 1.3), (0.4, 0.4, 0.3))
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 def furnished() -> VoxelMap:
@@ -212,10 +212,10 @@ def test_seams_are_filled_as_by_a_literal_loop(rings: int) -> None:
 
 def test_seams_of_a_mesh_without_triangles_or_without_labels_stay() -> None:
     labels = np.array([0, 3, 0], np.int32)
-    assert fill_seams(labels, np.zeros((0, 3), np.int32)).tolist() == [0, 3, 0]
+    assert fill_seams(labels, np.zeros((0, 3), np.int32), 3).tolist() == [0, 3, 0]
     triangle = np.array([[0, 1, 2]], np.int32)
-    assert fill_seams(np.zeros(3, np.int32), triangle).tolist() == [0, 0, 0]
-    assert fill_seams(np.array([1, 3, 2], np.int32), triangle).tolist() == [1, 3, 2]
+    assert fill_seams(np.zeros(3, np.int32), triangle, 3).tolist() == [0, 0, 0]
+    assert fill_seams(np.array([1, 3, 2], np.int32), triangle, 3).tolist() == [1, 3, 2]
 
 
 def test_an_empty_map_has_no_points() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.frame import Frame
 from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import extract_mesh, extract_points
@@ -40,7 +40,7 @@ def fuse(voxels: VoxelMap, frame: Frame) -> None:
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for what these maps need: whole attributes are quicker to compare."""
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 @pytest.fixture

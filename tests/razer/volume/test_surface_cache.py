@@ -16,7 +16,7 @@ from razer.config import MapperConfig
 from razer.mapper import Mapper
 from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.segmenter import OracleSegmenter
-from razer.volume.block_pages import PAGE_BLOCKS
+from razer.volume.blocks.block_pages import PAGE_BLOCKS
 from razer.volume.space_carving import carve
 from razer.volume.support import support_ratios
 from razer.volume.surface_cache import SurfaceCache, SurfaceVoxels, points_by_instance

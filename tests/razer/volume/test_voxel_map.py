@@ -10,7 +10,7 @@ import pytest
 import torch
 from numpy.testing import assert_allclose
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS, Cells
 from razer.errors import UnusableFrame
@@ -46,7 +46,7 @@ def device(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for what these maps need: whole attributes are quicker to compare."""
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 64)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 64)
 
 
 def plane_frames() -> list[Frame]:
@@ -253,7 +253,7 @@ def test_votes_survive_growth(device: str, monkeypatch: pytest.MonkeyPatch) -> N
     maps: list[dict[str, np.ndarray]] = []
     pages: list[int] = []
     for blocks in (2, 256):
-        monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", blocks)
+        monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", blocks)
         voxels = VoxelMap(COARSE, device)
         voxels.admit(len(walls))
         for number, wall in enumerate(walls, start=1):
@@ -268,7 +268,7 @@ def test_votes_survive_growth(device: str, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_allocating_blocks_keeps_what_is_there_and_adds_empty_voxels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 4)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 4)
     voxels = fused_plane()
     vote_all(voxels, random_votes(5))
     before = contents(voxels)

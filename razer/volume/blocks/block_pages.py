@@ -17,7 +17,7 @@ from torch import Tensor
 from razer.arrays import Int32Array, Int64Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK, BLOCK_VOXELS
-from razer.volume.block_index import BlockIndex
+from razer.volume.blocks.block_index import BlockIndex
 
 # Blocks of a page. Larger: a page takes the longer to make (100 MB take some 0.15 s), and more stay unused; smaller: a
 # frame meets more pages, each with its own call.

@@ -8,16 +8,16 @@ import pytest
 import torch
 from numpy.testing import assert_allclose
 
-import razer.volume.block_pages
+import razer.volume.blocks.block_pages
 from razer.detection.observed_surface import BLOCK_VOXELS
-from razer.volume.block_pages import BlockPages
+from razer.volume.blocks.block_pages import BlockPages
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import ATTRIBUTES, COARSE, frame_of, pose
 
 
 @pytest.fixture(autouse=True)
 def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(razer.volume.block_pages, "PAGE_BLOCKS", 8)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "PAGE_BLOCKS", 8)
 
 
 def line(n: int, start: int = 0) -> np.ndarray:
@@ -45,7 +45,7 @@ def test_what_is_stored_stays_where_it_is_as_the_map_grows() -> None:
 
 def test_frames_that_see_full_pages_do_not_make_them_larger(monkeypatch: pytest.MonkeyPatch) -> None:
     """Open3D's `integrate` makes a grid larger where it is given more blocks than are free, be they new or not."""
-    monkeypatch.setattr(razer.volume.block_pages, "SPARE_ROWS", 2)
+    monkeypatch.setattr(razer.volume.blocks.block_pages, "SPARE_ROWS", 2)
     voxels = VoxelMap(COARSE)
     for x in np.linspace(0, 1.5, 6):
         at = pose((x, 0, 0))

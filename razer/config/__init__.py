@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from razer.config.reintegration import ReintegrationSettings
 from razer.plugins import EmbedderSettings, SegmenterSettings
 from razer.settings import Settings
 
@@ -43,6 +44,18 @@ class VoxelSettings(Settings):
     )
     surface_weight: float = Field(
         3.0, ge=1, description="Observations that are enough however often its block was seen. Larger: the same."
+    )
+    vertex_labels: Literal["votes", "voxel"] = Field(
+        "votes",
+        description="Instance of a vertex: 'votes' adds up those of the eight voxels around it, 'voxel' is the paper's "
+        "way, the label of the nearest voxel: ragged where masks end.",
+    )
+    seam_rings: int = Field(
+        3,
+        ge=0,
+        le=20,
+        description="Edges over which labels spread to vertices that nobody owns. 0 = none, as the paper: seams "
+        "between instances; larger: small things without a label go to what they stand on.",
     )
 
     @property
@@ -84,6 +97,25 @@ class LiftingSettings(Settings):
         description="A cluster this far behind the largest of its mask, and farther than half that one's size, is "
         "background behind it, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
     )
+    drop_background: bool = Field(
+        True,
+        description="Whether background is left out. Off: the paper's way, what is seen through a thing is its own.",
+    )
+    detections: Literal["mask", "cluster"] = Field(
+        "mask",
+        description="'mask': all of a mask is one detection; 'cluster' is the paper's way, each DBSCAN cluster is one "
+        "and noise is dropped: what a mask joins falls apart, and so does what something nearer hides in part.",
+    )
+    points: Literal["cells", "readings"] = Field(
+        "cells",
+        description="What moments and boxes count: occupied cells, or depth readings as the paper: near surface then "
+        "outweighs far surface.",
+    )
+    box_center: Literal["extents", "centroid"] = Field(
+        "extents",
+        description="Centre of a detection's box: the middle of its extents, or the centroid as the paper: such a box "
+        "does not hold its points.",
+    )
 
 
 class AssociationSettings(Settings):
@@ -99,14 +131,24 @@ class AssociationSettings(Settings):
     gate: float = Field(
         0.5,
         gt=0,
-        le=2,
-        description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers.",
+        le=3,
+        description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers; 3 = no gate.",
+    )
+    semantic_distance: Literal["calibrated", "euclidean"] = Field(
+        "calibrated",
+        description="S_ij: 'calibrated' is 1 - P(same | similarity), in [0, 1]; 'euclidean' is the paper's, the "
+        "distance to the nearest hypothesis, in [0, 2], for which the gate is too narrow.",
     )
     search_margin_m: float = Field(
         0.1, ge=0, description="How far outside a detection's box the R-tree looks for tracks, metres."
     )
     box_margin_m: float = Field(
         0.025, ge=0, description="Added to every side before boxes are compared: a flat view of a wall has no volume."
+    )
+    join: bool = Field(
+        True,
+        description="Whether detections left over by the matching may join tracks. Off: strictly one to one, as the "
+        "paper; a mask cut in two founds a second instance.",
     )
     join_share: float = Field(
         0.5,
@@ -139,7 +181,23 @@ class BankSettings(Settings):
         ge=-1,
         lt=1,
         description="Observations less similar than this (0 = unlike, 1 = same) to every hypothesis of a well-known "
-        "track are not fused. Higher: fewer vectors of other things, and a side never seen before may be refused.",
+        "track are not fused. Higher: fewer vectors of other things, and a side never seen before may be refused; -1 = "
+        "all are fused, as in the paper.",
+    )
+    similarity_scale: Literal["calibrated", "cosine"] = Field(
+        "calibrated",
+        description="What sigma_sim is compared with: similarity in units of unlike ... same, or the raw cosine to the "
+        "hypothesis, as the paper: what it means depends on the embedder.",
+    )
+    when_full: Literal["replace", "drop"] = Field(
+        "replace",
+        description="A vector unlike all hypotheses of a full bank replaces the weakest if it is stronger, and else "
+        "joins the nearest; or is dropped, as the paper knows no rule for it: late views count less.",
+    )
+    merge_hypotheses: bool = Field(
+        True,
+        description="Whether hypotheses whose directions agree beneath their noise are read as one. Off: as they are, "
+        "as in the paper; noisy views of one thing stay apart.",
     )
 
 
@@ -149,20 +207,48 @@ class MaintenanceSettings(Settings):
     interval_frames: int = Field(
         10, ge=1, description="Frames between maintenance passes. Smaller: fresher boxes, more time."
     )
+    tentative: bool = Field(
+        True,
+        description="Whether a track is an instance only once it is more likely a thing than a phantom. Off: at once, "
+        "as in the paper; what was detected by mistake is an instance, too.",
+    )
+    pruning: Literal["existence", "support"] = Field(
+        "existence",
+        description="Tracks are pruned by the log-odds that they exist; or as the paper, by max_misses, min_support "
+        "and keep_confidence, which 'existence' does not read: what is hidden counts as missed.",
+    )
     max_misses: int = Field(
-        30, ge=1, description="k: frames a track may go unmatched while in view and not occluded before it is pruned."
+        30,
+        ge=1,
+        description="k: consecutive frames unmatched with its centre in the frustum, or of low support, before a track "
+        "is pruned by support. Larger: phantoms stay; smaller: things hidden or seldom detected go.",
     )
     min_support: float = Field(
-        0.2,
+        0.05,
         ge=0,
         le=1,
-        description="tau_supp: share of a track's votes that must lie in voxels it won. Higher: weak tracks go sooner.",
+        description="tau_supp: r_i, the share of its box's volume that voxels with its label fill, below which support "
+        "is low. Higher: weak tracks go sooner, and large hollow things with them.",
     )
     keep_confidence: float = Field(
         0.7,
         ge=0,
         le=1,
-        description="tau_conf: tracks with a hypothesis this dominant and well observed are kept despite low support.",
+        description="tau_conf: tracks with a hypothesis of more confidence max c_j than this are not pruned by "
+        "support. Higher: more are pruned; a few good views reach 0.7.",
+    )
+    label_votes: Literal["mask", "box"] = Field(
+        "mask",
+        description="Which voxels vote for a track: those of the observed surface within its mask; or as the paper, "
+        "all within its box: things on a table are the table's, too. Several times the time.",
+    )
+    moments: Literal["voxels", "sums"] = Field(
+        "voxels",
+        description="Moments and box are taken anew from the track's voxels; or as the paper, sums over all detections "
+        "for ever: what a wrong mask added is never forgotten.",
+    )
+    fuse_duplicates: bool = Field(
+        True, description="Whether duplicates are fused by view consensus. Off, as the paper: fragments stay fragments."
     )
     withdraw_votes: bool = Field(
         True,
@@ -180,63 +266,6 @@ class MaintenanceSettings(Settings):
         1.0,
         description="Two tracks are fused when the log-odds that they are one thing, by the masks of all views and by "
         "their embeddings, are at least this. Lower: more mergers; higher: more fragments.",
-    )
-
-
-class ReintegrationSettings(Settings):
-    """How the map follows poses that are corrected after their frames were fused."""
-
-    enabled: bool = Field(
-        False,
-        description="Keep frames, so that the map can be rebuilt. Costs some 5 ms and 65 KB for each one "
-        "kept, and a second volume while it is rebuilt; given poses need none of it.",
-    )
-    frames_per_keyframe: int = Field(
-        2,
-        ge=1,
-        le=10,
-        description="Every how many fused frames one is kept. Larger: less time and memory, ragged edges where the "
-        "camera moved fast (F-score at 2 cm against all frames: 0.995 for 1, 0.991 for 2, 0.985 for 3).",
-    )
-    keyframe_stride: int = Field(
-        4,
-        ge=1,
-        description="Of how many kept frames a rebuild during the run replays one; at the end all are mapped again. "
-        "Larger: sooner done, rougher until the end.",
-    )
-    replays_per_frame: float = Field(
-        0.2,
-        ge=0,
-        description="Frames replayed during the run for each frame fused, on average; one takes about a third of the "
-        "time of a frame. 0 = the map follows at the end only.",
-    )
-    max_replays_per_frame: int = Field(
-        2, ge=1, description="Most frames replayed after a fused one. Larger: a rebuild is done sooner, but stutters."
-    )
-    min_shift_voxels: float = Field(
-        1.0,
-        ge=0,
-        description="Rebuild during the run when frames have moved by this on average, voxels at 2 m depth. Smaller: "
-        "time is spent on shifts that hardly show.",
-    )
-    min_final_shift_voxels: float = Field(
-        0.25,
-        ge=0,
-        description="Rebuild at the end when any frame has moved by this, voxels at 2 m depth. Smaller: more time at "
-        "the end for a surface no better.",
-    )
-    fuse_shared_votes: float = Field(
-        0.3,
-        gt=0,
-        le=1,
-        description="After a rebuild two tracks that look alike and that no frame shows together are fused when this "
-        "share of the votes of one lies in voxels the other claims too. Larger: duplicates stay.",
-    )
-    memory_mb: int = Field(
-        512,
-        ge=0,
-        description="Kept frames beyond this go to a temporary file, units of 10^6 bytes: about 20,000 frames of a "
-        "run. Smaller: less memory, slower rebuilds.",
     )
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from razer.errors import UnusableFrame
-from razer.volume.block_index import REACH, BlockIndex
+from razer.volume.blocks.block_index import REACH, BlockIndex
 
 FAR_OFF = np.array([0, -9_000_000, 40_000_000], np.int32)  # maps may lie anywhere, as those in survey coordinates do
 

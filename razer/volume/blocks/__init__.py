@@ -1,0 +1,1 @@
+"""Storage of voxels: blocks in pages, found by their keys."""
