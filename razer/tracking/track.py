@@ -95,6 +95,7 @@ class Track:
     def observe(self, detection: Detection, frame_index: int) -> None:
         """Update with a matched detection: its box may grow (RAZER eqs. 9 to 11)."""
         is_first = not len(self.bank.confidences)
+        self.first_frame = min(self.first_frame, frame_index)  # a late frame was taken before those mapped already
         self.last_frame = max(self.last_frame, frame_index)
         self._typical_cells += (detection.n_cells - self._typical_cells) * TYPICAL_RATE
         if not is_first:
@@ -118,7 +119,7 @@ class Track:
         """Note a frame that shows so many of its own cells, and no detection of it. Where much less of it is in view
         than usually is detected of it, it is the less missed."""
         self.misses += 1
-        chance = min(1.0, visible_cells / (ENOUGH_OF_TYPICAL * self._typical_cells))
+        chance = min(1.0, visible_cells / max(1.0, ENOUGH_OF_TYPICAL * self._typical_cells))
         self.existence.count(0.0, novelty * chance)
 
     def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:

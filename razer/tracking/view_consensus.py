@@ -18,8 +18,8 @@ MIN_VISIBLE_CELLS = 12  # fewer cells in view say nothing
 # splits about one thing in ten, and joins a pair of neighbours about as often.
 ONE_MASK_LOG_ODDS = 2.0
 TWO_MASKS_LOG_ODDS = -2.0
-# Views beyond this are not counted: what they have in common, a blind spot of the segmenter, is counted once.
-MAX_LOG_ODDS = 4.0  # that embeddings can say against it: pairs farther from being one are not looked at
+# Embeddings say no more than this for two being one: pairs whose masks say more against it are not looked at.
+MAX_LOG_ODDS = 4.0
 
 Pair = tuple[int, int]
 
@@ -41,15 +41,17 @@ class ViewConsensus:
 
     @staticmethod
     def _covering_masks(overlap: LabelOverlap) -> dict[int, int]:
-        """The mask of each track: the smallest of those that cover its visible part, whatever their order."""
-        size: dict[int, int] = defaultdict(int)
-        for (mask, _), n in overlap.in_mask.items():
-            size[mask] += n
-        best: dict[int, tuple[int, int]] = {}
-        for (mask, track), n in overlap.in_mask.items():
-            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]:
-                best[track] = min(best.get(track, (size[mask], mask)), (size[mask], mask))
-        return {track: mask for track, (_, mask) in best.items()}
+        """The mask of each track: the smallest of those that cover its visible part, whatever their order; where two
+        are as large, what they hold decides."""
+        holds: dict[int, list[Pair]] = defaultdict(list)
+        for (mask, track), n in sorted(overlap.in_mask.items()):
+            holds[mask].append((track, n))
+        best: dict[int, int] = {}
+        for mask in sorted(holds, key=lambda mask: (sum(n for _, n in holds[mask]), holds[mask], mask)):
+            for track, n in holds[mask]:
+                if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]:
+                    best.setdefault(track, mask)
+        return best
 
     def log_odds(self, pair: Pair) -> float:
         """ln P(one thing) / P(two things) of a pair (older id, newer id), by its masks alone."""
