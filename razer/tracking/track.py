@@ -137,6 +137,9 @@ class Track:
         self.first_frame = min(self.first_frame, other.first_frame)
         self.last_frame = max(self.last_frame, other.last_frame)
         self.hits = max(self.hits, other.hits)
+        self.misses = min(self.misses, other.misses)
+        self._rivalry = max(self._rivalry, other._rivalry)
+        self._typical_cells = max(self._typical_cells, other._typical_cells)
         self.existence.absorb(other.existence)
         self.n_voxels += other.n_voxels
         self.views = best_views([*self.views, *other.views])

@@ -169,3 +169,17 @@ def test_a_track_counts_from_the_frame_it_is_born_in() -> None:
         consensus = ViewConsensus()
         consensus.add(overlap, {2: mask_of_the_newcomer})
         assert consensus.log_odds((1, 2)) == log_odds
+
+
+def test_a_track_born_in_a_second_mask_of_the_same_is_together_with_the_first() -> None:
+    """Two masks of one thing: either may be the newcomer's, and what both hold of the map is the same."""
+    overlap = view({1: 50}, {1: 50}, {3: 50}, visible={1: 50})
+    for mask_of_the_newcomer in (0, 1):
+        consensus = ViewConsensus()
+        consensus.add(overlap, {2: mask_of_the_newcomer})
+        assert consensus.log_odds((1, 2)) == 2
+        assert consensus.log_odds((2, 3)) == -2
+    # Masks that hold nothing of the map are not the same for it.
+    consensus = ViewConsensus()
+    consensus.add(overlap, {4: 3, 5: 4})
+    assert consensus.log_odds((4, 5)) == -2
