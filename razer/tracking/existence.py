@@ -1,5 +1,5 @@
-"""Existence evidence of a track: the log-odds that it is a thing and no phantom, from the views that showed it or should
-have (the confidence of RAZER's problem formulation; the bookkeeping of occupancy mapping, for tracks).
+"""Existence evidence of a track: the log-odds that it is a thing and no phantom, from the views that showed it or
+should have (the confidence of RAZER's problem formulation; the bookkeeping of occupancy mapping, for tracks).
 
 A thing is detected at some rate in the views that show it, one in five or nine in ten, which nobody knows beforehand;
 a phantom hardly ever comes back. So both are compared by how likely they make the detections and the misses counted so

@@ -13,7 +13,6 @@ from razer.detection.lifting import Lifted
 from razer.detection.observed_surface import Cells
 from razer.volume.voxel_map import VoxelMap
 
-
 # What is known of an overlap before any cell is seen: a few cells in view prove nothing.
 PRIOR_IOU = 0.25
 PRIOR_CELLS = 8

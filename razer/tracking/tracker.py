@@ -31,7 +31,9 @@ class Tracker:
         self._index = BoxIndex()
         self._consensus = ViewConsensus()
 
-    def update(self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0) -> list[Decision]:
+    def update(
+        self, detections: Sequence[Detection], overlap: LabelOverlap, frame_index: int, novelty: float = 1.0
+    ) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one; `novelty` is the share of a view that
         the frame is."""
         settings = self.config.association
@@ -163,16 +165,14 @@ class Tracker:
     def _next_duplicate(self) -> tuple[int, int] | None:
         """The pair that most surely is one thing, by the masks of all views and by the embeddings; of pairs that are as
         sure as each other the larger one, as ids depend on the order of masks."""
-        surest = max(
-            (
-                (round(views + self._semantic_log_odds(*pair), 9), self._observed_cells(pair), (-pair[0], -pair[1]), pair)
-                for pair, views in self._consensus.candidates()
-            ),
-            default=None,
-        )
-        if surest is None or surest[0] < self.config.maintenance.fuse_log_odds:
-            return None
-        return surest[-1]
+        best: tuple[float, ...] = ()
+        best_pair = None
+        for pair, views in self._consensus.candidates():
+            log_odds = round(views + self._semantic_log_odds(*pair), 9)
+            rank = (log_odds, self._observed_cells(pair), -pair[0], -pair[1])
+            if log_odds >= self.config.maintenance.fuse_log_odds and rank > best:
+                best, best_pair = rank, pair
+        return best_pair
 
     def _observed_cells(self, pair: tuple[int, int]) -> int:
         return sum(self.tracks[track_id].moments.count for track_id in pair)

@@ -41,8 +41,8 @@ class ViewConsensus:
 
     @staticmethod
     def _covering_masks(overlap: LabelOverlap, born: Mapping[int, int]) -> dict[int, int]:
-        """The mask of each track: that in which it was born, or the smallest of those that cover its visible part. Masks
-        that hold the same of the map are one, whatever their order."""
+        """The mask of each track: that in which it was born, or the smallest of those that cover its visible part.
+        Masks that hold the same of the map are one, whatever their order."""
         holds: dict[int, tuple[Pair, ...]] = defaultdict(tuple)
         for (mask, track), n in sorted(overlap.in_mask.items()):
             holds[mask] += ((track, n),)

@@ -76,11 +76,7 @@ class CellWorld:
         return LabelOverlap(shared, labelled, visible, shared)
 
     def frame(
-        self,
-        *masks: CellMask,
-        in_view: Iterable[int] | None = None,
-        index: int | None = None,
-        novelty: float = 1.0,
+        self, *masks: CellMask, in_view: Iterable[int] | None = None, index: int | None = None, novelty: float = 1.0
     ) -> list[Decision]:
         """Map one frame, which sees all cells unless told, and renew the tracks' voxels."""
         self._n_frames += 1

@@ -209,6 +209,28 @@ def test_absorbing_a_duplicate() -> None:
         assert older.box.contains(box.corners(), 1e-9).all()
 
 
+def test_of_two_duplicates_either_may_absorb_the_other() -> None:
+    """Which one is older depends on the order of masks, what they become does not."""
+
+    def pair() -> tuple[Track, Track]:
+        small = track_of(*[detection(CUBE, cells=range(20))] * 3)
+        large = track_of(*[detection(axis_box((1, 0, 0), (1, 1, 1)), cells=range(90))] * 5, track_id=2)
+        small.count_miss(20, 1.0)
+        for _ in range(9):
+            large.note_rival(True)
+        return small, large
+
+    results = []
+    for survivor, gone in (pair(), pair()[::-1]):
+        survivor.absorb(gone)
+        was = survivor.existence.misses
+        survivor.count_miss(10, 1.0)
+        results.append((survivor.hits, survivor.misses, survivor.is_contested, survivor.existence))
+        assert survivor.existence.misses < was + 0.5  # 10 cells are little of what 90 were detected of
+    assert results[0] == results[1]
+    assert results[0][:3] == (5, 1, True)
+
+
 def test_a_track_is_contested_when_rivals_last() -> None:
     track = track_of(detection(CUBE))
     for rivals, expected in ((5, False), (10, True)):
