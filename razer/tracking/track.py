@@ -99,6 +99,7 @@ class Track:
     def observe(self, detection: Detection, frame_index: int) -> None:
         """Update with a matched detection: its box may grow (RAZER eqs. 9 to 11)."""
         is_first = not len(self.bank.confidences)
+        self.first_frame = min(self.first_frame, frame_index)  # a late frame was taken before those mapped already
         self.last_frame = max(self.last_frame, frame_index)
         self._typical_cells += (detection.n_cells - self._typical_cells) * TYPICAL_RATE
         if not is_first:
@@ -123,7 +124,7 @@ class Track:
         than usually is detected of it, or than it owns, it is the less missed."""
         self.misses += 1
         typical_cells = min(self._typical_cells, self.n_voxels or np.inf)
-        chance = min(1.0, visible_cells / (ENOUGH_OF_TYPICAL * typical_cells))
+        chance = min(1.0, visible_cells / max(1.0, ENOUGH_OF_TYPICAL * typical_cells))
         self.existence.count(0.0, novelty * chance)
 
     def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:
@@ -142,6 +143,9 @@ class Track:
         self.first_frame = min(self.first_frame, other.first_frame)
         self.last_frame = max(self.last_frame, other.last_frame)
         self.hits = max(self.hits, other.hits)
+        self.misses = min(self.misses, other.misses)
+        self._rivalry = max(self._rivalry, other._rivalry)
+        self._typical_cells = max(self._typical_cells, other._typical_cells)
         self.existence.absorb(other.existence)
         self.n_voxels += other.n_voxels
         self.views = best_views([*self.views, *other.views])

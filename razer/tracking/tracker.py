@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import MapperConfig
 from razer.detection.lifting import Detection
@@ -188,13 +186,19 @@ class Tracker:
         return self.scale.log_odds(self.tracks[a].bank.similarity_to(self.tracks[b].bank))
 
     def _next_duplicate(self) -> tuple[int, int] | None:
-        """The pair that most surely is one thing, by the masks of all views and by the embeddings."""
-        best = max(
-            ((views + self._semantic_log_odds(*pair), pair) for pair, views in self._consensus.candidates()),
-            key=lambda entry: (entry[0], -entry[1][0], -entry[1][1]),
-            default=(-np.inf, None),
-        )
-        return best[1] if best[0] >= self.config.maintenance.fuse_log_odds else None
+        """The pair that most surely is one thing, by the masks of all views and by the embeddings; of pairs that are as
+        sure as each other the larger one, as ids depend on the order of masks."""
+        best: tuple[float, ...] = ()
+        best_pair = None
+        for pair, views in self._consensus.candidates():
+            log_odds = round(views + self._semantic_log_odds(*pair), 9)
+            rank = (log_odds, self._observed_cells(pair), -pair[0], -pair[1])
+            if log_odds >= self.config.maintenance.fuse_log_odds and rank > best:
+                best, best_pair = rank, pair
+        return best_pair
+
+    def _observed_cells(self, pair: tuple[int, int]) -> int:
+        return sum(self.tracks[track_id].moments.count for track_id in pair)
 
     def prune(self, spare_confirmed: bool = False) -> list[int]:
         """Drop tracks that are phantoms by now, and those that own no surface any more."""

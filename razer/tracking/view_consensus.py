@@ -33,22 +33,26 @@ class ViewConsensus:
     def add(self, overlap: LabelOverlap, born: Mapping[int, int], novelty: float = 1.0) -> None:
         """Take in one frame; `born` gives the mask of each track that starts in it, `novelty` the share of a view that
         the frame is."""
-        mask_of = self._covering_masks(overlap) | dict(born)
+        mask_of = self._covering_masks(overlap, born)
         for pair in combinations(sorted(mask_of), 2):
             counts = self._together if mask_of[pair[0]] == mask_of[pair[1]] else self._apart
             counts[pair] += novelty
 
     @staticmethod
-    def _covering_masks(overlap: LabelOverlap) -> dict[int, int]:
-        """The mask of each track: the smallest of those that cover its visible part, whatever their order."""
-        size: dict[int, int] = defaultdict(int)
-        for (mask, _), n in overlap.in_mask.items():
-            size[mask] += n
-        best: dict[int, tuple[int, int]] = {}
-        for (mask, track), n in overlap.in_mask.items():
-            if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]:
-                best[track] = min(best.get(track, (size[mask], mask)), (size[mask], mask))
-        return {track: mask for track, (_, mask) in best.items()}
+    def _covering_masks(overlap: LabelOverlap, born: Mapping[int, int]) -> dict[int, int]:
+        """The mask of each track: that in which it was born, or the smallest of those that cover its visible part.
+        Masks that hold the same of the map are one, whatever their order."""
+        holds: dict[int, tuple[Pair, ...]] = defaultdict(tuple)
+        for (mask, track), n in sorted(overlap.in_mask.items()):
+            holds[mask] += ((track, n),)
+        first: dict[tuple[Pair, ...], int] = {}
+        same_as = {mask: first.setdefault(held, mask) for mask, held in holds.items()}
+        best: dict[int, int] = {}
+        for held in sorted(first, key=lambda held: (sum(n for _, n in held), held)):
+            for track, n in held:
+                if overlap.visible[track] >= MIN_VISIBLE_CELLS and n >= COVERED * overlap.visible[track]:
+                    best.setdefault(track, first[held])
+        return best | {track: same_as.get(mask, mask) for track, mask in born.items()}
 
     def log_odds(self, pair: Pair) -> float:
         """ln P(one thing) / P(two things) of a pair (older id, newer id), by its masks alone."""

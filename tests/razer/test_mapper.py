@@ -14,6 +14,8 @@ from razer.geometry import back_project, transform_points
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 
+LARGE_CELLS = 20  # smaller pieces of the geometric segmenter come and go from frame to frame
+
 
 def make_mapper():
     return Mapper(MapperConfig(), make_segmenter("geometric", {}), make_embedder("appearance", {}))

@@ -111,6 +111,7 @@ def detection(
     cells: Sequence[int] = (),
     mask: int = 0,
     quality: float = 0.5,
+    score: float = 1.0,
     class_name: str | None = None,
 ) -> Detection:
     """A detection whose points are the corners of a box."""
@@ -122,7 +123,7 @@ def detection(
         moments=PointMoments.of(corners),
         box=box,
         embedding=np.asarray(embedding, np.float32),
-        score=1.0,
+        score=score,
         quality=quality,
         class_name=class_name,
     )

@@ -10,13 +10,13 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 from scipy.ndimage import binary_erosion
 
-from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.boxes.oriented_box import PointMoments
 from razer.config import LiftingSettings, MaskSettings
-from razer.detection.background_filter import background_clusters
-from razer.detection.lifting import Lifted, filter_masks, lift, shrink, view_quality
+from razer.detection.background_filter import background_limit_m
+from razer.detection.lifting import Detection, Lifted, cut_share, filter_masks, lift, shrink, view_quality
 from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Intrinsics, Masks
-from tests.support.scenes import CAMERA, COARSE, frame_of, look, unit
+from tests.support.scenes import CAMERA, COARSE, frame_of, look, plane_depth, unit
 
 LIFTING = LiftingSettings(dbscan_eps_m=0.08, dbscan_min_points=4, min_cells=8)
 SHAPE = (CAMERA.height, CAMERA.width)
@@ -57,13 +57,13 @@ def test_filter_drops_small_unsure_and_depthless_masks() -> None:
     depth[:, :40] = 0
     masks = masks_of(
         rectangle(0, 20, 60, 80),  # kept
-        rectangle(0, 2, 60, 70),  # 20 pixels; 400 at 640x480 are 25 here
+        rectangle(0, 2, 60, 62),  # 4 pixels; 128 at 640x480 are 8 here
         rectangle(20, 40, 60, 80),  # not sure enough
         rectangle(40, 60, 20, 41),  # 1 column in 21 has depth
         rectangle(60, 80, 20, 60),  # half of it has depth: kept
         scores=[0.9, 0.9, 0.2, 0.9, 0.25],
     )
-    kept = filter_masks(frame_of(depth), masks, MaskSettings())
+    kept = filter_masks(frame_of(depth), masks, MaskSettings(min_pixels=128))
     assert np.array_equal(kept.masks, masks.masks[[0, 4]])
     assert_allclose(kept.scores, [0.9, 0.25])
 
@@ -84,12 +84,62 @@ def lifted(frame: Frame, masks: Masks, embeddings: np.ndarray | None = None, shr
     return lift(look(frame), masks, vectors, LIFTING, shrink_pixels)
 
 
-def test_a_mask_across_a_depth_gap_becomes_two_detections() -> None:
-    found = lifted(two_plates(), masks_of(rectangle(30, 90, 50, 110))).detections
-    assert [d.mask for d in found] == [0, 0]
-    assert found[0].n_cells > found[1].n_cells
-    depths = [d.box.center[2] for d in found]
-    assert depths == pytest.approx([2.0, 1.5], abs=COARSE.voxel_size_m)
+def readings_of(frame: Frame, mask: np.ndarray) -> set[tuple[int, int]]:
+    """All pixels of a mask with depth, for comparison."""
+    return set(zip(*np.nonzero(mask & (frame.depth > 0)), strict=True))
+
+
+def pixels_of(frame: Frame, found: Detection) -> set[tuple[int, int]]:
+    surface = look(frame)
+    return set(zip(surface.rows[found.pixels].tolist(), surface.columns[found.pixels].tolist(), strict=True))
+
+
+def test_a_mask_across_a_depth_gap_is_one_detection() -> None:
+    """The larger part is the wall; what stands before it belongs to the mask as well."""
+    frame, mask = two_plates(), rectangle(30, 90, 50, 110)
+    (found,) = lifted(frame, masks_of(mask)).detections
+    assert pixels_of(frame, found) == readings_of(frame, mask)
+    assert found.quality == pytest.approx(3600 / 7600)  # nothing of the mask is left out
+
+
+def stool() -> tuple[Frame, np.ndarray]:
+    """A seat at 1.5 m, two legs a pixel wide that a near board hides at the top, a wall far behind; and its mask."""
+    depth, mask = np.full(SHAPE, 4.0), np.zeros(SHAPE, bool)
+    for part in (np.s_[20:40, 40:100], np.s_[40:100, 45], np.s_[40:100, 90]):
+        depth[part], mask[part] = 1.5, True
+    depth[40:56], mask[40:56] = 0.8, False
+    return frame_of(depth), mask
+
+
+@pytest.mark.parametrize("min_points", [4, 10])  # the legs are clusters of their own, or noise
+def test_seat_and_legs_of_a_stool_are_one_detection(min_points: int) -> None:
+    frame, mask = stool()
+    settings = LIFTING.model_copy(update={"dbscan_min_points": min_points})
+    (found,) = lift(look(frame), masks_of(mask), unit(1, 0)[None], settings, 0).detections
+    assert pixels_of(frame, found) == readings_of(frame, mask)
+    # From the seat's upper edge to the feet: 80 rows at 1.5 m.
+    assert found.box.extent.max() == pytest.approx(1.5 * 80 / 140, abs=2 * COARSE.voxel_size_m)
+
+
+def test_a_thing_behind_a_bar_is_one_detection() -> None:
+    depth, mask = np.full(SHAPE, 4.0), rectangle(30, 90, 20, 140)
+    depth[mask] = 2.0
+    depth[:, 70:85], mask[:, 70:85] = 1.0, False
+    frame = frame_of(depth)
+    (found,) = lifted(frame, masks_of(mask)).detections
+    assert pixels_of(frame, found) == readings_of(frame, mask)
+    assert found.box.extent.max() == pytest.approx(2.0 * 120 / 140, abs=2 * COARSE.voxel_size_m)
+
+
+def test_sparse_readings_of_a_far_floor_belong_to_it() -> None:
+    """Beyond 3.7 m its rows are more than epsilon apart: noise to DBSCAN, and floor all the same."""
+    depth = plane_depth(np.eye(4), (0, 1, 0), 1.2)
+    frame = frame_of(np.where(depth <= 5, depth, 0))
+    settings = LIFTING.model_copy(update={"dbscan_min_points": 10})
+    mask = rectangle(97, 120, 0, 160)  # from 2.8 to 4.5 m
+    (found,) = lift(look(frame), masks_of(mask), unit(1, 0)[None], settings, 0).detections
+    assert pixels_of(frame, found) == readings_of(frame, mask)
+    assert found.box.contains(np.array([[0, 1.2, 4.4], [0, 1.2, 2.9]]), COARSE.voxel_size_m).all()
 
 
 def test_what_is_seen_past_the_object_is_no_part_of_it() -> None:
@@ -98,25 +148,36 @@ def test_what_is_seen_past_the_object_is_no_part_of_it() -> None:
     assert found.box.center[2] == pytest.approx(1.5, abs=COARSE.voxel_size_m)
     result = lifted(frame, masks_of(mask))
     assert np.array_equal(np.sort(result.member_cell), np.sort(found.cells))
+    assert found.quality == pytest.approx((1600 / 2400) * 1600 / 5600)
     # A wall that stands no farther behind than things are deep may be a part of it.
     near = LIFTING.model_copy(update={"background_gap_m": 0.6})
-    assert len(lift(look(frame), masks_of(mask), unit(1, 0)[None], near, 0).detections) == 2
+    (both,) = lift(look(frame), masks_of(mask), unit(1, 0)[None], near, 0).detections
+    assert len(both.pixels) == 2400
+
+
+def test_stray_readings_of_the_wall_behind_stay_out_though_they_are_no_cluster() -> None:
+    """A mask that spills over its thing by a pixel all around: too little for a cluster, and not the thing's."""
+    frame = two_plates()
+    (found,) = lifted(frame, masks_of(rectangle(39, 81, 59, 101))).detections
+    assert pixels_of(frame, found) == readings_of(frame, rectangle(40, 80, 60, 100))
 
 
 @pytest.mark.parametrize(
-    ("gaps_m", "sizes_m", "counts", "expected"),
+    ("depths_m", "size_m", "min_gap_m", "limit_m"),
     [
-        ((0.0, 0.5), (0.4, 1.0), (100, 50), [1]),  # farther behind than half the first one's size
-        ((0.0, 0.5), (1.2, 1.0), (100, 50), []),  # the hidden middle of a long table
-        ((0.0, 0.2), (0.1, 0.1), (100, 50), []),  # nearer than any gap that counts
-        ((0.0, 0.5), (0.4, 0.4), (50, 100), []),  # the larger piece is the object: what is before it stays
-        ((0.0, 0.5, 0.9, 0.1), (0.4, 1.0, 1.0, 0.2), (100, 50, 50, 50), [1, 2]),
+        ([2.0], 0.4, 0.3, 2.3),  # small: the least gap
+        ([2.0], 1.2, 0.3, 2.6),  # half the size of the thing: the hidden middle of a long table
+        ([2.0], 1.2, 0.8, 2.8),
+        (np.linspace(2.0, 3.0, 101), 0.4, 0.3, 3.2),  # behind the depth that nine tenths of it are nearer than
+        ([2.0] * 95 + [9.0] * 5, 0.4, 0.3, 2.3),  # a few readings beyond its edge do not count
     ],
 )
-def test_pieces_far_behind_the_largest(gaps_m, sizes_m, counts, expected) -> None:
-    depths = [np.full(n, 2 + gap, np.float32) for gap, n in zip(gaps_m, counts, strict=True)]
-    boxes = [OrientedBox(np.zeros(3), np.eye(3), np.array([size, 0.1, 0.1])) for size in sizes_m]
-    assert background_clusters(depths, boxes, 0.3) == expected
+def test_background_begins_a_gap_behind_the_largest_cluster(
+    depths_m: list[float], size_m: float, min_gap_m: float, limit_m: float
+) -> None:
+    points = np.array([[0, 0, 2], [size_m, 0, 2], [size_m / 2, 0.05, 2], [size_m / 2, -0.05, 2]], float)
+    limit = background_limit_m(np.asarray(depths_m, np.float32), points, min_gap_m)
+    assert limit == pytest.approx(limit_m, abs=1e-5)
 
 
 def test_box_of_a_plate_is_the_plate() -> None:
@@ -144,14 +205,11 @@ def test_detections_are_ordered_and_carry_what_their_mask_says() -> None:
     masks = masks_of(rectangle(45, 75, 65, 95), rectangle(30, 90, 50, 110), scores=[0.4, 0.8], names=("plate", "all"))
     vectors = np.stack([unit(1, 0), unit(0, 1)])
     found = lifted(two_plates(), masks, vectors).detections
-    assert [d.mask for d in found] == [0, 1, 1]
-    assert [d.class_name for d in found] == ["plate", "all", "all"]
-    assert [d.score for d in found] == pytest.approx([0.4, 0.8, 0.8])
+    assert [d.mask for d in found] == [0, 1]
+    assert [d.class_name for d in found] == ["plate", "all"]
+    assert [d.score for d in found] == pytest.approx([0.4, 0.8])
     assert all(np.array_equal(d.embedding, vectors[d.mask]) for d in found)
-    # The two parts of the second mask share it: 2000 pixels of wall, 1600 of plate.
-    assert [d.quality for d in found] == pytest.approx(
-        [0.4 * 900 / 4900, 0.8 * (2000 / 3600) * 2000 / 6000, 0.8 * (1600 / 3600) * 1600 / 5600]
-    )
+    assert [d.quality for d in found] == pytest.approx([0.4 * 900 / 4900, 0.8 * 3600 / 7600])
 
 
 def test_members_are_the_distinct_cells_of_each_mask() -> None:
@@ -164,15 +222,33 @@ def test_members_are_the_distinct_cells_of_each_mask() -> None:
     assert found == sorted(expected)
 
 
-def test_clusters_below_the_least_size_are_no_detections_but_members() -> None:
-    result = lifted(two_plates(), masks_of(rectangle(40, 48, 60, 68)))  # 8x8 pixels: 2 x 2 or 3 x 3 cells
-    strict = lift(
-        look(two_plates()), masks_of(rectangle(40, 48, 60, 68)), unit(1, 0)[None],
-        LIFTING.model_copy(update={"min_cells": 20}), 0,
-    )  # fmt: skip
-    assert strict.detections == ()
-    assert np.array_equal(strict.member_cell, result.member_cell)
-    assert len(strict.member_cell) > 0
+def test_masks_whose_largest_cluster_is_too_small_are_nothing() -> None:
+    small = masks_of(rectangle(40, 48, 60, 68))  # 8x8 pixels: 2 x 2 or 3 x 3 cells
+    (found,) = lifted(two_plates(), small).detections
+    assert 8 <= found.n_cells <= 9
+    strict = LIFTING.model_copy(update={"min_cells": 10})
+    result = lift(look(two_plates()), small, unit(1, 0)[None], strict, 0)
+    assert result.detections == ()
+    assert len(result.member_cell) == len(result.member_mask) == 0
+
+
+@pytest.mark.parametrize(
+    ("mask", "expected"),
+    [
+        (rectangle(30, 90, 20, 80), 0),
+        (rectangle(30, 90, 0, 60), 60 / 240),  # a square cut on one side
+        (rectangle(60, 120, 100, 160), 120 / 240),  # a square cut at a corner
+        (rectangle(0, 120, 40, 60), 40 / 280),  # a pillar from above to below
+        (rectangle(0, 120, 0, 160), 1),
+    ],
+)
+def test_a_view_that_the_image_border_cuts_is_trusted_less(mask: np.ndarray, expected: float) -> None:
+    frame = frame_of(np.full(SHAPE, 2.0))
+    rows, columns = (part.astype(np.int32) for part in np.nonzero(mask))
+    assert cut_share(rows, columns, SHAPE) == pytest.approx(expected)
+    (found,) = lifted(frame, masks_of(mask)).detections
+    whole = mask.sum() / (mask.sum() + 4000)
+    assert found.quality == pytest.approx(whole * (1 - 0.75 * expected))
 
 
 def test_masks_are_shrunk_in_proportion_to_the_image() -> None:
@@ -217,3 +293,4 @@ def test_view_quality_is_a_share_that_grows_with_each_part(score: float, share: 
     assert 0 <= quality <= score * share <= 1
     assert view_quality(score, share, pixels + 1000) >= quality
     assert view_quality(1.0, share, pixels) >= quality
+    assert view_quality(score, share, pixels, cut=1.0) == pytest.approx(quality / 4)

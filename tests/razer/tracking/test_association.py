@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
 
 from razer.boxes.iou import box_containment, box_iou
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import AssociationSettings, BankSettings
-from razer.detection.lifting import Detection, Lifted
+from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.association import assign, find_candidates
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
-from razer.volume.voxel_map import VoxelMap
-from tests.support.scenes import COARSE, axis_box, cells_at, detection, frame_of, moved, pose, random_box, unit
+from tests.support.scenes import axis_box, detection, moved, pose, random_box, unit
 
 NO_OVERLAP = LabelOverlap({}, {}, {}, {})
 
@@ -36,6 +34,17 @@ def slow_assignment(costs: np.ndarray, gate: float) -> tuple[int, float]:
         chosen = [c for c in padded[range(len(padded)), order] if np.isfinite(c)]
         best = min(best, (-len(chosen), float(sum(chosen))))
     return -best[0], best[1]
+
+
+def slow_semantic(cosine: float, unlike: float = 0.0, spread: float = 0.15) -> float:
+    """S = 1 - P(same | cosine) of a scale that has seen nothing yet: two normal distributions, each with one in twenty
+    of the other kind."""
+
+    def density(mean: float) -> float:
+        return float(np.exp(-(((np.clip(cosine, unlike, 1) - mean) / spread) ** 2) / 2))
+
+    same, other = 0.95 * density(1) + 0.05 * density(unlike), 0.95 * density(unlike) + 0.05 * density(1)
+    return other / (same + other)
 
 
 def as_candidates(costs: np.ndarray, ids: Sequence[int]) -> list[list[Candidate]]:
@@ -83,8 +92,10 @@ def test_vectors_with_much_in_common_are_told_apart_if_that_is_known() -> None:
         (row,) = find_candidates(found, known, index, NO_OVERLAP, settings)
         return row[0].cost
 
-    assert cost(0.0) < settings.gate < cost(float(book @ table))
-    assert cost(float(book @ table)) - cost(0.0) == pytest.approx(0.4 * (book @ table), abs=1e-6)
+    cosine = float(book @ table)
+    assert cost(0.0) < settings.gate < cost(cosine)
+    expected = 0.4 * (slow_semantic(cosine, unlike=cosine, spread=0.02) - slow_semantic(cosine))
+    assert cost(cosine) - cost(0.0) == pytest.approx(expected, abs=1e-6)
 
 
 def test_the_detection_that_fits_worse_takes_its_second_choice() -> None:
@@ -117,8 +128,18 @@ def test_the_papers_cost_by_hand() -> None:
     )
     assert found.track_id == 1
     assert found.geometry == pytest.approx(1 - 1 / 3)
-    assert found.semantic == pytest.approx(1 - np.sqrt(0.5))
-    assert found.cost == pytest.approx(0.6 * (2 / 3) + 0.4 * (1 - np.sqrt(0.5)))
+    semantic = slow_semantic(np.sqrt(0.5))
+    assert found.semantic == pytest.approx(semantic, abs=1e-6)
+    assert found.cost == pytest.approx(0.6 * (2 / 3) + 0.4 * semantic, abs=1e-6)
+
+
+@pytest.mark.parametrize(("cosine", "expected"), [(1.0, 0.05), (0.5, 0.5), (0.0, 0.95), (-1.0, 0.95)])
+def test_the_semantic_distance_is_the_probability_of_another_thing(cosine: float, expected: float) -> None:
+    """One vector in twenty is wrong, so that none is a proof."""
+    other = unit(cosine, np.sqrt(1 - cosine**2))
+    ((found,),) = candidates_of([detection(HALF_ASIDE, other)], [detection(UNIT_CUBE, unit(1, 0))])
+    assert found.semantic == pytest.approx(expected, abs=1e-6)
+    assert found.semantic == pytest.approx(slow_semantic(cosine), abs=1e-6)
 
 
 def test_containment_takes_a_part_for_the_whole() -> None:
@@ -137,7 +158,7 @@ def test_visible_takes_the_better_of_labels_and_boxes() -> None:
     assert alone.geometry == pytest.approx(1 - grown)
     by_labels = LabelOverlap({(0, 1): 8}, {0: 9}, {1: 10}, {})
     ((candidate,),) = candidates_of(*boxes, by_labels)
-    assert candidate.geometry == pytest.approx(1 - 8 / 11)
+    assert candidate.geometry == pytest.approx(1 - 10 / 19)  # 8 of 11 cells, and 2 of 8 beforehand
 
 
 def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
@@ -155,7 +176,7 @@ def test_leaving_out_hopeless_pairs_changes_nothing_within_the_gate() -> None:
         track = tracks[candidate.track_id - 1]
         of_boxes = box_iou([found[i].box.grown(0.025)], [track.box.grown(0.025)])[0]
         of_voxels = overlap.visible_iou(i, candidate.track_id)
-        cost = 0.6 * (1 - max(of_voxels, of_boxes)) + 0.4 * (1 - found[i].embedding @ track.embedding)
+        cost = 0.6 * (1 - max(of_voxels, of_boxes)) + 0.4 * slow_semantic(found[i].embedding @ track.embedding)
         assert (candidate.cost <= 0.45) == (cost <= 0.45)
         if cost <= 0.45:
             assert candidate.cost == pytest.approx(cost, abs=1e-6)
@@ -190,7 +211,7 @@ def test_candidates_are_near_or_share_cells_and_come_cheapest_first() -> None:
     assert [c.track_id for c in first] == [3, 1]
     assert second == ()
     # A track whose box went stale is found by the labels under the detection; 99 is no track any more.
-    overlap = LabelOverlap({(0, 2): 4, (0, 99): 1}, {0: 4}, {2: 4, 99: 1}, {})
+    overlap = LabelOverlap({(0, 2): 40, (0, 99): 1}, {0: 40}, {2: 40, 99: 1}, {})
     assert [c.track_id for c in candidates_of(found, tracks, overlap)[0]] == [2, 3, 1]
     assert [c.track_id for c in candidates_of(found, tracks, overlap, geometry_distance="paper")[0]] == [3, 1]
 
@@ -212,47 +233,54 @@ def test_each_detection_is_compared_by_its_own_vector() -> None:
     tracks = [detection(UNIT_CUBE, v) for v in reversed(vectors)]
     for i, row in enumerate(candidates_of([detection(UNIT_CUBE, v) for v in vectors], tracks)):
         semantic = {c.track_id: c.semantic for c in row}
-        assert semantic == pytest.approx({t: float(t != 3 - i) for t in (1, 2, 3)}, abs=1e-6)
+        assert semantic == pytest.approx({t: 0.05 if t == 3 - i else 0.95 for t in (1, 2, 3)}, abs=1e-6)
 
 
-def test_visible_iou_by_hand() -> None:
-    overlap = LabelOverlap({(0, 1): 6, (0, 2): 2, (1, 2): 3}, {0: 8, 1: 3}, {1: 10, 2: 5}, {})
-    assert overlap.visible_iou(0, 1) == pytest.approx(6 / (8 + 10 - 6))
-    assert overlap.visible_iou(0, 2) == pytest.approx(2 / (8 + 5 - 2))
-    assert overlap.visible_iou(1, 1) == 0
-    assert overlap.visible_iou(5, 9) == 0
-    assert overlap.owned_share(0, 1, 12) == pytest.approx(0.5)
+def fully_covered(cells: int) -> LabelOverlap:
+    """Of track 1 so many cells are in view, all of them under the one detection, which covers nothing else."""
+    return LabelOverlap({(0, 1): cells}, {0: cells}, {1: cells}, {})
 
 
-def test_evidence_counts_labels_under_detections_and_masks_by_hand() -> None:
-    """A strip of ten cells: four of track 1, four of track 2, two of nobody."""
-    voxels = VoxelMap(COARSE)
-    voxels.integrate(frame_of(np.full((120, 160), 1.5)))
-    voxels.admit(2)
-    cells = cells_at([[x, 0, 37] for x in range(10)])
-    voxels.vote(cells, np.array([1, 1, 1, 1, 2, 2, 2, 2, 0, 0], np.int32))
-    found = (detection(UNIT_CUBE, cells=[2, 3, 4]), detection(UNIT_CUBE, cells=[5, 6, 7, 8, 9], mask=1))
-    member_mask, member_cell = np.array([0, 0, 0, 0, 1, 1, 1, 1, 1, 1]), np.arange(10)
-    lifted = Lifted(found, member_mask.astype(np.int32), member_cell.astype(np.int32))
-    overlap = LabelOverlap.gather(voxels, cells, lifted)
-    assert overlap.shared == {(0, 1): 2, (0, 2): 1, (1, 2): 3}
-    assert dict(overlap.labelled) == {0: 3, 1: 3}
-    assert overlap.visible == {1: 4, 2: 4}
-    assert overlap.in_mask == {(0, 1): 4, (1, 2): 4}
-    voxels.replace(2, 1)
-    fused = LabelOverlap.gather(voxels, cells, lifted)
-    assert fused.visible == {1: 8}
-    assert fused.visible_iou(0, 1) == pytest.approx(3 / 8)
+FAR_BOX = axis_box((0.9, 0, 0), (1, 1, 1))  # boxes that say nothing: the labels decide
 
 
-def test_evidence_of_a_frame_without_masks() -> None:
-    voxels = VoxelMap(COARSE)
-    voxels.integrate(frame_of(np.full((120, 160), 1.5)))
-    voxels.admit(1)
-    cells = cells_at([[x, 0, 37] for x in range(10)])
-    voxels.vote(cells, np.ones(10, np.int32))
-    nothing = np.zeros(0, np.int32)
-    overlap = LabelOverlap.gather(voxels, cells, Lifted((), nothing, nothing))
-    assert overlap.visible == {1: 10}
-    assert overlap.shared == overlap.in_mask == {}
-    assert_allclose(overlap.visible_iou(0, 1), 0)
+@pytest.mark.parametrize(
+    ("cells", "cosine", "matched"),
+    [
+        (1, 1.0, True),  # little is in view, and it looks the same
+        (1, 0.0, False),  # one cell in view is no IoU of 1
+        (12, 0.0, False),  # 14 of 20: V = 0.3, and S = 0.95
+        (12, 0.5, True),  # it looks like either
+        (40, 0.0, True),  # 42 of 48: one vector in twenty is wrong, and the place is right
+        (400, -1.0, True),
+    ],
+)
+def test_an_unlike_vector_forbids_what_few_cells_suggest(cells: int, cosine: float, matched: bool) -> None:
+    found = [detection(FAR_BOX, unit(cosine, np.sqrt(1 - cosine**2)))]
+    rows = candidates_of(found, [detection(UNIT_CUBE, unit(1, 0))], fully_covered(cells))
+    expected = 0.6 * (1 - (cells + 2) / (cells + 8)) + 0.4 * slow_semantic(cosine)
+    assert rows[0][0].cost == pytest.approx(expected, abs=1e-6)
+    assert assign(rows, AssociationSettings().gate) == ({0: 1} if matched else {})
+
+
+def test_of_two_fitting_tracks_the_like_one_is_taken() -> None:
+    """Where the place is the same, the vector decides: a cup in front of the place of another thing."""
+    found = [detection(UNIT_CUBE, unit(0, 1))]
+    tracks = [detection(UNIT_CUBE, unit(1, 0)), detection(UNIT_CUBE, unit(0, 1))]
+    overlap = LabelOverlap({(0, 1): 40, (0, 2): 30}, {0: 70}, {1: 40, 2: 30}, {})
+    assert assign(candidates_of(found, tracks, overlap), AssociationSettings().gate) == {0: 2}
+
+
+@pytest.mark.parametrize("measure", ["visible", "containment", "paper"])
+def test_a_frame_without_any_near_box_keeps_what_its_labels_say(measure: str) -> None:
+    """The R-tree finds nothing in the whole frame: the labels under the detections still name their tracks."""
+    away = axis_box((30, 0, 0), (1, 1, 1))
+    found = [detection(away), detection(away)]
+    overlap = LabelOverlap({(0, 1): 90, (1, 2): 30, (1, 99): 8}, {0: 95, 1: 38}, {1: 90, 2: 50, 99: 8}, {})
+    rows = candidates_of(found, [detection(UNIT_CUBE), detection(UNIT_CUBE)], overlap, geometry_distance=measure)
+    if measure != "visible":
+        assert rows == [(), ()]
+        return
+    assert [[c.track_id for c in row] for row in rows] == [[1], [2]]
+    assert [row[0].geometry for row in rows] == pytest.approx([1 - 92 / 103, 1 - 32 / 66])
+    assert assign(rows, AssociationSettings().gate) == {0: 1, 1: 2}

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import BankSettings
 from razer.detection.lifting import Detection
+from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.track import Track
 from tests.support.scenes import axis_box, detection, unit
 
@@ -17,10 +18,12 @@ BANK = BankSettings()
 
 
 def track_of(*found: Detection, track_id: int = 1) -> Track:
-    """Seen once a frame, from frame 10 on."""
+    """Seen once a frame, from frame 10 on, each frame a view of its own."""
     track = Track(track_id, found[0], 10, BANK)
+    track.count_hit(found[0].score, 1.0)
     for i, each in enumerate(found[1:], start=11):
         track.observe(each, i)
+        track.count_hit(each.score, 1.0)
     return track
 
 
@@ -29,7 +32,7 @@ def test_a_new_track_is_its_detection() -> None:
     track = track_of(found, track_id=5)
     assert (track.id, track.hits, track.misses, track.first_frame, track.last_frame) == (5, 1, 0, 10, 10)
     assert track.box is found.box
-    assert not track.confirmed
+    assert track.existence.log_odds == pytest.approx(np.log(19))  # a score of 1 is taken for 0.95, and counts once
     assert track.class_name == "cup"
     assert_allclose(track.bank.embeddings, [unit(3, 4)])
     assert track.bank.mass == pytest.approx(0.4)
@@ -51,49 +54,112 @@ def test_the_box_grows_to_hold_every_observation() -> None:
         assert track.box.contains(box.corners(), 1e-9).all()
 
 
-def test_several_detections_of_one_frame_are_one_hit() -> None:
+def test_a_thing_in_several_pieces_is_observed_by_each_and_hit_once() -> None:
     track = track_of(detection(CUBE))
     track.observe(detection(CUBE), 11)
     track.observe(detection(CUBE), 11)
+    track.count_hit(1.0, 1.0)
     assert track.hits == 2
     assert track.moments.count == 24
     assert track.last_frame == 11
 
 
 def test_being_seen_ends_a_row_of_misses() -> None:
+    track = track_of(detection(CUBE, cells=range(40)))
+    for _ in range(7):
+        track.count_miss(40, 1.0)
+    assert track.misses == 7
+    track.count_hit(1.0, 1.0)
+    assert (track.hits, track.misses) == (2, 0)
+
+
+def test_a_frame_from_before_does_not_set_the_clock_back() -> None:
+    """Relocalised or replayed: it shows the track, earlier than the last that did."""
+    track = track_of(detection(CUBE), detection(CUBE))
+    track.observe(detection(CUBE), 3)
+    assert (track.first_frame, track.last_frame) == (3, 11)
+
+
+def test_an_unsure_detection_is_in_part_a_miss() -> None:
     track = track_of(detection(CUBE))
-    track.misses = 7
-    track.observe(detection(CUBE), 20)
-    assert track.misses == 0
-    assert track.last_frame == 20
+    track.count_hit(0.7, 0.5)
+    assert (track.existence.hits, track.existence.misses) == pytest.approx((0.35, 0.15))
 
 
-def test_class_is_that_of_most_observations_and_ties_go_by_name() -> None:
-    named = [detection(CUBE, class_name=name) for name in ("table", "chair", None, "chair", "table")]
+@pytest.mark.parametrize(("visible", "missed"), [(10, 0.25), (20, 0.5), (40, 1.0), (200, 1.0)])
+def test_what_is_hardly_in_view_is_hardly_missed(visible: int, missed: float) -> None:
+    """Detections of it are of 80 cells; half of that in view is a full chance."""
+    track = track_of(*[detection(CUBE, cells=range(80))] * 3)
+    hits = track.existence.hits
+    track.count_miss(visible, 1.0)
+    assert track.misses == 1
+    assert track.existence.misses == pytest.approx(missed)
+    assert track.existence.hits == pytest.approx(hits * 0.5 ** (missed / 100))
+
+
+def test_confirmed_is_more_likely_than_not_and_may_be_lost_and_won() -> None:
+    track = Track(1, detection(CUBE, cells=range(10), score=0.4), 0, BANK)
+    track.count_hit(0.4, 1.0)
+    assert not track.confirmed  # one view of 0.4
+    track.count_hit(0.8, 1.0)
+    assert track.confirmed  # and a second
+    for _ in range(20):
+        track.count_miss(10, 1.0)
+    assert not track.confirmed
+    for _ in range(5):
+        track.count_hit(0.8, 1.0)
+    assert track.confirmed
+
+
+def test_ties_of_class_go_by_name() -> None:
+    named = [detection(CUBE, class_name=name) for name in (None, "table", "chair", "chair", "table")]
     assert track_of(*named).class_name == "chair"
     assert track_of(*named, detection(CUBE, class_name="table")).class_name == "table"
     assert track_of(detection(CUBE)).class_name is None
 
 
-def test_confidence_grows_with_hits_and_falls_with_missed_chances() -> None:
+def test_a_bed_stays_a_bed_however_torn_the_cake_masks_are() -> None:
+    """50 whole views as a bed; 25 as a cake that fall to three pieces, each a small part seen badly."""
+    bed = detection(CUBE, unit(1, 0), quality=0.6, class_name="bed")
+    cake = detection(CUBE, unit(1, 0.1), quality=0.05, class_name="cake")
+    mixed = [bed, bed, cake, cake, cake] * 25  # 50 against 75
+    assert track_of(*mixed).class_name == track_of(*reversed(mixed)).class_name == "bed"
+    good_cakes = [bed, bed, detection(CUBE, unit(1, 0.1), quality=0.9, class_name="cake")] * 25
+    assert track_of(*good_cakes).class_name == "bed"  # 50 * 0.6 against 25 * 0.9
+    assert track_of(*good_cakes, *good_cakes[2::3]).class_name == "cake"
+
+
+def test_a_name_whose_vector_disagrees_counts_less() -> None:
+    """The embedding speaks, too: two views as a chair, and three equally good ones that look like nothing before."""
+    scale = SimilarityScale()
+    track = Track(1, detection(CUBE, unit(1, 0, 0, 0), class_name="chair"), 0, BANK, scale)
+    for name, place in [("chair", 0), ("desk", 1), ("desk", 2), ("desk", 3)]:
+        track.observe(detection(CUBE, np.eye(4)[place], class_name=name), 1)
+    assert scale.log_odds(scale.units(0.0)) < -2  # so that each desk counts for an eighth of a view at most
+    assert track.class_name == "chair"
+
+
+def test_confidence_is_existence_times_support() -> None:
+    track = track_of(detection(CUBE, score=0.6))
+    assert track.confidence == pytest.approx(0.6)
+    track.support = 0.5
+    assert track.confidence == pytest.approx(0.3)
     values = []
-    for hits in range(1, 12):
-        track = track_of(*[detection(CUBE)] * hits)
-        track.chances = hits
+    for _ in range(4):
+        track.count_hit(0.9, 1.0)
         values.append(track.confidence)
-    assert (np.diff(values) > 0).all()
-    assert values[1] == pytest.approx(0.5)  # two hits, each chance taken, one hypothesis
-    assert 0.95 < values[-1] < 1
-    track.chances = 44
-    assert track.confidence == pytest.approx(values[-1] * 0.5)
+    assert (np.diff([0.3, *values]) > 0).all()
+    assert 0.499 < values[-1] < 0.5
+    for _ in range(60):
+        track.count_miss(8, 1.0)
+    assert track.confidence < 0.2
 
 
-def test_an_unsettled_bank_lowers_the_confidence() -> None:
+def test_an_unsettled_bank_is_not_stable() -> None:
     wavering = track_of(*[detection(CUBE, v) for v in [unit(1, 0), unit(1, 2)] * 4])
     settled = track_of(*[detection(CUBE, unit(1, 0))] * 8)
     assert settled.stability == pytest.approx(1.0)
     assert wavering.stability == pytest.approx(0.5)
-    assert wavering.confidence == pytest.approx(settled.confidence * np.sqrt(0.5))
 
 
 def test_refresh_forgets_what_the_voxels_no_longer_bear_out() -> None:
@@ -126,12 +192,14 @@ def test_absorbing_a_duplicate() -> None:
     newer = Track(2, detection(axis_box((1, 0, 0), (1, 1, 1)), class_name="sofa"), 4, BANK)
     for i in range(5, 30):
         newer.observe(detection(axis_box((1, 0, 0), (1, 1, 1)), class_name="sofa"), i)
-    newer.confirmed, newer.n_voxels, older.n_voxels = True, 50, 30
+        newer.count_hit(1.0, 1.0)
+    newer.n_voxels, older.n_voxels = 50, 30
     mass = older.bank.mass + newer.bank.mass
     older.absorb(newer)
     assert (older.id, older.first_frame, older.last_frame) == (1, 4, 29)
     assert older.confirmed
-    assert older.hits == 26
+    assert older.hits == 25
+    assert older.existence.hits == newer.existence.hits  # in the views that both were seen in, one thing was seen once
     assert older.n_voxels == 80
     assert older.class_name == "sofa"
     assert older.bank.mass == pytest.approx(mass)
@@ -139,6 +207,28 @@ def test_absorbing_a_duplicate() -> None:
     for box in (CUBE, newer.box):
         assert isinstance(box, OrientedBox)
         assert older.box.contains(box.corners(), 1e-9).all()
+
+
+def test_of_two_duplicates_either_may_absorb_the_other() -> None:
+    """Which one is older depends on the order of masks, what they become does not."""
+
+    def pair() -> tuple[Track, Track]:
+        small = track_of(*[detection(CUBE, cells=range(20))] * 3)
+        large = track_of(*[detection(axis_box((1, 0, 0), (1, 1, 1)), cells=range(90))] * 5, track_id=2)
+        small.count_miss(20, 1.0)
+        for _ in range(9):
+            large.note_rival(True)
+        return small, large
+
+    results = []
+    for survivor, gone in (pair(), pair()[::-1]):
+        survivor.absorb(gone)
+        was = survivor.existence.misses
+        survivor.count_miss(10, 1.0)
+        results.append((survivor.hits, survivor.misses, survivor.is_contested, survivor.existence))
+        assert survivor.existence.misses < was + 0.5  # 10 cells are little of what 90 were detected of
+    assert results[0] == results[1]
+    assert results[0][:3] == (5, 1, True)
 
 
 def test_a_track_is_contested_when_rivals_last() -> None:
