@@ -14,10 +14,10 @@ from razer.detection.lifting import Detection
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
 from razer.stages import stage
+from razer.tracking.evidence.view_novelty import ViewNovelty
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
 from razer.tracking.tracker import Tracker
-from razer.tracking.view_novelty import ViewNovelty
 from razer.volume.box_voting import vote_in_boxes
 from razer.volume.label_voting import vote
 from razer.volume.space_carving import carve

@@ -13,7 +13,7 @@ from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
-from razer.tracking.existence import Existence
+from razer.tracking.evidence.existence import Existence
 
 # Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
 # mask that falls apart for five does not.

@@ -9,11 +9,11 @@ from razer.config import MapperConfig
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.association import assign, find_candidates
+from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.similarity_pairs import same_cosines, unlike_cosines
 from razer.tracking.step_result import Candidate, Decision, Outcome
 from razer.tracking.track import Track
-from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 # Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
 PRUNED = -2.0

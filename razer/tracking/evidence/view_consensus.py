@@ -10,8 +10,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
+from razer.tracking.evidence.pair_counts import Pair, PairCounts
 from razer.tracking.label_overlap import LabelOverlap
-from razer.tracking.pair_counts import Pair, PairCounts
 
 COVERED = 0.5  # share of a track's visible cells that a mask must hold to count as its mask
 MIN_VISIBLE_CELLS = 6  # fewer cells in view say nothing

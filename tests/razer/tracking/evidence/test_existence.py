@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from razer.tracking.existence import DETECTION_RATES, HALF_LIFE_VIEWS, PHANTOM_RATE, Existence
-from razer.tracking.view_novelty import ViewNovelty
+from razer.tracking.evidence.existence import DETECTION_RATES, HALF_LIFE_VIEWS, PHANTOM_RATE, Existence
+from razer.tracking.evidence.view_novelty import ViewNovelty
 from tests.support.scenes import pose
 
 PRUNED = -2.0  # as the tracker has it

@@ -8,8 +8,8 @@ from itertools import combinations, permutations
 import numpy as np
 import pytest
 
+from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 from razer.tracking.label_overlap import LabelOverlap
-from razer.tracking.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 
 BOUND = 1.0  # log-odds from which two tracks are fused, where the embeddings say nothing
 

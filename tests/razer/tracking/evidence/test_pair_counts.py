@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from razer.tracking.pair_counts import Pair, PairCounts
+from razer.tracking.evidence.pair_counts import Pair, PairCounts
 
 
 def slow_replace(counts: dict[Pair, float], gone: int, survivor: int) -> None:

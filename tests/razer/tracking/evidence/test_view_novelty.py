@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from razer.tracking.view_novelty import ViewNovelty
+from razer.tracking.evidence.view_novelty import ViewNovelty
 from tests.support.scenes import pose
 
 
