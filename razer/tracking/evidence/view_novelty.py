@@ -11,8 +11,8 @@ NEW_VIEW_M = 0.15
 NEW_VIEW_RAD = np.deg2rad(10.0)
 # A camera at rest still sees another noise: so many views more from one place, however long it stays, and each frame
 # takes this share of what is left of them.
-VIEWS_AT_REST = 3.0
-REST_RATE = 0.1
+VIEWS_AT_REST = 1.0
+REST_RATE = 0.05
 
 
 class ViewNovelty:

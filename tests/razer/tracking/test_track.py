@@ -32,7 +32,7 @@ def test_a_new_track_is_its_detection() -> None:
     track = track_of(found, track_id=5)
     assert (track.id, track.hits, track.misses, track.first_frame, track.last_frame) == (5, 1, 0, 10, 10)
     assert track.box is found.box
-    assert track.existence.log_odds == pytest.approx(np.log(19))  # a score of 1 is taken for 0.95, and counts once
+    assert track.existence.log_odds == pytest.approx(np.log(4))  # a score of 1 is taken for 0.8, and counts once
     assert track.class_name == "cup"
     assert_allclose(track.bank.embeddings, [unit(3, 4)])
     assert track.bank.mass == pytest.approx(0.4)

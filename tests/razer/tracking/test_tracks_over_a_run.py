@@ -93,12 +93,13 @@ def test_a_thing_that_was_out_of_view_for_long_is_found_again() -> None:
 
 def test_what_one_frame_of_many_invents_is_no_instance() -> None:
     def shown(i: int) -> Frame:
-        frame = boxes_before_wall(i, 0.02 * i - 0.2, {1: -0.3})
+        to_and_fro_m = 0.02 * abs((i + 8) % 16 - 8)
+        frame = boxes_before_wall(i, to_and_fro_m - 0.1, {1: -0.3})
         if i == 4:
             frame.instance_ids[30:80, 100:150] = 7  # a patch of the bare wall
         return frame
 
-    mapper, _, _ = mapped(shown(i) for i in range(16))
+    mapper, _, _ = mapped(shown(i) for i in range(40))  # of which 36 frames, 4.8 views, do not show it
     assert [found.id for found in mapper.snapshot().objects] == [1]
     assert set(np.unique(mapper.snapshot().mesh.instances)) == {0, 1}
 
