@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -19,6 +19,7 @@ def ablate(
     seeds: str = "0,1,2",
     frames: int = 600,
     stride: str = "1",
+    noise: Literal["full", "none"] = "full",
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     queries: Path | None = None,
     draws: int = 50,
@@ -40,6 +41,8 @@ def ablate(
         Frames along the camera path; 0 = as many as a hand-held camera needs.
     stride:
         Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
+    noise:
+        Errors of masks and embeddings; none: perfect masks, vectors of the class itself.
     variants:
         Only these variants.
     queries:
@@ -54,9 +57,9 @@ def ablate(
         return _ablate_queries(queries, draws, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
-    rows = _measure(scene, seed_numbers, strides, frames, variants)
+    rows = _measure(scene, seed_numbers, strides, frames, variants, noise)
     if json:
-        told = {"scene": scene, "seeds": seed_numbers, "frames": frames}
+        told = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise}
         print(dumps(told | _by_stride(rows, strides)))
         return 0
     from app.ablation.mapper_variants import variants_table
@@ -66,7 +69,12 @@ def ablate(
 
 
 def _measure(
-    scene: str, seeds: list[int], strides: list[int], frames: int, variants: tuple[str, ...]
+    scene: str,
+    seeds: list[int],
+    strides: list[int],
+    frames: int,
+    variants: tuple[str, ...],
+    noise: Literal["full", "none"],
 ) -> list[dict[int, Any]]:
     """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
@@ -76,7 +84,7 @@ def _measure(
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
     chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
-    return [measure_variants(scene, seed, frames or None, chosen, progress_console(), strides) for seed in seeds]
+    return [measure_variants(scene, seed, frames or None, chosen, progress_console(), strides, noise) for seed in seeds]
 
 
 def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from razer.arrays import BoolArray, Float64Array, FloatArray, Int64Array, IntArray
 
+_REACH = 1.001  # of the limit of distance, within which neighbours are compared exactly
 _SPARE = 4  # neighbours queried beyond k, so that most ties at the k-th are resolved at once
 
 
@@ -51,8 +52,12 @@ def nearest_vertices(
     chosen = np.arange(len(source)) if among is None else np.flatnonzero(among)
     if len(chosen) == 0 or len(points) == 0:
         return Neighbours(np.full((len(points), k), len(source), np.int64), len(source))
-    nearest = _ordered(cKDTree(source[chosen]), source[chosen], points, k, k + (_SPARE if k > 1 else 1))
-    index = np.append(chosen, len(source))[nearest]
+    tree, reach_m = cKDTree(source[chosen]), np.inf if max_distance_m is None else max_distance_m * _REACH
+    # Points far from all are looked up once: order among their neighbours would be found out in vain.
+    near = np.flatnonzero(np.isfinite(tree.query(points, distance_upper_bound=reach_m)[0]))
+    index = np.full((len(points), k), len(source), np.int64)
+    nearest = _ordered(tree, source[chosen], points[near], k, k + (_SPARE if k > 1 else 1))
+    index[near] = np.append(chosen, len(source))[nearest]
     if k == 1:
         own = chosen[chosen < len(points)]
         same = own[(source[own] == points[own]).all(axis=1)]
