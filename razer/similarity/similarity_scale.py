@@ -27,8 +27,8 @@ PRIOR_SPREAD = 0.15
 # Identical vectors for a class are no proof: cosines differ by at least this much.
 MIN_SPREAD = 0.02
 # Shares of matches that look unlike, and of other things that look the same: what bounds the evidence of one cosine.
-PRIOR_STRANGERS = 0.05
-MIN_STRANGERS = 0.02
+PRIOR_STRANGERS = 0.15
+MIN_STRANGERS = 0.1
 MAX_STRANGERS = 0.4
 
 
@@ -70,7 +70,7 @@ class CalibratedScale:
         things; monotone, 0 where cosines say nothing.
 
         Each kind of pairs is a normal distribution with a share of the other, as some views carry a wrong vector and
-        some things have a twin: this bounds what a single cosine can say, by some -4 to 4 at most. What is beyond
+        some things have a twin: this bounds what a single cosine can say, by -2.2 to 2.2 at most. What is beyond
         either mean says no more than the mean."""
         unlike_mean, slope = 1 - self.separation, max(self.units_per_cosine, 1e-9)
         between = np.clip(units, unlike_mean, 1.0)

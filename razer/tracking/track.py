@@ -51,7 +51,7 @@ class Track:
         self.box: OrientedBox = detection.box
         self.bank = EmbeddingBank(bank, len(detection.embedding), scale)
         self.first_frame = self.last_frame = frame_index
-        self.hits = 0
+        self.hits = 1
         self.misses = 0
         self.existence = Existence(detection.score)
         self.support = 1.0
@@ -113,11 +113,10 @@ class Track:
             self._class_votes[detection.class_name] += detection.quality * looks_like_itself
 
     def count_hit(self, score: float, novelty: float) -> None:
-        """Note a frame in which it was detected; an unsure detection is in part a miss."""
+        """Note a later frame in which it was detected; an unsure detection is in part a miss."""
         self.hits += 1
         self.misses = 0
-        if self.hits > 1:
-            self.existence.count(novelty * score, novelty * (1 - score))
+        self.existence.count(novelty * score, novelty * (1 - score))
 
     def count_miss(self, visible_cells: int, novelty: float) -> None:
         """Note a frame that shows so many of its own cells, and no detection of it. Where much less of it is in view

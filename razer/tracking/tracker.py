@@ -122,14 +122,14 @@ class Tracker:
         self._index.put(track.id, track.box)
 
     def _count_hits(self, decisions: Sequence[Decision], detections: Sequence[Detection], novelty: float) -> None:
-        """Count a detection of each track, by the best score where a frame has several."""
+        """Count a detection of each track that there was before, by the best score where a frame has several."""
         scores: dict[int, float] = {}
         for decision in decisions:
             score = detections[decision.detection].score
             scores[decision.track_id] = max(score, scores.get(decision.track_id, 0.0))
         self.detected |= scores.keys()
-        for track_id, score in scores.items():
-            self.tracks[track_id].count_hit(score, novelty)
+        for track_id in scores.keys() - {d.track_id for d in decisions if d.outcome == "born"}:
+            self.tracks[track_id].count_hit(scores[track_id], novelty)
 
     def _count_misses(
         self, decisions: Sequence[Decision], overlap: LabelOverlap, novelty: float, spare_confirmed: bool

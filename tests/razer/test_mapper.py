@@ -60,17 +60,17 @@ def test_a_kitchens_table_floor_and_cabinet_are_one_instance_each(kitchen, real_
         assert counts.max() > 0.95 * len(distances_m), name  # 0.98 of the table, 1.00 of the floor, 1.00 of the cabinet
     assert len({*owners.values()} - {0}) == 3
     observations = {o.id: o.observations for o in panoptic.objects}
-    # The floor and the cabinet are seen in all 40 frames, the table in 29.
-    assert observations[owners["floor"]] >= 38
-    assert observations[owners["cabinet"]] >= 38
-    assert 25 <= observations[owners["table"]] < len(steps)
+    # The floor and the cabinet are seen in 37 frames and more of 40, the table in 23.
+    assert observations[owners["floor"]] >= 36
+    assert observations[owners["cabinet"]] >= 36
+    assert 20 <= observations[owners["table"]] < len(steps)
 
 
 def test_a_kitchen_is_claimed_by_some_dozens_of_instances_none_of_them_a_whole_room(kitchen):
     mapper, _ = kitchen
     panoptic = mapper.snapshot()
-    # 47; without assignment, where only joined pieces are found again, 30.
-    assert 30 < len(panoptic.objects) < 60
+    # 68; small segments, from 64 pixels on, come and go.
+    assert 50 < len(panoptic.objects) < 85
     # 2.4 square metres of floor; 7.4 where the dearest candidates are matched.
     assert 2.0 < max(np.prod(sorted(o.box.extent)[1:]) for o in panoptic.objects) < 3.5
     # 0.976; 0.933 without assignment, and 0 without votes.
@@ -94,10 +94,9 @@ def test_every_detection_is_accounted_for(kitchen):
 def test_neighbouring_frames_are_mostly_matched_not_born(kitchen):
     _, steps = kitchen
     outcomes = [d.outcome for step in steps[5:] for d in step.decisions]
-    # 0.067 are born and 0.871 matched; without assignment 0.45 are born, and where the dearest candidates are matched
-    # nearly none.
-    assert 0.03 * len(outcomes) < outcomes.count("born") < 0.12 * len(outcomes)
-    assert outcomes.count("matched") > 0.8 * len(outcomes)
+    # 0.21 are born; without assignment 0.45, and where the dearest candidates are matched nearly none.
+    assert 0.1 * len(outcomes) < outcomes.count("born") < 0.3 * len(outcomes)
+    assert outcomes.count("matched") > 0.65 * len(outcomes)
 
 
 def test_a_frame_that_cannot_be_used_changes_nothing(real_data):

@@ -20,7 +20,6 @@ BANK = BankSettings()
 def track_of(*found: Detection, track_id: int = 1) -> Track:
     """Seen once a frame, from frame 10 on, each frame a view of its own."""
     track = Track(track_id, found[0], 10, BANK)
-    track.count_hit(found[0].score, 1.0)
     for i, each in enumerate(found[1:], start=11):
         track.observe(each, i)
         track.count_hit(each.score, 1.0)
@@ -99,7 +98,6 @@ def test_what_is_hardly_in_view_is_hardly_missed(visible: int, missed: float) ->
 
 def test_confirmed_is_more_likely_than_not_and_may_be_lost_and_won() -> None:
     track = Track(1, detection(CUBE, cells=range(10), score=0.4), 0, BANK)
-    track.count_hit(0.4, 1.0)
     assert not track.confirmed  # one view of 0.4
     track.count_hit(0.8, 1.0)
     assert track.confirmed  # and a second

@@ -122,14 +122,23 @@ def test_points_read_labels_through_fusions() -> None:
     assert not extract_points(voxels).instances.any()
 
 
-@pytest.mark.parametrize(("observations", "is_surface"), [(2, False), (3, True), (4, True)])
-def test_points_and_mesh_need_as_many_observations(observations: int, is_surface: bool) -> None:
-    """surface_weight = 3: observations a voxel needs to be surface."""
-    voxels = VoxelMap(COARSE)
-    for _ in range(observations):
-        voxels.integrate(frame_of(np.full((120, 160), 1.5)))
-    assert bool(len(extract_points(voxels).positions)) == is_surface
-    assert bool(len(extract_mesh(voxels).vertices)) == is_surface
+@pytest.mark.parametrize(
+    ("left", "right", "is_surface"), [(0, 1, True), (20, 1, True), (21, 1, False), (50, 2, False), (50, 3, True)]
+)
+def test_points_and_mesh_need_a_twentieth_of_what_their_block_has_and_three_at_most(
+    left: int, right: int, is_surface: bool
+) -> None:
+    """The left half of a wall is seen so many times, the right half fewer times, both halves of one block's rows."""
+    voxels, depth = VoxelMap(COARSE), np.full((120, 160), 1.5)
+    for n, columns in ((left, slice(0, 80)), (right, slice(80, 160))):
+        half = np.zeros_like(depth)
+        half[:, columns] = depth[:, columns]
+        for _ in range(n):
+            voxels.integrate(frame_of(half))
+    # Blocks are 64 cm wide here, and that in the middle holds both halves: its right-hand surface is looked at.
+    for positions in (extract_points(voxels).positions, extract_mesh(voxels).vertices):
+        in_block = (positions[:, 0] > 0.1) & (positions[:, 0] < 0.5) & (np.abs(positions[:, 1] - 0.3) < 0.2)
+        assert in_block.any() == is_surface
 
 
 def voted(table: Mapping[Any, dict[int, int]]) -> VoxelMap:
