@@ -129,7 +129,7 @@ class AssociationSettings(Settings):
     weight_geometry: float = Field(0.6, ge=0, le=1, description="w_v, share of the geometric distance in the cost.")
     weight_semantic: float = Field(0.4, ge=0, le=1, description="w_s, share of the embedding distance in the cost.")
     gate: float = Field(
-        0.55,
+        0.5,
         gt=0,
         le=3,
         description="Pairs that cost more are never matched. Lower: more fragments; higher: more mergers; 3 = no gate.",

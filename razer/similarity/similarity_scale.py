@@ -27,7 +27,7 @@ PRIOR_SPREAD = 0.15
 # Identical vectors for a class are no proof: cosines differ by at least this much.
 MIN_SPREAD = 0.02
 # Shares of matches that look unlike, and of other things that look the same: what bounds the evidence of one cosine.
-PRIOR_STRANGERS = 0.15
+PRIOR_STRANGERS = 0.1
 MIN_STRANGERS = 0.1
 MAX_STRANGERS = 0.4
 

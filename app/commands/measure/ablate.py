@@ -27,9 +27,9 @@ def ablate(
 ) -> int:
     """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
 
-    Masks and embeddings come from the simulator with its full noise: masks dropped, split, merged and frayed,
-    embeddings of cosine 0.7, a tenth of another class; depth and colour have a Kinect's errors, poses are given.
-    All variants see the very same frames, which wait in the temporary folder: some 5 MB each, twice.
+    Masks and embeddings come from the simulator: masks dropped, split, merged and frayed, embeddings of cosine 0.7, a
+    tenth of another class; depth and colour have a Kinect's errors, poses are given. All variants see the very same
+    frames, which wait in the temporary folder: some 5 MB each, twice.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def ablate(
     stride:
         Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
     noise:
-        Errors of masks and embeddings; none: perfect masks, vectors of the class itself.
+        Errors of masks and embeddings; none: perfect ones.
     variants:
         Only these variants.
     queries:
-        Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings. Of each draw 60
-        names are in the map and 60 are not.
+        Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings; 60 names of
+        each draw are in the map, 60 are not.
     draws:
         Number of random draws of names for --queries.
     json:

@@ -37,13 +37,13 @@ def slow_assignment(costs: np.ndarray, gate: float) -> tuple[int, float]:
 
 
 def slow_semantic(cosine: float, unlike: float = 0.0, spread: float = 0.15) -> float:
-    """S = 1 - P(same | cosine) of a scale that has seen nothing yet: two normal distributions, each with one in twenty
+    """S = 1 - P(same | cosine) of a scale that has seen nothing yet: two normal distributions, each with one in ten
     of the other kind."""
 
     def density(mean: float) -> float:
         return float(np.exp(-(((np.clip(cosine, unlike, 1) - mean) / spread) ** 2) / 2))
 
-    same, other = 0.95 * density(1) + 0.05 * density(unlike), 0.95 * density(unlike) + 0.05 * density(1)
+    same, other = 0.9 * density(1) + 0.1 * density(unlike), 0.9 * density(unlike) + 0.1 * density(1)
     return other / (same + other)
 
 
@@ -133,9 +133,9 @@ def test_the_papers_cost_by_hand() -> None:
     assert found.cost == pytest.approx(0.6 * (2 / 3) + 0.4 * semantic, abs=1e-6)
 
 
-@pytest.mark.parametrize(("cosine", "expected"), [(1.0, 0.05), (0.5, 0.5), (0.0, 0.95), (-1.0, 0.95)])
+@pytest.mark.parametrize(("cosine", "expected"), [(1.0, 0.1), (0.5, 0.5), (0.0, 0.9), (-1.0, 0.9)])
 def test_the_semantic_distance_is_the_probability_of_another_thing(cosine: float, expected: float) -> None:
-    """One vector in twenty is wrong, so that none is a proof."""
+    """One vector in ten is wrong, so that none is a proof."""
     other = unit(cosine, np.sqrt(1 - cosine**2))
     ((found,),) = candidates_of([detection(HALF_ASIDE, other)], [detection(UNIT_CUBE, unit(1, 0))])
     assert found.semantic == pytest.approx(expected, abs=1e-6)
@@ -233,7 +233,7 @@ def test_each_detection_is_compared_by_its_own_vector() -> None:
     tracks = [detection(UNIT_CUBE, v) for v in reversed(vectors)]
     for i, row in enumerate(candidates_of([detection(UNIT_CUBE, v) for v in vectors], tracks)):
         semantic = {c.track_id: c.semantic for c in row}
-        assert semantic == pytest.approx({t: 0.05 if t == 3 - i else 0.95 for t in (1, 2, 3)}, abs=1e-6)
+        assert semantic == pytest.approx({t: 0.1 if t == 3 - i else 0.9 for t in (1, 2, 3)}, abs=1e-6)
 
 
 def fully_covered(cells: int) -> LabelOverlap:
@@ -249,9 +249,9 @@ FAR_BOX = axis_box((0.9, 0, 0), (1, 1, 1))  # boxes that say nothing: the labels
     [
         (1, 1.0, True),  # little is in view, and it looks the same
         (1, 0.0, False),  # one cell in view is no IoU of 1
-        (12, 0.0, False),  # 14 of 20: V = 0.3, and S = 0.95
+        (12, 0.0, False),  # 14 of 20: V = 0.3, and S = 0.9
         (12, 0.5, True),  # it looks like either
-        (40, 0.0, True),  # 42 of 48: one vector in twenty is wrong, and the place is right
+        (40, 0.0, True),  # 42 of 48: one vector in ten is wrong, and the place is right
         (400, -1.0, True),
     ],
 )
