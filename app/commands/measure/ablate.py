@@ -58,14 +58,19 @@ def ablate(
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, noise)
-    if json:
-        told = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise}
-        print(dumps(told | _by_stride(rows, strides)))
-        return 0
+    asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise}
+    _print(asked | _by_stride(rows, strides) if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
+    return 0
+
+
+def _print(document: dict[str, Any] | None, rows: list[dict[int, Any]], title: str) -> None:
+    """One line of JSON if there is a document, else the table."""
+    if document is not None:
+        print(dumps(document))
+        return
     from app.ablation.mapper_variants import variants_table
 
-    result_console().print(variants_table(rows, f"{scene}, mean of {len(seed_numbers)} seeds"))
-    return 0
+    result_console().print(variants_table(rows, title))
 
 
 def _measure(
