@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
@@ -13,8 +15,29 @@ SHARE_OF_SIZE = 0.5
 EDGE_PERCENT = 10  # of a cluster's readings may lie beyond the depths at which it is taken to begin and to end
 
 
-def background_limit_m(depths_m: Float32Array, points: Float64Array, min_gap_m: float) -> float:
-    """The depth from which readings of a mask are background: farther behind the end of its largest cluster, of depths
-    (P,) metres and world points (N, 3) metres, than half that one's size, and than `min_gap_m`."""
-    size_m = OrientedBox.around(points, PointMoments.of(points).axes).extent.max()
-    return float(np.percentile(depths_m, 100 - EDGE_PERCENT) + max(min_gap_m, SHARE_OF_SIZE * size_m))
+# The thing is the nearest cluster of its mask that is no splinter: one with this share of the largest one's readings.
+# Between the bars of a chair there may be more wall than chair.
+SHARE_OF_LARGEST = 0.25
+
+
+def background_limit_m(depths_m: Sequence[Float32Array], points: Sequence[Float64Array], min_gap_m: float) -> float:
+    """The depth from which readings of a mask are background.
+
+    From the nearest cluster on that is no splinter, a mask goes on as long as the next cluster begins no farther behind
+    the end of those before it than `min_gap_m`, and than half of the nearest one's size.
+
+    Args:
+        depths_m: Of the readings (P,) of each cluster, metres; one cluster at least.
+        points: World points (N, 3) of each, metres.
+        min_gap_m: A gap that no part of a thing is behind.
+    """
+    begins_m, ends_m = (np.array([np.percentile(d, q) for d in depths_m]) for q in (EDGE_PERCENT, 100 - EDGE_PERCENT))
+    sizes = np.array([len(d) for d in depths_m])
+    whole = np.flatnonzero(sizes >= SHARE_OF_LARGEST * sizes.max())
+    nearest = int(whole[begins_m[whole].argmin()])
+    box = OrientedBox.around(points[nearest], PointMoments.of(points[nearest]).axes)
+    gap_m, end_m = max(min_gap_m, SHARE_OF_SIZE * float(box.extent.max())), ends_m[nearest]
+    for i in np.argsort(begins_m, kind="stable"):
+        if begins_m[i] <= end_m + gap_m:
+            end_m = max(end_m, ends_m[i])
+    return float(end_m + gap_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 import cv2
@@ -124,27 +125,35 @@ def lift(
 def own_readings(
     surface: ObservedSurface, n_masks: int, mask_of: IndexArray, pixel_of: Int32Array, lifting: LiftingSettings
 ) -> tuple[BoolArray, Int32Array]:
-    """Which of the readings (P,) in masks are of the thing and not of what is seen behind it: those up to a gap behind
-    the largest DBSCAN cluster of their mask. Masks without a cluster keep none. Also the cluster (P,) of each, -1 =
-    noise."""
+    """Which of the readings (P,) in masks are of the thing and not of what is seen behind it.
+
+    The DBSCAN clusters of a mask say so, of which those of `min_cells` count; masks without such a cluster keep none.
+    Also the cluster (P,) of each reading, -1 for noise."""
     member_mask, member_cell, member_of_pixel = occupied_cells(surface, n_masks, mask_of, pixel_of)
     radius = max(lifting.dbscan_eps_m / surface.cells.voxel_size_m, 2.0)
     labels = cluster(surface.cells, member_mask, member_cell, radius, lifting.dbscan_min_points)
     depth_m = surface.depth[surface.rows[pixel_of], surface.columns[pixel_of]]
-    limit_m = np.zeros(n_masks)
-    sizes = np.bincount(labels[labels >= 0])
-    mask_of_label = np.zeros(len(sizes), np.intp)
-    mask_of_label[labels[labels >= 0]] = member_mask[labels >= 0]
     pixel_labels = labels[member_of_pixel]
-    for mask in np.unique(mask_of_label[sizes > 0]).tolist():
-        of_mask = np.flatnonzero((mask_of_label == mask) & (sizes > 0))
-        largest = of_mask[sizes[of_mask].argmax()]
-        if sizes[largest] >= lifting.min_cells and not lifting.drop_background:
-            limit_m[mask] = np.inf
-        elif sizes[largest] >= lifting.min_cells:
-            points = surface.cells.points[member_cell[labels == largest]]
-            limit_m[mask] = background_limit_m(depth_m[pixel_labels == largest], points, lifting.background_gap_m)
+    members, pixels = _rows_by_label(labels), _rows_by_label(pixel_labels)
+    clusters_of: dict[int, list[int]] = defaultdict(list)
+    for label, rows in members.items():
+        if label >= 0 and len(rows) >= lifting.min_cells:
+            clusters_of[int(member_mask[rows[0]])].append(label)
+    limit_m = np.zeros(n_masks)
+    for mask, of_mask in clusters_of.items():
+        depths = [depth_m[pixels[label]] for label in of_mask]
+        points = [surface.cells.points[member_cell[members[label]]] for label in of_mask]
+        limit_m[mask] = background_limit_m(depths, points, lifting.background_gap_m)
+    if not lifting.drop_background:
+        limit_m[limit_m > 0] = np.inf
     return depth_m <= limit_m[mask_of], pixel_labels
+
+
+def _rows_by_label(labels: Int32Array) -> dict[int, IndexArray]:
+    """The rows of each label of (N,)."""
+    order = np.argsort(labels, kind="stable")
+    values, starts = np.unique(labels[order], return_index=True)
+    return dict(zip(values.tolist(), np.split(order, starts[1:]), strict=True))
 
 
 def _detection(

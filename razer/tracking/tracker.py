@@ -17,6 +17,8 @@ from razer.tracking.track import Track
 
 # Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
 PRUNED = -2.0
+# Views of each of two tracks beyond which their embeddings say nothing new.
+MAX_VIEWS_OF_EMBEDDINGS = 4
 
 
 class Tracker:
@@ -183,7 +185,11 @@ class Tracker:
         return gone, survivor
 
     def _semantic_log_odds(self, a: int, b: int) -> float:
-        return self.scale.log_odds(self.tracks[a].bank.similarity_to(self.tracks[b].bank))
+        """What the embeddings of two tracks say about their being one. Against it each view of both speaks anew, as a
+        single vector may be wrong, but hardly several; for it they speak once, since neighbours often look alike."""
+        log_odds = self.scale.log_odds(self.tracks[a].bank.similarity_to(self.tracks[b].bank))
+        n_views = min(self.tracks[a].hits, self.tracks[b].hits, MAX_VIEWS_OF_EMBEDDINGS)
+        return log_odds if log_odds > 0 else n_views * log_odds
 
     def _next_duplicate(self) -> tuple[int, int] | None:
         """The pair that most surely is one thing, by the masks of all views and by the embeddings; of pairs that are as
