@@ -86,9 +86,9 @@ class Mapper:
     def fuse(self, observation: Observation) -> StepResult:
         """Map what was perceived of one frame: integrate its depth, associate its detections with tracks, vote for
         labels, maintain the tracks, and reintegrate a few earlier frames where poses were corrected."""
+        step = self._integrator.fuse(observation, spare_confirmed=self._is_behind)
         self._camera_up -= observation.frame.pose[:3, 1]
         self._n_frames += 1
-        step = self._integrator.fuse(observation, spare_confirmed=self._is_behind)
         if self.reintegrator is None:
             return step
         with stage("rebuild"):

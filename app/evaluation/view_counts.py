@@ -16,8 +16,7 @@ from razer.errors import BadInput
 from razer.frame import Intrinsics
 from razer.metrics.scene_pair import TruthScene
 
-# An instance is shown by a frame that has this share of its image on it: 400 of 640 x 480 pixels, the smallest mask
-# that is mapped by default (masks.min_pixels).
+# An instance is shown by a frame that has this share of its image on it: 400 of 640 x 480 pixels, what detectors find.
 MIN_IMAGE_SHARE = 400 / (640 * 480)
 # Rays across an image. At this width an instance of the least share gets 16; more change the counts by less than that.
 _RAYS_ACROSS = 128

@@ -43,7 +43,10 @@ class VoxelSettings(Settings):
         "cleaner, but what only few frames could see is left out.",
     )
     surface_weight: float = Field(
-        3.0, ge=1, description="Observations that are enough however often its block was seen. Larger: the same."
+        3.0,
+        ge=1,
+        description="Observations that are enough however often its block was seen. Larger: cleaner where many "
+        "frames saw a place, and what only few of them could see is left out.",
     )
     vertex_labels: Literal["votes", "voxel"] = Field(
         "votes",
@@ -89,13 +92,15 @@ class LiftingSettings(Settings):
     )
     dbscan_min_points: int = Field(10, ge=1, description="DBSCAN's core-point count, on cells of the map's voxel size.")
     min_cells: int = Field(
-        8, ge=4, description="Clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise."
+        8,
+        ge=4,
+        description="Masks and clusters of fewer occupied cells are no detection. Smaller: cups from afar, and noise.",
     )
     background_gap_m: float = Field(
         0.3,
         gt=0,
-        description="A cluster this far behind the largest of its mask, and farther than half that one's size, is "
-        "background behind it, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
+        description="What lies this far behind the clusters of a mask before it, and farther than half the size of "
+        "the nearest one, is background, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
     )
     drop_background: bool = Field(
         True,
@@ -264,8 +269,10 @@ class MaintenanceSettings(Settings):
     )
     fuse_log_odds: float = Field(
         1.0,
+        ge=-20,
+        le=20,
         description="Two tracks are fused when the log-odds that they are one thing, by the masks of all views and by "
-        "their embeddings, are at least this. Lower: more mergers; higher: more fragments.",
+        "their embeddings, are at least this, natural logarithm. Lower: more mergers; higher: more fragments.",
     )
 
 

@@ -153,7 +153,8 @@ def _rows_by_label(labels: Int32Array) -> dict[int, IndexArray]:
     """The rows of each label of (N,)."""
     order = np.argsort(labels, kind="stable")
     values, starts = np.unique(labels[order], return_index=True)
-    return dict(zip(values.tolist(), np.split(order, starts[1:]), strict=True))
+    ends = np.append(starts[1:], len(labels))
+    return {int(v): order[start:end] for v, start, end in zip(values, starts, ends, strict=False)}
 
 
 def _detection(

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from razer.config import MapperConfig
 from razer.detection.lifting import Lifted, filter_masks, lift
 from razer.detection.observed_surface import ObservedSurface
@@ -37,11 +39,22 @@ class Perception:
             surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
         with stage("segment"):
             masks = filter_masks(frame, _where_colored(frame, self.segmenter.segment(frame)), self.config.masks)
+            masks = in_order_of_content(masks)
         with stage("embed"):
             embeddings = self.embedder.embed(frame, masks)
         with stage("lift"):
             lifted = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
         return Observation(frame, surface.prepared(settings.truncation_m), lifted)
+
+
+def in_order_of_content(masks: Masks) -> Masks:
+    """The masks by area, the largest first, then by place and score: ids are given and ties are broken in their order,
+    which must not be that in which a model happens to list them."""
+    if len(masks) < 2:
+        return masks
+    flat = masks.masks.reshape(len(masks), -1)
+    last = flat.shape[1] - flat[:, ::-1].argmax(axis=1)
+    return masks.select(np.lexsort((masks.scores, last, flat.argmax(axis=1), -np.count_nonzero(flat, axis=1))))
 
 
 def _where_colored(frame: Frame, masks: Masks) -> Masks:

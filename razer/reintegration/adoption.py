@@ -20,7 +20,7 @@ def adopt_volume(
     integrator: PanopticIntegrator, rebuilt: VoxelMap, owners: Sequence[Int32Array]
 ) -> list[tuple[int, int]]:
     """Go on with a rebuilt volume, `owners` being the tracks (N,) of each kept frame's detections: duplicates that it
-    brings to light are fused, boxes are renewed, misses are forgiven. Returns pairs (gone, survivor)."""
+    brings to light are fused, boxes are renewed. Returns pairs (gone, survivor)."""
     integrator.voxels = rebuilt
     fused = []
     min_shared = integrator.config.reintegration.fuse_shared_votes
@@ -28,8 +28,6 @@ def adopt_volume(
         for gone, survivor in duplicates:
             rebuilt.replace(gone, survivor)
         fused += duplicates
-    for track in integrator.tracker.tracks.values():
-        track.misses = 0
     integrator.refresh_tracks()
     return fused
 

@@ -145,12 +145,12 @@ def _quantized(embeddings: list[Float32Array]) -> NDArray[np.int8]:
     if not embeddings:
         return np.zeros((0, 1), np.int8)
     vectors = np.stack(embeddings)
-    return np.rint(vectors * (127 / np.abs(vectors).max(axis=1, keepdims=True))).astype(np.int8)
+    return np.rint(vectors * (127 / np.maximum(np.abs(vectors).max(axis=1, keepdims=True), 1e-12))).astype(np.int8)
 
 
 def _unit(quantized: NDArray[np.int8]) -> Float32Array:
     vectors = quantized.astype(np.float32)
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
 
 
 def _packed_bits(image: BoolArray) -> bytes:

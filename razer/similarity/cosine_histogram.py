@@ -25,8 +25,9 @@ class CosineHistogram:
         return int(self._counts.sum())
 
     def add(self, cosines: NDArray) -> None:
-        """Take in cosines of any shape, in [-1, 1]."""
-        bins = np.rint((cosines.ravel().clip(-1, 1) + 1) * BINS_PER_UNIT).astype(np.int64)
+        """Take in cosines of any shape, in [-1, 1]; those of vectors that are none are left out."""
+        finite = cosines[np.isfinite(cosines)]
+        bins = np.rint((finite.clip(-1, 1) + 1) * BINS_PER_UNIT).astype(np.int64)
         self._counts += np.bincount(bins, minlength=len(self._counts))
 
     def share_above(self, cosine: float) -> float:

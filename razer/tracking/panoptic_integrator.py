@@ -105,6 +105,7 @@ class PanopticIntegrator:
         pruned = self._prune(spare_confirmed)
         for gone in pruned:
             self.voxels.replace(gone, 0)
+        self.tracker.detected.clear()
         return fused, pruned
 
     def _prune(self, spare_confirmed: bool) -> list[int]:

@@ -19,6 +19,8 @@ MIN_VISIBLE_CELLS = 6  # fewer cells in view say nothing
 # splits about one thing in ten, and joins a pair of neighbours about as often.
 ONE_MASK_LOG_ODDS = 2.0
 TWO_MASKS_LOG_ODDS = -2.0
+# More is not said by masks alone: an error that a segmenter repeats in every view is no new evidence.
+MAX_MASK_LOG_ODDS = 6.0
 # The most that embeddings can say for it: pairs that the masks set farther apart are not looked at.
 MAX_EMBEDDING_LOG_ODDS = 4.0
 
@@ -56,7 +58,8 @@ class ViewConsensus:
 
     def log_odds(self, pair: Pair) -> float:
         """ln P(one thing) / P(two things) of a pair (older id, newer id), by its masks alone."""
-        return ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
+        log_odds = ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
+        return min(log_odds, MAX_MASK_LOG_ODDS)
 
     def candidates(self) -> Iterator[tuple[Pair, float]]:
         """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
