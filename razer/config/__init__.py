@@ -100,7 +100,8 @@ class LiftingSettings(Settings):
         0.3,
         gt=0,
         description="What lies this far behind the clusters of a mask before it, and farther than half the size of "
-        "the nearest one, is background, metres. Larger: chairs own patches of the wall; smaller: hidden middles split things.",
+        "the nearest one, is background, metres. Larger: chairs own patches of the wall; smaller: hidden middles split "
+        "things.",
     )
     drop_background: bool = Field(
         True,
