@@ -94,12 +94,19 @@ def pixels_of(frame: Frame, found: Detection) -> set[tuple[int, int]]:
     return set(zip(surface.rows[found.pixels].tolist(), surface.columns[found.pixels].tolist(), strict=True))
 
 
-def test_a_mask_across_a_depth_gap_is_one_detection() -> None:
-    """The larger part is the wall; what stands before it belongs to the mask as well."""
+def test_of_a_mask_across_a_depth_gap_the_nearer_part_is_the_thing() -> None:
+    """Of a thing that is seen through there may be less than of what is behind it: 1,600 pixels and 2,000 here."""
     frame, mask = two_plates(), rectangle(30, 90, 50, 110)
     (found,) = lifted(frame, masks_of(mask)).detections
+    assert pixels_of(frame, found) == readings_of(frame, mask & (frame.depth < 1.6))
+    assert found.quality == pytest.approx(1600 / 3600 * 1600 / 5600)
+
+
+def test_a_splinter_before_the_thing_belongs_to_its_mask() -> None:
+    """A tenth of the mask is nearer by more than the gap: an edge of the mask on what hides the thing."""
+    frame, mask = two_plates(), rectangle(0, 60, 0, 80)
+    (found,) = lifted(frame, masks_of(mask)).detections
     assert pixels_of(frame, found) == readings_of(frame, mask)
-    assert found.quality == pytest.approx(3600 / 7600)  # nothing of the mask is left out
 
 
 def stool() -> tuple[Frame, np.ndarray]:
@@ -172,12 +179,32 @@ def test_stray_readings_of_the_wall_behind_stay_out_though_they_are_no_cluster()
         ([2.0] * 95 + [9.0] * 5, 0.4, 0.3, 2.3),  # a few readings beyond its edge do not count
     ],
 )
-def test_background_begins_a_gap_behind_the_largest_cluster(
+def test_background_begins_a_gap_behind_the_only_cluster(
     depths_m: list[float], size_m: float, min_gap_m: float, limit_m: float
 ) -> None:
     points = np.array([[0, 0, 2], [size_m, 0, 2], [size_m / 2, 0.05, 2], [size_m / 2, -0.05, 2]], float)
-    limit = background_limit_m(np.asarray(depths_m, np.float32), points, min_gap_m)
+    limit = background_limit_m([np.asarray(depths_m, np.float32)], [points], min_gap_m)
     assert limit == pytest.approx(limit_m, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("clusters", "limit_m"),
+    [
+        ([(2.0, 100), (2.8, 400)], 2.3),  # a chair before a wall of which more is seen
+        ([(2.0, 99), (2.8, 400)], 3.1),  # less than a quarter: a splinter, and the mask is of what is behind
+        ([(2.0, 100), (2.25, 40), (2.5, 100), (2.9, 100)], 2.8),  # it goes on in steps of less than the gap
+        ([(2.9, 100), (2.5, 100), (2.25, 40), (2.0, 100)], 2.8),  # in whatever order
+    ],
+)
+def test_background_begins_behind_the_nearest_whole_cluster(clusters: list[tuple[float, int]], limit_m: float) -> None:
+    points = np.array([[0, 0, 2], [0.4, 0, 2], [0.2, 0.05, 2], [0.2, -0.05, 2]], float)
+    depths_m = [np.full(count, depth_m, np.float32) for depth_m, count in clusters]
+    assert background_limit_m(depths_m, [points] * len(clusters), 0.3) == pytest.approx(limit_m, abs=1e-5)
+
+
+def test_masks_without_a_reading_are_no_detections() -> None:
+    frame, mask = two_plates(), rectangle(30, 33, 50, 110)  # which shrinking erases
+    assert lifted(frame, masks_of(mask), shrink_pixels=8).detections == ()
 
 
 def test_box_of_a_plate_is_the_plate() -> None:
@@ -209,7 +236,7 @@ def test_detections_are_ordered_and_carry_what_their_mask_says() -> None:
     assert [d.class_name for d in found] == ["plate", "all"]
     assert [d.score for d in found] == pytest.approx([0.4, 0.8])
     assert all(np.array_equal(d.embedding, vectors[d.mask]) for d in found)
-    assert [d.quality for d in found] == pytest.approx([0.4 * 900 / 4900, 0.8 * 3600 / 7600])
+    assert [d.quality for d in found] == pytest.approx([0.4 * 900 / 4900, 0.8 * 1600 / 3600 * 1600 / 5600])
 
 
 def test_members_are_the_distinct_cells_of_each_mask() -> None:
@@ -217,7 +244,8 @@ def test_members_are_the_distinct_cells_of_each_mask() -> None:
     surface, result = look(two_plates()), lifted(two_plates(), masks)
     expected = set()
     for cell, row, column in zip(surface.pixel_cell, surface.rows, surface.columns, strict=True):
-        expected |= {(int(cell), n) for n in range(2) if masks.masks[n, row, column]}
+        is_wall = surface.depth[row, column] > 1.6  # which lies behind the thing that the first mask is of
+        expected |= {(int(cell), n) for n in range(2) if masks.masks[n, row, column] and (n or not is_wall)}
     found = list(zip(result.member_cell.tolist(), result.member_mask.tolist(), strict=True))
     assert found == sorted(expected)
 
