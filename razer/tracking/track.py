@@ -71,12 +71,6 @@ class Track:
         return best[0] if best else None
 
     @property
-    def stability(self) -> float:
-        """c_max, the share of the bank's strongest hypothesis."""
-        confidences = self.bank.confidences
-        return float(confidences[0]) if len(confidences) else 0.0
-
-    @property
     def confirmed(self) -> bool:
         """Whether it is an instance: more likely a thing than a phantom, where tracks are tentative at all."""
         return not self._settings.tentative or self.existence.log_odds >= 0

@@ -73,7 +73,7 @@ class CellWorld:
         labelled: Counter[int] = Counter()
         for (m, _), n in shared.items():
             labelled[m] += n
-        return LabelOverlap(shared, labelled, visible, shared)
+        return LabelOverlap(dict(shared), dict(labelled), dict(visible), dict(shared))
 
     def frame(
         self, *masks: CellMask, in_view: Iterable[int] | None = None, index: int | None = None, novelty: float = 1.0

@@ -10,7 +10,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
-from razer.tracking.embedding_bank import EmbeddingBank, bank_similarity
+from razer.similarity.similarity_scale import SimilarityScale
+from razer.tracking.embedding_bank import EmbeddingBank, bank_similarity, euclidean_distance, same_thing_doubt
 from tests.support.scenes import unit
 
 SETTINGS = BankSettings(hypotheses=3, similarity=0.75, outlier=0.2)
@@ -149,3 +150,32 @@ def test_similarities_of_many_banks_are_those_of_each() -> None:
     assert_allclose(bank_similarity(banks, embeddings), expected, atol=1e-6)
     assert bank_similarity([], embeddings).shape == (0, 5)
     assert bank_similarity(banks, np.zeros((0, 4), np.float32)).shape == (3, 0)
+
+
+def test_the_probability_of_one_thing_by_hand() -> None:
+    """A scale that has seen nothing: unlike things are at right angles, and one vector in ten is wrong."""
+    bank = EmbeddingBank(SETTINGS, 4, SimilarityScale())
+    bank.add(at_angle(0), 0.5)
+    assert bank.probability_same(at_angle(0)) == pytest.approx(0.9, abs=1e-4)
+    assert bank.probability_same(at_angle(60)) == pytest.approx(0.5, abs=1e-4)
+    assert bank.probability_same(at_angle(90)) == pytest.approx(0.1, abs=1e-4)
+    doubt = same_thing_doubt([bank], np.stack([at_angle(0), at_angle(60), at_angle(90)]))
+    assert doubt[0] == pytest.approx([0.1, 0.5, 0.9], abs=1e-4)
+
+
+def test_each_bank_is_read_by_its_own_hypotheses() -> None:
+    """The first of two banks has the nearer one first, the second has it last."""
+    first, second = bank_of((at_angle(0), 0.9), (at_angle(90), 0.1)), bank_of((at_angle(180), 0.9), (at_angle(45), 0.1))
+    probes = np.stack([at_angle(0), at_angle(90), at_angle(45)])
+    expected = [[max(e @ probe for e in bank.embeddings) for probe in probes] for bank in (first, second)]
+    similarity = bank_similarity([first, second], probes)
+    raw = [[first.scale.units(float(cosine)) for cosine in row] for row in expected]
+    assert_allclose(similarity, raw, atol=1e-6)
+
+
+def test_euclidean_distance_by_hand() -> None:
+    """The mean of two views at right angles has length 0.707 and lies between them."""
+    merging = BankSettings(hypotheses=1)
+    bank, other = bank_of((at_angle(0), 1.0), (at_angle(90), 1.0), settings=merging), bank_of((at_angle(90), 0.3))
+    distance = euclidean_distance([bank, other], np.stack([at_angle(0), at_angle(90)]))
+    assert distance == pytest.approx(np.array([[np.sqrt(0.5), np.sqrt(0.5)], [np.sqrt(2), 0.0]]), abs=1e-6)

@@ -61,3 +61,10 @@ def test_evidence_of_a_frame_without_masks() -> None:
     assert overlap.visible == {1: 10}
     assert overlap.shared == overlap.in_mask == {}
     assert_allclose(overlap.visible_iou(0, 1), 0)
+
+
+def test_of_what_shares_no_cell_nothing_is_owned() -> None:
+    overlap = LabelOverlap({(0, 1): 30}, {0: 40}, {1: 50, 2: 20}, {})
+    assert overlap.owned_share(0, 1, 60) == 0.5
+    assert overlap.owned_share(0, 2, 60) == 0
+    assert overlap.owned_share(3, 1, 60) == 0

@@ -153,13 +153,6 @@ def test_confidence_is_existence_times_support() -> None:
     assert track.confidence < 0.2
 
 
-def test_an_unsettled_bank_is_not_stable() -> None:
-    wavering = track_of(*[detection(CUBE, v) for v in [unit(1, 0), unit(1, 2)] * 4])
-    settled = track_of(*[detection(CUBE, unit(1, 0))] * 8)
-    assert settled.stability == pytest.approx(1.0)
-    assert wavering.stability == pytest.approx(0.5)
-
-
 def test_refresh_forgets_what_the_voxels_no_longer_bear_out() -> None:
     track = track_of(detection(CUBE), detection(axis_box((9, 0, 0), (1, 1, 1))))
     rng = np.random.default_rng(0)

@@ -296,3 +296,18 @@ def test_confirmed_tracks_can_be_spared() -> None:
     assert world.tracker.tracks[2].confirmed
     assert world.prune(spare_confirmed=True) == [3]
     assert world.prune() == [2]
+
+
+def test_embeddings_speak_against_a_fusion_for_each_view_of_both_and_for_it_once() -> None:
+    world = CellWorld()
+    alike = replace(LAMP, embedding=CHAIR.embedding)
+    for masks in [(TABLE, CHAIR, alike)] * 3 + [(TABLE,)] * 4:
+        world.frame(*masks)
+    table, chair, twin = (world.tracker.tracks[i] for i in (1, 2, 3))
+    assert (table.hits, chair.hits, twin.hits) == (7, 3, 3)
+    scale = world.tracker.scale
+    unlike, same = (scale.log_odds(chair.bank.similarity_to(other.bank)) for other in (table, twin))
+    assert unlike < -1
+    assert same > 1
+    assert world.tracker._semantic_log_odds(1, 2) == pytest.approx(3 * unlike)
+    assert world.tracker._semantic_log_odds(2, 3) == pytest.approx(same)
