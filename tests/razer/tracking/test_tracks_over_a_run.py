@@ -65,7 +65,7 @@ PAIR = {1: -0.3, 2: 0.3}
 
 def test_things_side_by_side_are_born_once_in_order_and_keep_their_tracks() -> None:
     mapper, owners, steps = mapped(boxes_before_wall(i, 0.03 * i - 0.15, PAIR) for i in range(10))
-    assert owners == [{1: 1, 2: 2}] * 10
+    assert owners == [{1: 2, 2: 1}] * 10  # the box on the right is nearer, and its mask is larger
     assert [decision.outcome for decision in steps[0].decisions] == ["born", "born"]
     assert {decision.outcome for step in steps[1:] for decision in step.decisions} == {"matched"}
     assert sorted(track.id for track in mapper.tracks) == [1, 2]
@@ -73,10 +73,10 @@ def test_things_side_by_side_are_born_once_in_order_and_keep_their_tracks() -> N
     assert [found.observations for found in mapper.snapshot().objects] == [10, 10]
 
 
-def test_which_mask_comes_first_changes_names_and_nothing_else() -> None:
+def test_the_order_in_which_masks_come_changes_nothing() -> None:
     one, _, _ = mapped(boxes_before_wall(i, 0.03 * i - 0.15, PAIR) for i in range(8))
     other, owners, _ = mapped(boxes_before_wall(i, 0.03 * i - 0.15, {1: 0.3, 2: -0.3}) for i in range(8))
-    assert owners[-1] == {1: 1, 2: 2}
+    assert owners[-1] == {1: 1, 2: 2}  # as before: track 1 is the box on the right, which is instance 1 now
     assert centres_x_m(one) == pytest.approx(centres_x_m(other), abs=1e-6)
     sizes = [sorted(found.n_vertices for found in mapper.snapshot().objects) for mapper in (one, other)]
     assert sizes[0] == sizes[1]
