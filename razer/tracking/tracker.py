@@ -215,11 +215,15 @@ class Tracker:
         )
 
     def drop_unconfirmed(self) -> list[int]:
-        """Drop what is no instance when the run ends: unlikely tracks, and those that own no surface, or little of what
-        their masks covered."""
+        """Drop what is no instance when the run ends: unlikely tracks, those that own little of what their masks
+        covered, and those that own less than the smallest detection shows."""
         min_confidence = self.config.maintenance.min_confidence
-        unlikely = (t for t in self.tracks.values() if not t.confirmed or t.confidence < min_confidence)
-        return self.drop({t.id for t in unlikely} | {t.id for t in self.tracks.values() if self._is_bare(t)})
+        min_voxels = self.config.lifting.min_cells
+        return self.drop(
+            t.id
+            for t in self.tracks.values()
+            if not t.confirmed or t.confidence < min_confidence or t.n_voxels < min_voxels
+        )
 
     def drop(self, track_ids: Iterable[int]) -> list[int]:
         """Forget tracks; returns their ids."""

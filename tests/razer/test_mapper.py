@@ -69,8 +69,8 @@ def test_a_kitchens_table_floor_and_cabinet_are_one_instance_each(kitchen, real_
 def test_a_kitchen_is_claimed_by_some_dozens_of_instances_none_of_them_a_whole_room(kitchen):
     mapper, _ = kitchen
     panoptic = mapper.snapshot()
-    # 68; small segments, from 64 pixels on, come and go.
-    assert 50 < len(panoptic.objects) < 85
+    # 62; 70 with what owns fewer voxels at the end than a detection needs.
+    assert 50 < len(panoptic.objects) < 70
     # 2.4 square metres of floor; 7.4 where the dearest candidates are matched.
     assert 2.0 < max(np.prod(sorted(o.box.extent)[1:]) for o in panoptic.objects) < 3.5
     # 0.976; 0.933 without assignment, and 0 without votes.
@@ -94,8 +94,8 @@ def test_every_detection_is_accounted_for(kitchen):
 def test_neighbouring_frames_are_mostly_matched_not_born(kitchen):
     _, steps = kitchen
     outcomes = [d.outcome for step in steps[5:] for d in step.decisions]
-    # 0.21 are born; without assignment 0.45, and where the dearest candidates are matched nearly none.
-    assert 0.1 * len(outcomes) < outcomes.count("born") < 0.3 * len(outcomes)
+    # 0.192 are born; without assignment 0.45, and where the dearest candidates are matched nearly none.
+    assert 0.1 * len(outcomes) < outcomes.count("born") < 0.2 * len(outcomes)
     assert outcomes.count("matched") > 0.65 * len(outcomes)
 
 
