@@ -13,7 +13,8 @@ from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse, project, transform_points
 
-TOLERANCE_M = 0.01
+# Rays start this much before a vertex: more than rounding, less than the thinnest plate that hides a wall.
+TOLERANCE_M = 0.001
 _CELL_M = 0.25
 _GOLDEN = 0.6180339887
 

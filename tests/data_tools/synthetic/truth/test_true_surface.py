@@ -94,6 +94,22 @@ def test_visible_equals_a_look_at_every_vertex() -> None:
     assert different.sum() <= 3
 
 
+def test_a_wall_behind_a_thin_poster_is_hidden() -> None:
+    """No map can give both sides of what is nine millimetres thick: the wall there is no truth to be found."""
+    wall = Thing("wall", (box((-1, 1.0, -1), (1, 1.1, 1), GREY),))
+    poster = Thing("poster", (box((-0.5, 0.991, -0.5), (0.5, 1.0, 0.5), GREY),))
+    things, looks_along_y = {1: wall, 2: poster}, np.eye(4)
+    looks_along_y[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+    viewpoints = [Viewpoint(looks_along_y, scene_of(things))] * 3
+    view = CameraView(Intrinsics(160, 120, 131.0, 131.0, 79.5, 59.5), (0.1, 2.8))
+    truth = ground_truth(things, viewpoints, view, 0.05)
+    across = np.abs(truth.vertices[:, [0, 2]])
+    front = truth.visible & (np.abs(truth.vertices[:, 1] - 1.0) < 1e-3) & (truth.instances == 1)
+    assert front.sum() > 50
+    assert across[front].max(axis=1).min() > 0.49
+    assert truth.visible[truth.instances == 2].sum() > 300
+
+
 def test_truth_round_trip(truth: GroundTruth, tmp_path: Path) -> None:
     write_truth(truth, tmp_path / "truth")
     back = read_truth(tmp_path / "truth")
