@@ -23,6 +23,11 @@ def print_bench(result: dict[str, Any]) -> None:
         f"beside it: our fusion takes {ratios['integrate']:.2f}x, "
         f"the whole map (fusion, lifting, association, votes, maintenance) {ratios['backend']:.2f}x"
     )
+    cpu = result["backend_cpu"]
+    console.print(
+        f"processor time of the map over the first {cpu['frames']} frames: {cpu['cpu_ms']:.0f} ms a frame, "
+        f"{cpu['to_plain']:.1f}x plain fusion's {cpu['plain_cpu_ms']:.1f}"
+    )
     synth = result["synth"]
     console.print(
         f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor"

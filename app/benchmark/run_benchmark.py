@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing, suppress
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from app.benchmark.backend_cpu import BACKEND, measure_backend_cpu
 from app.benchmark.decoding import measure_decoding
 from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
@@ -27,15 +29,14 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 
-# Stages of the map itself; the others read, run 2D models, or log.
-BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
 ROOM_FRAMES = 120
+CPU_FRAMES = 200  # the first ones, mapped once more for their processor time
 
 
 def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     """The figures of one run over a recording, or over a synthetic room where there is none: those of timings.json,
     each stage's share, the time of plain fusion (key `yardstick`) and the ratios to it, and those of the parts measured
-    alone: rendering, evaluation, decoding and describing of masks, a query, bringing colour
+    alone: the map's processor time, rendering, evaluation, decoding and describing of masks, a query, bringing colour
     onto depth. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
@@ -55,6 +56,7 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         **_with_shares(timings),
         "yardstick": plain,
         "ratios": _ratios(timings, plain),
+        "backend_cpu": measure_backend_cpu(list(islice(_posed_frames(sequence, config), CPU_FRAMES)), config),
         "synth": measure_synth(),
         "evaluation": measure_evaluation(),
         "yolo_decoding": measure_decoding(),

@@ -171,7 +171,7 @@ def _detection(
     moments, box = fit_box(surface, cells, pixels, lifting)
     score = float(masks.scores[mask])
     rows, columns = surface.rows[pixels], surface.columns[pixels]
-    cut = cut_share(rows, columns, surface.depth.shape)
+    cut = cut_share(rows, columns, surface.extent)
     return Detection(
         mask=mask,
         cells=cells,
@@ -219,10 +219,10 @@ def view_quality(score: float, visible_share: float, pixels: int, cut: float = 0
     return score * visible_share * (1 - CUT_DOUBT * cut) * pixels / (pixels + enough_pixels)
 
 
-def cut_share(rows: Int32Array, columns: Int32Array, shape: tuple[int, ...]) -> float:
-    """How much of the outline of readings (P,) of an image (h, w) is the image's border, as a share of that of the box
-    around them."""
-    height, width = shape
-    on_border = sum(np.count_nonzero(at) for at in (rows == 0, rows == height - 1, columns == 0, columns == width - 1))
+def cut_share(rows: Int32Array, columns: Int32Array, extent: tuple[int, int, int, int]) -> float:
+    """How much of the outline of readings (P,) is the border of what the depth camera shows, the first and last row and
+    column (inclusive) of `extent`, as a share of that of the box around them."""
+    top, bottom, left, right = extent
+    on_border = sum(np.count_nonzero(at) for at in (rows == top, rows == bottom, columns == left, columns == right))
     outline = 2 * (np.ptp(rows) + np.ptp(columns) + 2)
     return min(1.0, float(on_border / outline))

@@ -95,6 +95,13 @@ class ObservedSurface:
     pixel_cell: Int32Array
     _within: dict[float, Int32Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
+    @cached_property
+    def extent(self) -> tuple[int, int, int, int]:
+        """First and last row, first and last column of its readings: a registered depth image ends before the colour
+        image does."""
+        rows, columns = self.rows, self.columns
+        return int(rows.min()), int(rows.max()), int(columns.min()), int(columns.max())
+
     @classmethod
     def of(cls, frame: Frame, voxel_size_m: float, depth_min_m: float, depth_max_m: float) -> ObservedSurface:
         """Read a posed frame just densely enough that neighbouring readings share or touch cells.

@@ -19,6 +19,7 @@ from razer.config import AssociationSettings
 from razer.detection.lifting import Detection
 from razer.tracking.embedding_bank import euclidean_distance, same_thing_doubt
 from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.similarity_pairs import MAX_GEOMETRY
 from razer.tracking.step_result import Candidate
 from razer.tracking.track import Track
 
@@ -51,7 +52,9 @@ def find_candidates(
     measure = same_thing_doubt if settings.semantic_distance == "calibrated" else euclidean_distance
     semantic = measure(banks, embeddings)[np.searchsorted(paired_ids, ids), rows]
     max_geometry = (settings.gate - settings.weight_semantic * semantic) / max(settings.weight_geometry, 1e-9)
-    geometry_overlap = _overlaps(detections, tracks, pairs, overlap, 1 - max_geometry, settings)
+    # What the similarity scale learns from must not depend on the embedding, by which the gate leaves more or less.
+    min_overlap = 1 - np.maximum(max_geometry, MAX_GEOMETRY)
+    geometry_overlap = _overlaps(detections, tracks, pairs, overlap, min_overlap, settings)
     cost = settings.weight_geometry * (1 - geometry_overlap) + settings.weight_semantic * semantic
     candidates: list[list[Candidate]] = [[] for _ in detections]
     for (i, t), v, s, m in zip(pairs, 1 - geometry_overlap, semantic, cost, strict=True):
@@ -95,7 +98,7 @@ def _overlaps(
     min_overlap: Float64Array,
     settings: AssociationSettings,
 ) -> Float64Array:
-    """1 - V_ij (P,) of each pair, by the chosen measure; `min_overlap` (P,) is what it takes to pass the gate."""
+    """1 - V_ij (P,) of each pair, by the chosen measure; exact where it is more than `min_overlap` (P,)."""
     if settings.geometry_distance == "paper":
         margin_m, measure = 0.0, box_iou
     else:
@@ -105,7 +108,7 @@ def _overlaps(
     result = np.zeros(len(pairs))
     if settings.geometry_distance == "visible":
         result[:] = [overlap.visible_iou(i, t) for i, t in pairs]
-    # Boxes are compared only where that can change which pairs pass the gate: it is the dearest step.
+    # Boxes are compared only where the result can be more than is asked for: it is the dearest step.
     bound = np.ones(len(pairs))
     if settings.geometry_distance == "visible":
         bound = iou_bounds(boxes, margin_m, first, second)

@@ -48,7 +48,7 @@ class PanopticIntegrator:
         return PanopticIntegrator(config, self.voxels.empty_copy(), tracker)
 
     def fuse(self, observation: Observation, *, spare_confirmed: bool = False) -> StepResult:
-        """Map one observation; with `spare_confirmed` no confirmed track is missed or pruned."""
+        """Map one observation; with `spare_confirmed` no track is missed, and no confirmed one pruned."""
         frame, surface, lifted = observation.frame, observation.surface, observation.lifted
         with stage("integrate"):
             changed_blocks = self.voxels.integrate(frame, surface)

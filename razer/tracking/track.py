@@ -15,11 +15,11 @@ from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
 from razer.tracking.evidence.existence import Existence
 
-# Share by which the memory of rival masks follows the newest frame: half a dozen frames in a row convince it, a
+# Share by which the memory of rival masks follows the newest view: half a dozen views in a row convince it, a
 # mask that falls apart for five does not.
 RIVALRY_RATE = 0.1
 
-TYPICAL_RATE = 0.2  # by which the typical size of its detections follows the newest
+TYPICAL_RATE = 0.2  # by which the typical size of its detections follows the newest view
 DEFAULT_MAINTENANCE = MaintenanceSettings()
 ENOUGH_OF_TYPICAL = 0.5  # of it in view is a full chance to be detected
 
@@ -61,7 +61,7 @@ class Track:
         self._settings = maintenance
         self._typical_cells = float(detection.n_cells)
         self._class_votes: dict[str, float] = defaultdict(float)
-        self.observe(detection, frame_index)
+        self.observe(detection, frame_index, 1.0)
 
     @property
     def class_name(self) -> str | None:
@@ -86,16 +86,17 @@ class Track:
         """Whether two masks have lain on this track for so long that it is hardly one thing."""
         return self._rivalry > 0.5
 
-    def note_rival(self, has_rival: bool) -> None:
+    def note_rival(self, has_rival: bool, novelty: float) -> None:
         """Take in whether a second mask claimed part of the track in a frame in which it was matched."""
-        self._rivalry += RIVALRY_RATE * (has_rival - self._rivalry)
+        self._rivalry += novelty * RIVALRY_RATE * (has_rival - self._rivalry)
 
-    def observe(self, detection: Detection, frame_index: int) -> None:
-        """Update with a matched detection: its box may grow (RAZER eqs. 9 to 11)."""
+    def observe(self, detection: Detection, frame_index: int, novelty: float) -> None:
+        """Update with a matched detection of a frame that is this share of a view: its box may grow (RAZER eqs. 9 to
+        11)."""
         is_first = not len(self.bank.confidences)
         self.first_frame = min(self.first_frame, frame_index)  # a late frame was taken before those mapped already
         self.last_frame = max(self.last_frame, frame_index)
-        self._typical_cells += (detection.n_cells - self._typical_cells) * TYPICAL_RATE
+        self._typical_cells += novelty * TYPICAL_RATE * (detection.n_cells - self._typical_cells)
         if not is_first:
             self.moments = self.moments + detection.moments
             self._grow(detection.box)

@@ -9,6 +9,7 @@ from razer.config import MapperConfig
 from razer.detection.lifting import Detection
 from razer.similarity.similarity_scale import SimilarityScale
 from razer.tracking.association import assign, find_candidates
+from razer.tracking.evidence.pair_counts import Pair
 from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.similarity_pairs import same_cosines, unlike_cosines
@@ -41,7 +42,7 @@ class Tracker:
         overlap: LabelOverlap,
         frame_index: int,
         novelty: float = 1.0,
-        spare_confirmed: bool = False,
+        is_beside: bool = False,
     ) -> list[Decision]:
         """Give every detection of a frame to a track, an old one or a new one.
 
@@ -50,7 +51,7 @@ class Tracker:
             overlap: The labels under them, and how much of each track the frame shows.
             frame_index: The frame, as views of a track are noted.
             novelty: The share of a view that the frame is.
-            spare_confirmed: Whether no confirmed track is missed, as the map lies beside the poses.
+            is_beside: Whether the map lies beside the poses, so that no track can be missed.
         """
         settings = self.config.association
         candidates = find_candidates(detections, self.tracks, self._index, overlap, settings)
@@ -62,12 +63,13 @@ class Tracker:
         for i, detection in enumerate(detections):
             outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], overlap, mask_of)
             decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
-        self._note_rivals(decisions, detections, mask_of)
+        self._note_rivals(decisions, detections, mask_of, novelty)
         for decision in decisions:
-            self._observe(decision, detections[decision.detection], frame_index)
+            self._observe(decision, detections[decision.detection], frame_index, novelty)
         self._consensus.add(overlap, _born_masks(decisions, detections), novelty)
         self._count_hits(decisions, detections, novelty)
-        self._count_misses(decisions, overlap, novelty, spare_confirmed)
+        if not is_beside:
+            self._count_misses(decisions, overlap, novelty)
         return decisions
 
     def _destination(
@@ -88,13 +90,13 @@ class Tracker:
         return "joined", owner
 
     def _note_rivals(
-        self, decisions: Sequence[Decision], detections: Sequence[Detection], mask_of: Mapping[int, int]
+        self, decisions: Sequence[Decision], detections: Sequence[Detection], mask_of: Mapping[int, int], novelty: float
     ) -> None:
         """Remember for each matched track whether a second mask lay on it as well."""
         joined = {(d.track_id, detections[d.detection].mask) for d in decisions if d.outcome == "joined"}
         rivalled = {track_id for track_id, mask in joined if mask_of.get(track_id, mask) != mask}
         for track_id in mask_of:
-            self.tracks[track_id].note_rival(track_id in rivalled)
+            self.tracks[track_id].note_rival(track_id in rivalled, novelty)
 
     def _owner(
         self, i: int, detection: Detection, candidates: Iterable[Candidate], overlap: LabelOverlap
@@ -113,14 +115,14 @@ class Tracker:
         self.newest_id += 1
         return self.newest_id
 
-    def _observe(self, decision: Decision, detection: Detection, frame_index: int) -> None:
+    def _observe(self, decision: Decision, detection: Detection, frame_index: int, novelty: float) -> None:
         track = self.tracks.get(decision.track_id)
         if track is None:
             settings = self.config.bank, self.scale, self.config.maintenance
             track = Track(decision.track_id, detection, frame_index, *settings)
             self.tracks[track.id] = track
         else:
-            track.observe(detection, frame_index)
+            track.observe(detection, frame_index, novelty)
         self._index.put(track.id, track.box)
 
     def _count_hits(self, decisions: Sequence[Decision], detections: Sequence[Detection], novelty: float) -> None:
@@ -133,14 +135,12 @@ class Tracker:
         for track_id in scores.keys() - {d.track_id for d in decisions if d.outcome == "born"}:
             self.tracks[track_id].count_hit(scores[track_id], novelty)
 
-    def _count_misses(
-        self, decisions: Sequence[Decision], overlap: LabelOverlap, novelty: float, spare_confirmed: bool
-    ) -> None:
+    def _count_misses(self, decisions: Sequence[Decision], overlap: LabelOverlap, novelty: float) -> None:
         """Count a miss of each track that was in plain view and not detected: enough of its own voxels are visible,
         neither hidden nor out of view."""
         for track_id in overlap.visible.keys() - {decision.track_id for decision in decisions}:
             track, n_visible = self.tracks.get(track_id), overlap.visible[track_id]
-            if track and n_visible >= MIN_VISIBLE_CELLS and not (spare_confirmed and track.confirmed):
+            if track and n_visible >= MIN_VISIBLE_CELLS:
                 track.count_miss(n_visible, novelty)
 
     def refreshed(self, track: Track) -> None:
@@ -163,8 +163,12 @@ class Tracker:
         fused: list[tuple[int, int]] = []
         if not self.config.maintenance.fuse_duplicates:
             return fused
-        while pair := self._next_duplicate():
-            fused.append(self._fuse(*pair))
+        ranks = self._ranked(self._consensus.candidates())
+        while ranks:
+            survivor, gone = max(ranks, key=ranks.__getitem__)
+            fused.append(self._fuse(survivor, gone))
+            ranks = {pair: rank for pair, rank in ranks.items() if {survivor, gone}.isdisjoint(pair)}
+            ranks |= self._ranked(self._consensus.candidates_of(survivor))
         return fused
 
     def fuse_alike(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -191,19 +195,17 @@ class Tracker:
         n_views = min(self.tracks[a].hits, self.tracks[b].hits, MAX_VIEWS_OF_EMBEDDINGS)
         return log_odds if log_odds > 0 else n_views * log_odds
 
-    def _next_duplicate(self) -> tuple[int, int] | None:
-        """The pair that most surely is one thing, by the masks of all views and by the embeddings; of pairs that are as
-        sure as each other the larger one, as ids depend on the order of masks."""
-        best: tuple[float, ...] = ()
-        best_pair = None
-        for pair, views in self._consensus.candidates():
+    def _ranked(self, pairs: Iterable[tuple[Pair, float]]) -> dict[Pair, tuple[float, ...]]:
+        """Those of the pairs, given with what the masks say, that are one thing by masks and embeddings; the surest
+        ranks highest, of pairs as sure as each other the larger one, as ids depend on the order of masks."""
+        ranks: dict[Pair, tuple[float, ...]] = {}
+        for pair, views in pairs:
             log_odds = round(views + self._semantic_log_odds(*pair), 9)
-            rank = (log_odds, self._observed_cells(pair), -pair[0], -pair[1])
-            if log_odds >= self.config.maintenance.fuse_log_odds and rank > best:
-                best, best_pair = rank, pair
-        return best_pair
+            if log_odds >= self.config.maintenance.fuse_log_odds:
+                ranks[pair] = log_odds, self._observed_cells(pair), -pair[0], -pair[1]
+        return ranks
 
-    def _observed_cells(self, pair: tuple[int, int]) -> int:
+    def _observed_cells(self, pair: Pair) -> int:
         return sum(self.tracks[track_id].moments.count for track_id in pair)
 
     def prune(self, spare_confirmed: bool = False) -> list[int]:

@@ -76,14 +76,20 @@ class CellWorld:
         return LabelOverlap(dict(shared), dict(labelled), dict(visible), dict(shared))
 
     def frame(
-        self, *masks: CellMask, in_view: Iterable[int] | None = None, index: int | None = None, novelty: float = 1.0
+        self,
+        *masks: CellMask,
+        in_view: Iterable[int] | None = None,
+        index: int | None = None,
+        novelty: float = 1.0,
+        is_beside: bool = False,
     ) -> list[Decision]:
         """Map one frame, which sees all cells unless told, and renew the tracks' voxels."""
         self._n_frames += 1
         view = set(self._votes) if in_view is None else set(in_view)
         overlap = self.overlap(masks, view | {cell for mask in masks for cell in mask.cells})
         found = [mask.detection(m) for m, mask in enumerate(masks)]
-        decisions = self.tracker.update(found, overlap, self._n_frames if index is None else index, novelty)
+        frame_index = self._n_frames if index is None else index
+        decisions = self.tracker.update(found, overlap, frame_index, novelty, is_beside)
         painted = {}
         for m in sorted(range(len(masks)), key=lambda m: -len(masks[m].cells)):
             painted |= dict.fromkeys(masks[m].cells, decisions[m].track_id)

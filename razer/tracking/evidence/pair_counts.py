@@ -23,6 +23,10 @@ class PairCounts(dict[Pair, float]):
         self._others[a].add(b)
         self._others[b].add(a)
 
+    def pairs_of(self, track_id: int) -> list[Pair]:
+        """The pairs that a track is one of."""
+        return [(min(track_id, other), max(track_id, other)) for other in sorted(self._others.get(track_id, ()))]
+
     def replace(self, gone: int, survivor: int) -> None:
         """Give the counts of one track to another, or forget them (survivor 0)."""
         for other in sorted(self._others.pop(gone, ())):

@@ -7,7 +7,7 @@ of the embeddings are added by the `Tracker`."""
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 
 from razer.tracking.evidence.pair_counts import Pair, PairCounts
@@ -63,7 +63,14 @@ class ViewConsensus:
 
     def candidates(self) -> Iterator[tuple[Pair, float]]:
         """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
-        for pair in self._together:
+        return self._likely(self._together)
+
+    def candidates_of(self, track_id: int) -> Iterator[tuple[Pair, float]]:
+        """Those candidates that the track is one of."""
+        return self._likely(self._together.pairs_of(track_id))
+
+    def _likely(self, pairs: Iterable[Pair]) -> Iterator[tuple[Pair, float]]:
+        for pair in pairs:
             if (log_odds := self.log_odds(pair)) > -MAX_EMBEDDING_LOG_ODDS:
                 yield pair, log_odds
 

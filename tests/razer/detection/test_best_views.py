@@ -79,7 +79,7 @@ def test_a_track_keeps_its_best_views_and_takes_over_those_of_a_duplicate():
         return type(shown)(**{**vars_of(shown), "region": Region((0, 0, 5, 5), pixels, True)})
 
     track, other = Track(1, at(100), 0, BankSettings()), Track(2, at(400), 100, BankSettings())
-    track.observe(at(300), 30)
+    track.observe(at(300), 30, 1.0)
     assert frames(track.views) == [30, 0]
     track.absorb(other)
     assert frames(track.views) == [100, 30, 0]

@@ -273,7 +273,7 @@ def test_masks_whose_largest_cluster_is_too_small_are_nothing() -> None:
 def test_a_view_that_the_image_border_cuts_is_trusted_less(mask: np.ndarray, expected: float) -> None:
     frame = frame_of(np.full(SHAPE, 2.0))
     rows, columns = (part.astype(np.int32) for part in np.nonzero(mask))
-    assert cut_share(rows, columns, SHAPE) == pytest.approx(expected)
+    assert cut_share(rows, columns, (0, SHAPE[0] - 1, 0, SHAPE[1] - 1)) == pytest.approx(expected)
     (found,) = lifted(frame, masks_of(mask)).detections
     whole = mask.sum() / (mask.sum() + 4000)
     assert found.quality == pytest.approx(whole * (1 - 0.75 * expected))
@@ -322,3 +322,13 @@ def test_view_quality_is_a_share_that_grows_with_each_part(score: float, share: 
     assert view_quality(score, share, pixels + 1000) >= quality
     assert view_quality(1.0, share, pixels) >= quality
     assert view_quality(score, share, pixels, cut=1.0) == pytest.approx(quality / 4)
+
+
+def test_depth_that_ends_before_the_image_does_cuts_a_view_all_the_same() -> None:
+    """A registered Kinect depth image has no readings in its last columns."""
+    depth = np.full(SHAPE, 2.0)
+    depth[:, 152:] = 0
+    mask = rectangle(30, 90, 100, 160)
+    (found,) = lifted(frame_of(depth), masks_of(mask)).detections
+    n_pixels = 60 * 52
+    assert found.quality == pytest.approx(n_pixels / (n_pixels + 4000) * (1 - 0.75 * 60 / 224))

@@ -115,7 +115,7 @@ def test_moments_that_add_up_are_not_taken_from_voxels() -> None:
     settings = MaintenanceSettings(moments="sums")
     boxes = [CUBE, axis_box((2, 0, 0), (1, 0.5, 0.5))]
     track = Track(1, detection(boxes[0]), 0, PAPER_BANK, maintenance=settings)
-    track.observe(detection(boxes[1]), 1)
+    track.observe(detection(boxes[1]), 1, 1.0)
     expected = PointMoments.of(np.concatenate([b.corners() for b in boxes]))
     for _ in range(2):
         assert track.moments.count == 16

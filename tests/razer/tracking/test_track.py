@@ -21,7 +21,7 @@ def track_of(*found: Detection, track_id: int = 1) -> Track:
     """Seen once a frame, from frame 10 on, each frame a view of its own."""
     track = Track(track_id, found[0], 10, BANK)
     for i, each in enumerate(found[1:], start=11):
-        track.observe(each, i)
+        track.observe(each, i, 1.0)
         track.count_hit(each.score, 1.0)
     return track
 
@@ -55,8 +55,8 @@ def test_the_box_grows_to_hold_every_observation() -> None:
 
 def test_a_thing_in_several_pieces_is_observed_by_each_and_hit_once() -> None:
     track = track_of(detection(CUBE))
-    track.observe(detection(CUBE), 11)
-    track.observe(detection(CUBE), 11)
+    track.observe(detection(CUBE), 11, 1.0)
+    track.observe(detection(CUBE), 11, 1.0)
     track.count_hit(1.0, 1.0)
     assert track.hits == 2
     assert track.moments.count == 24
@@ -75,7 +75,7 @@ def test_being_seen_ends_a_row_of_misses() -> None:
 def test_a_frame_from_before_does_not_set_the_clock_back() -> None:
     """Relocalised or replayed: it shows the track, earlier than the last that did."""
     track = track_of(detection(CUBE), detection(CUBE))
-    track.observe(detection(CUBE), 3)
+    track.observe(detection(CUBE), 3, 1.0)
     assert (track.first_frame, track.last_frame) == (3, 11)
 
 
@@ -132,7 +132,7 @@ def test_a_name_whose_vector_disagrees_counts_less() -> None:
     scale = SimilarityScale()
     track = Track(1, detection(CUBE, unit(1, 0, 0, 0), class_name="chair"), 0, BANK, scale)
     for name, place in [("chair", 0), ("desk", 1), ("desk", 2), ("desk", 3)]:
-        track.observe(detection(CUBE, np.eye(4)[place], class_name=name), 1)
+        track.observe(detection(CUBE, np.eye(4)[place], class_name=name), 1, 1.0)
     assert scale.log_odds(scale.units(0.0)) == pytest.approx(-np.log(9))  # so that each desk counts for a tenth
     assert track.class_name == "chair"
 
@@ -182,7 +182,7 @@ def test_absorbing_a_duplicate() -> None:
     older = track_of(*[detection(CUBE, class_name="chair")] * 3)
     newer = Track(2, detection(axis_box((1, 0, 0), (1, 1, 1)), class_name="sofa"), 4, BANK)
     for i in range(5, 30):
-        newer.observe(detection(axis_box((1, 0, 0), (1, 1, 1)), class_name="sofa"), i)
+        newer.observe(detection(axis_box((1, 0, 0), (1, 1, 1)), class_name="sofa"), i, 1.0)
         newer.count_hit(1.0, 1.0)
     newer.n_voxels, older.n_voxels = 50, 30
     mass = older.bank.mass + newer.bank.mass
@@ -208,7 +208,7 @@ def test_of_two_duplicates_either_may_absorb_the_other() -> None:
         large = track_of(*[detection(axis_box((1, 0, 0), (1, 1, 1)), cells=range(90))] * 5, track_id=2)
         small.count_miss(20, 1.0)
         for _ in range(9):
-            large.note_rival(True)
+            large.note_rival(True, 1.0)
         return small, large
 
     results = []
@@ -226,11 +226,23 @@ def test_a_track_is_contested_when_rivals_last() -> None:
     track = track_of(detection(CUBE))
     for rivals, expected in ((5, False), (10, True)):
         for _ in range(rivals):
-            track.note_rival(True)
+            track.note_rival(True, 1.0)
         assert track.is_contested is expected
     for _ in range(20):
-        track.note_rival(False)
+        track.note_rival(False, 1.0)
     assert not track.is_contested
     for i in range(300):
-        track.note_rival(i % 3 == 0)
+        track.note_rival(i % 3 == 0, 1.0)
         assert not track.is_contested
+
+
+def test_rivals_and_sizes_count_by_views_not_by_frames() -> None:
+    """A camera at rest sees the same error again and again."""
+    resting, moving = track_of(detection(CUBE, cells=range(10))), track_of(detection(CUBE, cells=range(10)))
+    for _ in range(10):
+        resting.note_rival(True, 0.05)
+        moving.note_rival(True, 1.0)
+        resting.observe(detection(CUBE, cells=range(100)), 1, 0.0)
+    assert (resting.is_contested, moving.is_contested) == (False, True)
+    resting.count_miss(5, 1.0)
+    assert resting.existence.misses == 1  # five of ten cells in view: as before, half of what is usually detected

@@ -298,6 +298,18 @@ def test_confirmed_tracks_can_be_spared() -> None:
     assert world.prune() == [2]
 
 
+def test_nothing_is_missed_while_the_map_lies_beside_the_poses() -> None:
+    """A thing that a frame does not show where the map has it may stand where the map does not have it yet."""
+    world = CellWorld()
+    world.frame(TABLE, replace(CHAIR, score=0.3))
+    before = log_odds(world)
+    for _ in range(5):
+        world.frame(TABLE, is_beside=True)
+    assert log_odds(world)[2] == before[2]
+    world.frame(TABLE)
+    assert log_odds(world)[2] < before[2]
+
+
 def test_embeddings_speak_against_a_fusion_for_each_view_of_both_and_for_it_once() -> None:
     world = CellWorld()
     alike = replace(LAMP, embedding=CHAIR.embedding)
