@@ -27,6 +27,10 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     ratio = result["stages"]["integrate"]["total_s"] / plain["total_s"]
     assert result["ratios"]["integrate"] == pytest.approx(ratio, rel=0.02)
     assert result["ratios"]["backend"] > result["ratios"]["integrate"]
+    cpu = result["backend_cpu"]
+    assert cpu["frames"] == 6
+    assert cpu["to_plain"] == pytest.approx(cpu["cpu_ms"] / cpu["plain_cpu_ms"], rel=0.02)
+    assert cpu["to_plain"] > 1  # the map does all that plain fusion does
     assert len(result["rss_mb_at_tenths"]) == 10
     assert result["synth"]["fps"] > 0
     assert result["evaluation"]["cpu_s"] > 0
