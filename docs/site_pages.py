@@ -25,7 +25,11 @@ PUBLIC_MODULES = {
     "data_tools": ("data_tools.recordings.sequence",),
 }
 SETTINGS = (
-    "razer.config",
+    "razer.config.volume",
+    "razer.config.lifting",
+    "razer.config.association",
+    "razer.config.bank",
+    "razer.config.maintenance",
     "razer.config.reintegration",
     "slam.config",
     "app.settings.run_config",
