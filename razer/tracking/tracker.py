@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import MapperConfig
 from razer.detection.lifting import Detection
-from razer.similarity.similarity_scale import SimilarityScale
+from razer.similarity.similarity_scale import MAX_LOG_ODDS, SimilarityScale
 from razer.tracking.association import assign, find_candidates
 from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
 from razer.tracking.label_overlap import LabelOverlap
@@ -196,10 +196,11 @@ class Tracker:
         sure as each other the larger one, as ids depend on the order of masks."""
         best: tuple[float, ...] = ()
         best_pair = None
-        for pair, views in self._consensus.candidates():
+        enough = self.config.maintenance.fuse_log_odds
+        for pair, views in self._consensus.candidates(enough - MAX_LOG_ODDS):
             log_odds = round(views + self._semantic_log_odds(*pair), 9)
             rank = (log_odds, self._observed_cells(pair), -pair[0], -pair[1])
-            if log_odds >= self.config.maintenance.fuse_log_odds and rank > best:
+            if log_odds >= enough and rank > best:
                 best, best_pair = rank, pair
         return best_pair
 

@@ -21,8 +21,6 @@ ONE_MASK_LOG_ODDS = 2.0
 TWO_MASKS_LOG_ODDS = -2.0
 # More is not said by masks alone: an error that a segmenter repeats in every view is no new evidence.
 MAX_MASK_LOG_ODDS = 6.0
-# The most that embeddings can say for it: pairs that the masks set farther apart are not looked at.
-MAX_EMBEDDING_LOG_ODDS = 4.0
 
 
 class ViewConsensus:
@@ -61,10 +59,11 @@ class ViewConsensus:
         log_odds = ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
         return min(log_odds, MAX_MASK_LOG_ODDS)
 
-    def candidates(self) -> Iterator[tuple[Pair, float]]:
-        """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
+    def candidates(self, min_log_odds: float) -> Iterator[tuple[Pair, float]]:
+        """Pairs (older id, newer id) that were in one mask and have so much for their being one thing, with their
+        log-odds."""
         for pair in self._together:
-            if (log_odds := self.log_odds(pair)) > -MAX_EMBEDDING_LOG_ODDS:
+            if (log_odds := self.log_odds(pair)) >= min_log_odds:
                 yield pair, log_odds
 
     def replace(self, gone: int, survivor: int) -> None:
