@@ -129,7 +129,7 @@ def test_any_pair_is_fused_that_embeddings_bring_to_the_bound(
     fuse_log_odds: float, fused: list[tuple[int, int]]
 ) -> None:
     """Four views apart, one together, and alike: -8 + 2 + 1.4, however far below what masks alone ask."""
-    left, right = CellMask(rectangle(0, 10, 0, 12), (1, 0)), CellMask(rectangle(0, 10, 12, 20), (1, 0))
+    left, right = CellMask(rectangle(0, 10, 0, 12), (1, 0, 0)), CellMask(rectangle(0, 10, 12, 20), (1, 0, 0))
     world = CellWorld(MapperConfig.model_validate({"maintenance": {"fuse_log_odds": fuse_log_odds}}))
     for _ in range(4):
         world.frame(left, right)
