@@ -34,9 +34,9 @@ class VoxelSettings(Settings):
     surface_share: float = Field(
         0.05,
         ge=0,
-        le=1,
+        le=2,
         description="Share of the observations of its block that a voxel needs to be surface, one at least. Larger: "
-        "cleaner, but what only few frames could see is left out.",
+        "cleaner, but what only few frames could see is left out; 2 = surface_weight observations wherever it is.",
     )
     surface_weight: float = Field(
         3.0,
