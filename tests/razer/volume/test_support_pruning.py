@@ -74,3 +74,4 @@ def test_support_is_the_filled_share_of_the_box() -> None:
     assert support_ratios(voxels, boxes) == pytest.approx({1: 20 / 1000, 4: 0.0})
     flat = {1: axis_box((0, 0, 0), (0.16, 0.2, 0.0))}
     assert support_ratios(voxels, flat) == pytest.approx({1: 1.0})
+    assert support_ratios(voxels, {}) == {}
