@@ -150,8 +150,8 @@ def find_clusters(
 def mask_limits_m(
     surface: ObservedSurface, n_masks: int, depth_m: Float32Array, clusters: MaskClusters, lifting: LiftingSettings
 ) -> Float64Array:
-    """The depth (N,) from which readings of each of N masks are not of the thing, but of what is seen behind it; 0 for
-    masks without a cluster of `min_cells`, which keep none. `depth_m` (P,) are the readings in masks."""
+    """The depth (N,) to which readings of each of N masks are of the thing, and not of what is seen behind it; 0 for
+    masks without a cluster of `min_cells`, which keep none. `depth_m` (P,) is that of the readings in masks, metres."""
     members, readings = _rows_by_label(clusters.labels), _rows_by_label(clusters.labels_of_readings)
     labels_of: dict[int, list[int]] = defaultdict(list)
     for label, rows in members.items():
@@ -161,9 +161,8 @@ def mask_limits_m(
     for mask, labels in labels_of.items():
         depths_m = [depth_m[readings[label]] for label in labels]
         points = [surface.cells.points[clusters.cell[members[label]]] for label in labels]
-        is_limited = lifting.drop_background
-        limits_m[mask] = background_limit_m(depths_m, points, lifting.background_gap_m) if is_limited else np.inf
-    return limits_m
+        limits_m[mask] = background_limit_m(depths_m, points, lifting.background_gap_m)
+    return limits_m if lifting.drop_background else np.where(limits_m > 0, np.inf, 0.0)
 
 
 def _rows_by_label(labels: Int32Array) -> dict[int, IndexArray]:
