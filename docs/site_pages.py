@@ -25,13 +25,17 @@ PUBLIC_MODULES = {
     "data_tools": ("data_tools.recordings.sequence",),
 }
 SETTINGS = (
-    "razer.config",
+    "razer.config.volume",
+    "razer.config.lifting",
+    "razer.config.association",
+    "razer.config.bank",
+    "razer.config.maintenance",
     "razer.config.reintegration",
     "slam.config",
     "app.settings.run_config",
     "app.timeline.config",
 )
-LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)")
+LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s#]+)([^)\s]*)\)")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -48,14 +52,16 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def with_site_links(source: Path) -> str:
     """A page of the repository with its relative links turned to pages of the site; what the site does not show is
     named without a link."""
-    pages = {file: page for page, file in ROOT_PAGES.items()}
+    pages = {file: page for page, file in ROOT_PAGES.items()} | {"docs/examples": "examples.md"}
 
     def turned(match: re.Match[str]) -> str:
-        text, target = match.groups()
+        text, target, anchor = match.groups()
         if "://" in target or target.startswith("mailto:"):
             return match[0]
         path = (source.parent / target).resolve().relative_to(ROOT).as_posix()
-        return text + (pages.get(path) or path.removeprefix("docs/"))
+        if path not in pages and not path.startswith("docs/"):
+            return text[text.index("[") + 1 : -1]
+        return f"{text}({pages.get(path) or path.removeprefix('docs/')}{anchor})"
 
     return LINK.sub(turned, source.read_text(encoding="utf-8"))
 

@@ -13,8 +13,6 @@ from razer.boxes.oriented_box import OrientedBox, PointMoments
 # a part seen of it is smaller than the whole.
 SHARE_OF_SIZE = 0.5
 EDGE_PERCENT = 10  # of a cluster's readings may lie beyond the depths at which it is taken to begin and to end
-
-
 # The thing is the nearest cluster of its mask that is no splinter: one with this share of the largest one's readings.
 # Between the bars of a chair there may be more wall than chair.
 SHARE_OF_LARGEST = 0.25

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import BoolArray, Float32Array, IndexArray, Int32Array
+from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray, Int32Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
 from razer.config import LiftingSettings, MaskSettings
 from razer.detection.background_filter import background_limit_m
@@ -48,8 +48,9 @@ class Detection:
 
 @dataclass(frozen=True)
 class Lifted:
-    """The detections of one frame, ordered by mask and then by size, largest first; and for each of M pairs of
-    a mask and a cell it covers, small clusters and noise included: member_mask (M,), member_cell (M,)."""
+    """The detections of one frame, ordered by mask and then by size, largest first; and all M pairs of a mask and a
+    cell before its background: member_mask (M,), member_cell (M,). Where each cluster is a detection, they hold noise
+    and small clusters as well, which are in none."""
 
     detections: tuple[Detection, ...]
     member_mask: Int32Array
@@ -89,7 +90,8 @@ def shrink(masks: BoolArray, pixels: int) -> BoolArray:
 def lift(
     surface: ObservedSurface, masks: Masks, embeddings: Float32Array, lifting: LiftingSettings, shrink_pixels: int
 ) -> Lifted:
-    """Back-project the shrunk masks (RAZER eq. 3), split them by DBSCAN and fit boxes (RAZER eqs. 4 to 6).
+    """Back-project the shrunk masks (RAZER eq. 3), take off their background by DBSCAN, and fit boxes (RAZER eqs. 4
+    to 6).
 
     Args:
         surface: The depth readings of the frame and the voxel cells they fall in.
@@ -104,9 +106,11 @@ def lift(
     strided = np.ascontiguousarray(masks.masks[:, :: surface.stride, :: surface.stride])
     strided = shrink(strided, round(shrink_pixels * height / 480 / surface.stride))
     mask_of, pixel_of = surface.readings_in(strided)
-    kept, labels = own_readings(surface, len(masks), mask_of, pixel_of, lifting)
+    clusters = find_clusters(surface, len(masks), mask_of, pixel_of, lifting)
+    depth_m = surface.depth[surface.rows[pixel_of], surface.columns[pixel_of]]
+    kept = depth_m <= mask_limits_m(surface, len(masks), depth_m, clusters, lifting)[mask_of]
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
-    mask_of, pixel_of, labels = mask_of[kept], pixel_of[kept], labels[kept]
+    mask_of, pixel_of, labels = mask_of[kept], pixel_of[kept], clusters.labels_of_readings[kept]
     member_mask, member_cell, _ = occupied_cells(surface, len(masks), mask_of, pixel_of)
     detections = []
     for mask in np.unique(member_mask).tolist():
@@ -122,31 +126,43 @@ def lift(
     return Lifted(tuple(detections), member_mask, member_cell)
 
 
-def own_readings(
-    surface: ObservedSurface, n_masks: int, mask_of: IndexArray, pixel_of: Int32Array, lifting: LiftingSettings
-) -> tuple[BoolArray, Int32Array]:
-    """Which of the readings (P,) in masks are of the thing and not of what is seen behind it.
+@dataclass(frozen=True)
+class MaskClusters:
+    """DBSCAN's labels, -1 = noise, no label in two masks: labels (M,) of M pairs of a mask and a cell it covers,
+    mask (M,), cell (M,); labels_of_readings (P,) of the readings in masks."""
 
-    The DBSCAN clusters of a mask say so, of which those of `min_cells` count; masks without such a cluster keep none.
-    Also the cluster (P,) of each reading, -1 for noise."""
-    member_mask, member_cell, member_of_pixel = occupied_cells(surface, n_masks, mask_of, pixel_of)
+    mask: Int32Array
+    cell: Int32Array
+    labels: Int32Array
+    labels_of_readings: Int32Array
+
+
+def find_clusters(
+    surface: ObservedSurface, n_masks: int, mask_of: IndexArray, pixel_of: Int32Array, lifting: LiftingSettings
+) -> MaskClusters:
+    """The clusters of the cells that readings (P,) of each mask lie in."""
+    mask, cell, member_of_reading = occupied_cells(surface, n_masks, mask_of, pixel_of)
     radius = max(lifting.dbscan_eps_m / surface.cells.voxel_size_m, 2.0)
-    labels = cluster(surface.cells, member_mask, member_cell, radius, lifting.dbscan_min_points)
-    depth_m = surface.depth[surface.rows[pixel_of], surface.columns[pixel_of]]
-    pixel_labels = labels[member_of_pixel]
-    members, pixels = _rows_by_label(labels), _rows_by_label(pixel_labels)
-    clusters_of: dict[int, list[int]] = defaultdict(list)
+    labels = cluster(surface.cells, mask, cell, radius, lifting.dbscan_min_points)
+    return MaskClusters(mask, cell, labels, labels[member_of_reading])
+
+
+def mask_limits_m(
+    surface: ObservedSurface, n_masks: int, depth_m: Float32Array, clusters: MaskClusters, lifting: LiftingSettings
+) -> Float64Array:
+    """The depth (N,) to which readings of each of N masks are of the thing, and not of what is seen behind it; 0 for
+    masks without a cluster of `min_cells`, which keep none. `depth_m` (P,) is that of the readings in masks, metres."""
+    members, readings = _rows_by_label(clusters.labels), _rows_by_label(clusters.labels_of_readings)
+    labels_of: dict[int, list[int]] = defaultdict(list)
     for label, rows in members.items():
         if label >= 0 and len(rows) >= lifting.min_cells:
-            clusters_of[int(member_mask[rows[0]])].append(label)
-    limit_m = np.zeros(n_masks)
-    for mask, of_mask in clusters_of.items():
-        depths = [depth_m[pixels[label]] for label in of_mask]
-        points = [surface.cells.points[member_cell[members[label]]] for label in of_mask]
-        limit_m[mask] = background_limit_m(depths, points, lifting.background_gap_m)
-    if not lifting.drop_background:
-        limit_m[limit_m > 0] = np.inf
-    return depth_m <= limit_m[mask_of], pixel_labels
+            labels_of[int(clusters.mask[rows[0]])].append(label)
+    limits_m = np.zeros(n_masks)
+    for mask, labels in labels_of.items():
+        depths_m = [depth_m[readings[label]] for label in labels]
+        points = [surface.cells.points[clusters.cell[members[label]]] for label in labels]
+        limits_m[mask] = background_limit_m(depths_m, points, lifting.background_gap_m)
+    return limits_m if lifting.drop_background else np.where(limits_m > 0, np.inf, 0.0)
 
 
 def _rows_by_label(labels: Int32Array) -> dict[int, IndexArray]:

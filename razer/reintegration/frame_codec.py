@@ -37,8 +37,8 @@ class _Packed:
 
     `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
     detection: mask, number of readings, score, quality, class name, region. `has_color` are packed bits, None = all
-    true. `rest` are readings, one in each cell, of
-    clusters that are too small to be detections.
+    true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their detections, a pixel in each
+    cell.
     """
 
     index: int
@@ -50,8 +50,8 @@ class _Packed:
     pixels: bytes
     properties: list[tuple[int, int, float, float, str | None, Region | None]]
     embeddings: NDArray[np.int8]
-    rest_masks: Int32Array
-    rest_pixels: Int32Array
+    leftover_masks: Int32Array
+    leftover_pixels: Int32Array
 
 
 def pack(observation: Observation) -> bytes:
@@ -62,7 +62,7 @@ def pack(observation: Observation) -> bytes:
     bgr = cv2.cvtColor(np.ascontiguousarray(frame.rgb[::stride, ::stride]), cv2.COLOR_RGB2BGR)
     pixel = surface.rows * width + surface.columns
     pixels = pixel[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
-    rest_masks, rest_readings = _rest(surface, observation.lifted)
+    leftover_masks, leftover_readings = _leftovers(surface, observation.lifted)
     packed = _Packed(
         index=frame.index,
         stamp=frame.stamp,
@@ -73,21 +73,21 @@ def pack(observation: Observation) -> bytes:
         pixels=_deflated(np.diff(pixels, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
         properties=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
         embeddings=_quantized([d.embedding for d in detections]),
-        rest_masks=rest_masks,
-        rest_pixels=pixel[rest_readings],
+        leftover_masks=leftover_masks,
+        leftover_pixels=pixel[leftover_readings],
     )
     return pickle.dumps(packed)
 
 
-def _rest(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Array]:
-    """Masks (M,) and cells that are in no detection, a reading (M,) standing for each cell."""
+def _leftovers(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Array]:
+    """The pairs of a mask and a cell that are in no detection: masks (M,), and a reading (M,) for each cell."""
     n_cells = len(surface.cells)
     member = lifted.member_mask.astype(np.int64) * n_cells + lifted.member_cell
     in_detection = np.concatenate([np.zeros(0, np.int64), *(d.mask * n_cells + d.cells for d in lifted.detections)])
-    rest = ~np.isin(member, in_detection)
+    is_left = ~np.isin(member, in_detection)
     reading = np.zeros(n_cells, np.int32)
     reading[surface.pixel_cell] = np.arange(len(surface.pixel_cell), dtype=np.int32)
-    return lifted.member_mask[rest], reading[lifted.member_cell[rest]]
+    return lifted.member_mask[is_left], reading[lifted.member_cell[is_left]]
 
 
 def unpack(
@@ -116,7 +116,7 @@ def unpack(
 
 
 def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -> Lifted:
-    """The detections and the rest of the masks, where their readings lie now."""
+    """The detections and what else masks hold, where their readings lie now."""
     reading = np.zeros(surface.depth.size, np.int32)
     reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
     pixels = np.cumsum(np.ascontiguousarray(_inflated(kept.pixels, 4)).view(np.int32)[:, 0], dtype=np.int32)
@@ -134,10 +134,9 @@ def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -
         fields = (mask, cells_of[i], readings_of[i], moments, box, embeddings[i], score, quality, class_name, region)
         detections.append(Detection(*fields))
     masks = np.array([mask for mask, *_ in kept.properties], np.int32)
-    rest_cells = surface.pixel_cell[reading[kept.rest_pixels]]
-    return Lifted(
-        tuple(detections), np.concatenate([masks[member], kept.rest_masks]), np.concatenate([member_cell, rest_cells])
-    )
+    leftover_cells = surface.pixel_cell[reading[kept.leftover_pixels]]
+    member_mask = np.concatenate([masks[member], kept.leftover_masks])
+    return Lifted(tuple(detections), member_mask, np.concatenate([member_cell, leftover_cells]))
 
 
 def _quantized(embeddings: list[Float32Array]) -> NDArray[np.int8]:

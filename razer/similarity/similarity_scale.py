@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import log
 from typing import TypeVar
 
 import numpy as np
@@ -30,6 +31,9 @@ MIN_SPREAD = 0.02
 PRIOR_STRANGERS = 0.1
 MIN_STRANGERS = 0.1
 MAX_STRANGERS = 0.4
+# The most that one cosine can say, either way. It is P(c | same) / P(c | unlike), each of which is (1 - s) p + s q with
+# the densities p of its own kind and q of the other; where q = 0 what is left is (1 - s) p / s p. ln 9 = 2.2.
+MAX_LOG_ODDS = log((1 - MIN_STRANGERS) / MIN_STRANGERS)
 
 
 @dataclass(frozen=True)
@@ -70,8 +74,8 @@ class CalibratedScale:
         things; monotone, 0 where cosines say nothing.
 
         Each kind of pairs is a normal distribution with a share of the other, as some views carry a wrong vector and
-        some things have a twin: this bounds what a single cosine can say, by -2.2 to 2.2 at most. What is beyond
-        either mean says no more than the mean."""
+        some things have a twin: this bounds what a single cosine can say (`MAX_LOG_ODDS`). What is beyond either mean
+        says no more than the mean."""
         unlike_mean, slope = 1 - self.separation, max(self.units_per_cosine, 1e-9)
         between = np.clip(units, unlike_mean, 1.0)
         ratio = _log_normal(between, 1.0, slope * self.same.spread)

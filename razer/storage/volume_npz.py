@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 import zlib
 from collections.abc import Iterable
@@ -20,6 +21,8 @@ from razer.volume.voxel_map import VoxelMap
 
 FORMAT = 1
 ATTRIBUTES = ("tsdf", "weight", "color", "label", "ids", "counts")
+# What volumes were made with that were saved before there were these settings.
+FORMER_SETTINGS = {"surface_share": 2.0, "vertex_labels": "votes", "seam_rings": 3}
 
 
 def save_voxels(path: Path, voxels: VoxelMap) -> None:
@@ -81,7 +84,7 @@ def _restored(path: Path, device: str) -> VoxelMap:
         arrays = {name: archive[name] for name in archive.files}
     if int(arrays["format"]) != FORMAT:
         raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
-    voxels = VoxelMap(VoxelSettings.model_validate_json(str(arrays["settings"])), device)
+    voxels = VoxelMap(_settings_of(str(arrays["settings"])), device)
     voxels.allocate(arrays["keys"])
     rows = voxels.rows_of(arrays["keys"])
     used = np.unpackbits(arrays["used"], count=len(rows) * BLOCK_VOXELS).astype(bool).reshape(-1, BLOCK_VOXELS)
@@ -91,3 +94,10 @@ def _restored(path: Path, device: str) -> VoxelMap:
     voxels.pages.write(addresses, **{name: torch.from_numpy(arrays[name]).to(rows.device) for name in ATTRIBUTES})
     voxels.admit(int(arrays["newest_id"]))
     return voxels
+
+
+def _settings_of(saved: str) -> VoxelSettings:
+    """The settings that a volume was made with, by those that were saved as JSON."""
+    settings = FORMER_SETTINGS | json.loads(saved)
+    settings["surface_weight"] = max(1.0, settings["surface_weight"])  # it was less where all that was seen is surface
+    return VoxelSettings.model_validate(settings)

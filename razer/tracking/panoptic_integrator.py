@@ -21,10 +21,10 @@ from razer.tracking.tracker import Tracker
 from razer.volume.box_voting import vote_in_boxes
 from razer.volume.label_voting import vote
 from razer.volume.space_carving import carve
-from razer.volume.support import support_ratios
-from razer.volume.support_pruning import SupportPruning, filled_shares
+from razer.volume.support_pruning import SupportPruning, support_ratios
 from razer.volume.surface_cache import SurfaceCache, points_by_instance
 from razer.volume.voxel_map import VoxelMap
+from razer.volume.won_shares import won_shares
 
 
 class PanopticIntegrator:
@@ -113,11 +113,11 @@ class PanopticIntegrator:
             return self.tracker.prune(spare_confirmed=spare_confirmed)
         tracks = self.tracker.tracks
         confidences = {track_id: track.bank.peak_confidence for track_id, track in tracks.items()}
-        doomed = self._support_pruning.doomed(filled_shares(self.voxels, self._boxes), confidences)
+        doomed = self._support_pruning.doomed(support_ratios(self.voxels, self._boxes), confidences)
         return self.tracker.drop([i for i in doomed if not (spare_confirmed and tracks[i].confirmed)])
 
     def refresh_tracks(self, grown: Set[int] = frozenset()) -> None:
-        """Renew the boxes and support of tracks whose voxels may have changed; `grown` are tracks that were given
+        """Renew the boxes and won shares of tracks whose voxels may have changed; `grown` are tracks that were given
         others' voxels."""
         changed = self._surface.renew(self.voxels)
         stale = [
@@ -127,10 +127,10 @@ class PanopticIntegrator:
         ]
         surface = self._surface.around([track.id for track in stale])
         points = points_by_instance(self.voxels, surface, [track.id for track in stale])
-        support = support_ratios(self.voxels, surface)
+        shares = won_shares(self.voxels, surface)
         for track in stale:
             track.refresh(points[track.id])
-            track.support = support.get(track.id, 0.0)
+            track.won_share = shares.get(track.id, 0.0)
             self.tracker.refreshed(track)
 
     def finish(self, *, spare_confirmed: bool = False) -> None:

@@ -25,7 +25,7 @@ ENOUGH_OF_TYPICAL = 0.5  # of it in view is a full chance to be detected
 
 
 class Track:
-    """An instance being mapped: id >= 1, box, moments, embedding bank, and how often it was matched and missed."""
+    """An instance being mapped: id >= 1, box, moments, embedding bank, its hits, and the evidence that it exists."""
 
     def __init__(
         self,
@@ -52,9 +52,8 @@ class Track:
         self.bank = EmbeddingBank(bank, len(detection.embedding), scale)
         self.first_frame = self.last_frame = frame_index
         self.hits = 1
-        self.misses = 0
         self.existence = Existence(detection.score)
-        self.support = 1.0
+        self.won_share = 1.0
         self.n_voxels = 0
         self.views: tuple[BestView, ...] = ()
         self._rivalry = 0.0
@@ -79,7 +78,7 @@ class Track:
     def confidence(self) -> float:
         """alpha in [0, 1]: the probability that it is a thing (temporal consistency), times that of its label being its
         own, the share of its votes that won their voxels."""
-        return self.existence.probability * self.support
+        return self.existence.probability * self.won_share
 
     @property
     def is_contested(self) -> bool:
@@ -110,13 +109,11 @@ class Track:
     def count_hit(self, score: float, novelty: float) -> None:
         """Note a later frame in which it was detected; an unsure detection is in part a miss."""
         self.hits += 1
-        self.misses = 0
         self.existence.count(novelty * score, novelty * (1 - score))
 
     def count_miss(self, visible_cells: int, novelty: float) -> None:
         """Note a frame that shows so many of its own cells, and no detection of it. Where much less of it is in view
         than usually is detected of it, or than it owns, it is the less missed."""
-        self.misses += 1
         typical_cells = min(self._typical_cells, self.n_voxels or np.inf)
         chance = min(1.0, visible_cells / max(1.0, ENOUGH_OF_TYPICAL * typical_cells))
         self.existence.count(0.0, novelty * chance)
@@ -137,7 +134,6 @@ class Track:
         self.first_frame = min(self.first_frame, other.first_frame)
         self.last_frame = max(self.last_frame, other.last_frame)
         self.hits = max(self.hits, other.hits)
-        self.misses = min(self.misses, other.misses)
         self._rivalry = max(self._rivalry, other._rivalry)
         self._typical_cells = max(self._typical_cells, other._typical_cells)
         self.existence.absorb(other.existence)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from razer.boxes.rtree_index import BoxIndex
 from razer.config import MapperConfig
 from razer.detection.lifting import Detection
-from razer.similarity.similarity_scale import SimilarityScale
+from razer.similarity.similarity_scale import MAX_LOG_ODDS, SimilarityScale
 from razer.tracking.association import assign, find_candidates
 from razer.tracking.evidence.pair_counts import Pair
 from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsensus
@@ -163,12 +163,12 @@ class Tracker:
         fused: list[tuple[int, int]] = []
         if not self.config.maintenance.fuse_duplicates:
             return fused
-        ranks = self._ranked(self._consensus.candidates())
+        ranks = self._ranked_duplicates()
         while ranks:
             survivor, gone = max(ranks, key=ranks.__getitem__)
             fused.append(self._fuse(survivor, gone))
             ranks = {pair: rank for pair, rank in ranks.items() if {survivor, gone}.isdisjoint(pair)}
-            ranks |= self._ranked(self._consensus.candidates_of(survivor))
+            ranks |= self._ranked_duplicates(survivor)
         return fused
 
     def fuse_alike(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -195,13 +195,14 @@ class Tracker:
         n_views = min(self.tracks[a].hits, self.tracks[b].hits, MAX_VIEWS_OF_EMBEDDINGS)
         return log_odds if log_odds > 0 else n_views * log_odds
 
-    def _ranked(self, pairs: Iterable[tuple[Pair, float]]) -> dict[Pair, tuple[float, ...]]:
-        """Those of the pairs, given with what the masks say, that are one thing by masks and embeddings; the surest
-        ranks highest, of pairs as sure as each other the larger one, as ids depend on the order of masks."""
+    def _ranked_duplicates(self, track_id: int = 0) -> dict[Pair, tuple[float, ...]]:
+        """Pairs that are one thing by the masks of all views and by the embeddings, all of them or those of one track.
+        The surest ranks highest, of pairs as sure as each other the larger one, as ids depend on the order of masks."""
         ranks: dict[Pair, tuple[float, ...]] = {}
-        for pair, views in pairs:
+        enough = self.config.maintenance.fuse_log_odds
+        for pair, views in self._consensus.candidates(enough - MAX_LOG_ODDS, track_id):
             log_odds = round(views + self._semantic_log_odds(*pair), 9)
-            if log_odds >= self.config.maintenance.fuse_log_odds:
+            if log_odds >= enough:
                 ranks[pair] = log_odds, self._observed_cells(pair), -pair[0], -pair[1]
         return ranks
 

@@ -49,7 +49,8 @@ def merge_equal(ids: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def winner(ids: Tensor, counts: Tensor) -> Tensor:
-    """The label l = arg max h (n,) int32: of equal counts the lowest id; 0 where nobody has votes."""
+    """The label l = arg max h (n,) int32, 0 where nobody has votes. Of equal counts the lowest id: the older track, and
+    of those that one frame began that of the larger mask (`razer.detection.perception.in_order_of_content`)."""
     best_id, best_count = ids[0], counts[0]
     for slot in range(1, len(ids)):
         better = (counts[slot] > best_count) | ((counts[slot] == best_count) & (ids[slot] < best_id))

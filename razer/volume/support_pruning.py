@@ -47,8 +47,8 @@ class SupportPruning:
         return sorted(i for i in late if confidences[i] <= s.keep_confidence)
 
 
-def filled_shares(voxels: VoxelMap, boxes: Mapping[int, OrientedBox]) -> dict[int, float]:
-    """r_i of tracks by id (RAZER eq. 15): the voxels that bear their label over the volume of their box.
+def support_ratios(voxels: VoxelMap, boxes: Mapping[int, OrientedBox]) -> dict[int, float]:
+    """The support r_i of tracks by id (RAZER eq. 15): the voxels that bear their label over the volume of their box.
 
     The paper divides a number by a volume, whose unit it leaves open. Here voxels count with the volume that they fill,
     so that r_i has no unit; a box flatter than a voxel counts as one voxel thick.
@@ -58,6 +58,6 @@ def filled_shares(voxels: VoxelMap, boxes: Mapping[int, OrientedBox]) -> dict[in
     for rows in voxels.pages.all()[1].split(BLOCKS_AT_ONCE):
         labels = voxels.pages.blocks(rows, "label")
         counts += torch.bincount(voxels.resolve(labels[labels > 0]).long(), minlength=len(counts))
-    n_voxels = counts.tolist()
-    volumes_m3 = {i: float(np.prod(np.maximum(box.extent, size_m))) for i, box in boxes.items()}
-    return {i: n_voxels[i] * size_m**3 / volume_m3 for i, volume_m3 in volumes_m3.items()}
+    n_voxels = counts[list(boxes)].tolist()
+    volumes_m3 = (float(np.prod(np.maximum(box.extent, size_m))) for box in boxes.values())
+    return {i: n * size_m**3 / volume_m3 for i, n, volume_m3 in zip(boxes, n_voxels, volumes_m3, strict=True)}

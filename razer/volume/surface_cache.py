@@ -1,7 +1,7 @@
 """Cache of the surface voxels of a volume, block by block: only blocks that were touched since the last look are read
 again, and only those that hold something of a track for it.
 
-Renewing the tracks' boxes and support would else take the longer the larger the map is.
+Renewing the tracks' boxes and won shares would else take the longer the larger the map is.
 """
 
 from __future__ import annotations

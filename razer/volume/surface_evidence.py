@@ -14,4 +14,4 @@ from razer.config import VoxelSettings
 def is_observed_enough(weight: Tensor, settings: VoxelSettings) -> Tensor:
     """Which voxels of blocks (B, 4096) may hold surface, by their numbers of observations (B, 4096)."""
     of_block = weight.amax(dim=1, keepdim=True)
-    return weight >= (settings.surface_share * of_block).clamp(1.0, max(1.0, settings.surface_weight))
+    return weight >= (settings.surface_share * of_block).clamp(1.0, settings.surface_weight)

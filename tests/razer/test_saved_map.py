@@ -12,6 +12,7 @@ import pytest
 
 import razer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.volume.mesh_extraction import extract_mesh
 
 FORMAT_1 = Path(__file__).resolve().parents[1] / "fixtures" / "run_format_1"
 FILES = ("instances.json", "mesh.ply", "embeddings.npz", "map.npz", "config.toml")
@@ -44,11 +45,28 @@ def test_what_is_saved_again_is_the_same_to_the_byte(tmp_path):
         assert (tmp_path / "again" / name).read_bytes() == (FORMAT_1 / name).read_bytes(), name
     with np.load(tmp_path / "again" / "map.npz") as again, np.load(FORMAT_1 / "map.npz") as before:
         assert again.files == before.files
-        # Settings that there are since then are added.
+        # Settings that there are since then are added, with what the map was made with.
         old, new = (json.loads(str(arrays["settings"])) for arrays in (before, again))
-        assert old.items() <= new.items()
+        assert new == old | {"surface_share": 2.0, "vertex_labels": "votes", "seam_rings": 3}
         for name in set(before.files) - {"settings"}:
             assert again[name].tobytes() == before[name].tobytes(), name
+
+
+def test_the_volume_of_a_run_of_format_1_has_the_surface_that_it_had():
+    """A voxel was surface from three observations on, however often its block was seen."""
+    saved = razer.load_map(FORMAT_1)
+    anew = extract_mesh(saved.volume)
+    for part in ("vertices", "instances", "triangles", "colors"):
+        np.testing.assert_array_equal(getattr(anew, part), getattr(saved.mesh, part))
+
+
+def test_a_volume_of_format_1_that_took_all_that_was_seen_opens(tmp_path):
+    folder = shutil.copytree(FORMAT_1, tmp_path / "run")
+    with np.load(folder / "map.npz") as before:
+        settings = json.loads(str(before["settings"])) | {"surface_weight": 0.0}
+        np.savez_compressed(folder / "map.npz", **{**before, "settings": np.array(json.dumps(settings))})
+    volume = razer.load_map(folder).volume
+    assert (volume.settings.surface_weight, volume.settings.surface_share) == (1.0, 2.0)
 
 
 def test_a_live_map_comes_back_as_it_was(live, tmp_path):

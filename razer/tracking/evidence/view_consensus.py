@@ -7,7 +7,7 @@ of the embeddings are added by the `Tracker`."""
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from razer.tracking.evidence.pair_counts import Pair, PairCounts
@@ -21,8 +21,6 @@ ONE_MASK_LOG_ODDS = 2.0
 TWO_MASKS_LOG_ODDS = -2.0
 # More is not said by masks alone: an error that a segmenter repeats in every view is no new evidence.
 MAX_MASK_LOG_ODDS = 6.0
-# The most that embeddings can say for it: pairs that the masks set farther apart are not looked at.
-MAX_EMBEDDING_LOG_ODDS = 4.0
 
 
 class ViewConsensus:
@@ -61,17 +59,11 @@ class ViewConsensus:
         log_odds = ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
         return min(log_odds, MAX_MASK_LOG_ODDS)
 
-    def candidates(self) -> Iterator[tuple[Pair, float]]:
-        """Pairs (older id, newer id) that were in one mask and may be one thing, with their log-odds."""
-        return self._likely(self._together)
-
-    def candidates_of(self, track_id: int) -> Iterator[tuple[Pair, float]]:
-        """Those candidates that the track is one of."""
-        return self._likely(self._together.pairs_of(track_id))
-
-    def _likely(self, pairs: Iterable[Pair]) -> Iterator[tuple[Pair, float]]:
-        for pair in pairs:
-            if (log_odds := self.log_odds(pair)) > -MAX_EMBEDDING_LOG_ODDS:
+    def candidates(self, min_log_odds: float, track_id: int = 0) -> Iterator[tuple[Pair, float]]:
+        """Pairs (older id, newer id) that were in one mask and have so much for their being one thing, with their
+        log-odds; all of them, or those of one track."""
+        for pair in self._together.pairs_of(track_id) if track_id else self._together:
+            if (log_odds := self.log_odds(pair)) >= min_log_odds:
                 yield pair, log_odds
 
     def replace(self, gone: int, survivor: int) -> None:

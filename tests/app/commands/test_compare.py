@@ -17,6 +17,7 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
 from razer.storage.ply import read_mesh_ply, write_mesh_ply
+from tests.support.changed_runs import MOTION, copy_with, moved_copy, without
 from tests.support.cli import call
 
 N_FRAMES = 24
@@ -31,16 +32,6 @@ PAIR_KEYS = {
     "a", "b", "class_a", "class_b", "iou", "center_distance_m", "center_a_m", "center_b_m", "extent_a_m",
     "extent_b_m", "cosine",
 }  # fmt: skip
-
-
-def motion():
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_euler("zyx", [70, 20, -35], degrees=True).as_matrix()
-    matrix[:3, 3] = [3.0, -1.5, 0.75]
-    return matrix
-
-
-MOTION = motion()  # moved from own
 
 
 @pytest.fixture(scope="module")
@@ -63,48 +54,6 @@ def run(room):
 def moved(run):
     """The same run as another system would have it, in a world of its own."""
     return moved_copy(run, run.with_name("moved"))
-
-
-def moved_copy(run, folder):
-    shutil.copytree(run, folder)
-    mesh = read_mesh_ply(run / "mesh.ply")
-    mesh.vertices[:] = mesh.vertices.astype(float) @ MOTION[:3, :3].T + MOTION[:3, 3]
-    write_mesh_ply(folder / "mesh.ply", mesh)
-    content = json.loads((run / "instances.json").read_text())
-    for item in content["instances"]:
-        item["center"] = (MOTION[:3, :3] @ item["center"] + MOTION[:3, 3]).tolist()
-        item["rotation"] = (MOTION[:3, :3] @ item["rotation"]).tolist()
-    content["up"] = (MOTION[:3, :3] @ content["up"]).tolist()
-    (folder / "instances.json").write_text(json.dumps(content))
-    rows = np.loadtxt(run / "trajectory.txt")
-    positions = rows[:, 1:4] @ MOTION[:3, :3].T + MOTION[:3, 3]
-    turns = Rotation.from_matrix(MOTION[:3, :3]) * Rotation.from_quat(rows[:, 4:])
-    write_trajectory(folder, rows[:, 0], positions, turns)
-    return folder
-
-
-def write_trajectory(folder, stamps, positions, turns):
-    np.savetxt(folder / "trajectory.txt", np.column_stack([stamps, positions, turns.as_quat()]), fmt="%.12f")
-
-
-def copy_with(run, folder, change):
-    """A copy with changed (stamps, positions, rotations)."""
-    shutil.copytree(run, folder)
-    rows = np.loadtxt(run / "trajectory.txt")
-    write_trajectory(folder, *change(rows[:, 0], rows[:, 1:4], Rotation.from_quat(rows[:, 4:])))
-    return folder
-
-
-def without(run, folder, number):
-    """A copy that has not found one instance."""
-    shutil.copytree(run, folder)
-    mesh = read_mesh_ply(run / "mesh.ply")
-    mesh.instances[mesh.instances == number] = 0
-    write_mesh_ply(folder / "mesh.ply", mesh)
-    content = json.loads((run / "instances.json").read_text())
-    content["instances"] = [item for item in content["instances"] if item["id"] != number]
-    (folder / "instances.json").write_text(json.dumps(content))
-    return folder
 
 
 def numbers_in(value):

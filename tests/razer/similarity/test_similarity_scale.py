@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from razer.similarity.similarity_scale import CalibratedScale, CosinePopulation, SimilarityScale
+from razer.similarity.similarity_scale import MAX_LOG_ODDS, CalibratedScale, CosinePopulation, SimilarityScale
 
 RNG = np.random.default_rng
 AXIS = np.linspace(-1, 2, 61)
@@ -69,6 +69,8 @@ def test_twins_among_unlike_things_and_wrong_vectors_among_views_change_little()
     assert spoilt.log_odds(1.0) == pytest.approx(-np.log(0.2 / 0.8), abs=0.25)
     assert clean.log_odds(0.0) == pytest.approx(-np.log(9), abs=0.1)  # one in ten is taken for wrong in any case
     assert clean.log_odds(1.0) == pytest.approx(np.log(9), abs=0.1)
+    distinct = learnt(np.full(9000, 0.0), np.full(9000, 1.0))
+    assert (distinct.log_odds(1.0), distinct.log_odds(0.0)) == pytest.approx((MAX_LOG_ODDS, -MAX_LOG_ODDS))
 
 
 def test_an_embedder_whose_vectors_are_all_equal_says_nothing() -> None:

@@ -40,7 +40,7 @@ def fused_slowly(world: CellWorld) -> list[tuple[int, int]]:
                     -pair[0],
                     -pair[1],
                 )
-                for pair, views in tracker._consensus.candidates()
+                for pair, views in tracker._consensus.candidates(-100.0)
             ),
             default=(-np.inf, 0, 0, 0),
         )

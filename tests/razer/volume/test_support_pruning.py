@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.config import MaintenanceSettings
-from razer.volume.support_pruning import SupportPruning, filled_shares
+from razer.volume.support_pruning import SupportPruning, support_ratios
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, cells_at, frame_of, look
 
@@ -71,6 +71,7 @@ def test_support_is_the_filled_share_of_the_box() -> None:
     voxels.vote(cells_at([[x, y, 0] for x in range(4) for y in range(5)]), np.repeat([1, 2], [15, 5]).astype(np.int32))
     voxels.replace(2, 1)
     boxes = {1: axis_box((0, 0, 0), (0.4, 0.4, 0.4)), 4: axis_box((0, 0, 0), (1, 1, 1))}
-    assert filled_shares(voxels, boxes) == pytest.approx({1: 20 / 1000, 4: 0.0})
+    assert support_ratios(voxels, boxes) == pytest.approx({1: 20 / 1000, 4: 0.0})
     flat = {1: axis_box((0, 0, 0), (0.16, 0.2, 0.0))}
-    assert filled_shares(voxels, flat) == pytest.approx({1: 1.0})
+    assert support_ratios(voxels, flat) == pytest.approx({1: 1.0})
+    assert support_ratios(voxels, {}) == {}

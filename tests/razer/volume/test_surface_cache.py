@@ -18,9 +18,9 @@ from razer.models.oracle.embedder import OracleEmbedder
 from razer.models.oracle.segmenter import OracleSegmenter
 from razer.volume.blocks.block_pages import PAGE_BLOCKS
 from razer.volume.space_carving import carve
-from razer.volume.support import support_ratios
 from razer.volume.surface_cache import SurfaceCache, SurfaceVoxels, points_by_instance
 from razer.volume.voxel_map import VoxelMap
+from razer.volume.won_shares import won_shares
 from tests.support.scenes import COARSE, cells_at, frame_of, look
 
 SHAPE = (120, 160)
@@ -118,13 +118,13 @@ def test_what_lies_around_an_instance_tells_of_it_what_all_of_the_surface_does()
             volume.replace(3, 0)
         known.renew(volume)
         everything = SurfaceVoxels.at(volume, volume.surface_addresses())
-        support = support_ratios(volume, everything)
+        shares = won_shares(volume, everything)
         for instance in (1, 2, 3, 4, 6):
             near = known.around([instance])
             assert len(near.addresses) < len(everything.addresses)
             ours, theirs = (points_by_instance(volume, of, [instance])[instance] for of in (near, everything))
             assert_array_equal(ours, theirs)
-            assert support_ratios(volume, near).get(instance) == support.get(instance)
+            assert won_shares(volume, near).get(instance) == shares.get(instance)
 
 
 class _Anew(SurfaceCache):
@@ -148,7 +148,7 @@ def test_tracks_are_the_same_as_if_all_of_the_surface_were_taken_each_time(monke
         mapper = Mapper(MapperConfig(), OracleSegmenter("full", seed=1), OracleEmbedder("full", seed=1))
         for index in range(len(room)):
             mapper.step(room[index])
-        tracks.append({t.id: (t.n_voxels, t.support, t.hits, *t.box.center, *t.box.extent) for t in mapper.tracks})
+        tracks.append({t.id: (t.n_voxels, t.won_share, t.hits, *t.box.center, *t.box.extent) for t in mapper.tracks})
     assert tracks[0].keys() == tracks[1].keys()
     for track_id, state in tracks[0].items():
         assert state == pytest.approx(tracks[1][track_id], abs=1e-6)

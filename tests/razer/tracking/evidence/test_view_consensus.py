@@ -37,7 +37,7 @@ def consensus_of(*views: LabelOverlap, novelty: float = 1.0) -> ViewConsensus:
 
 def agreed(consensus: ViewConsensus) -> list[tuple[int, int]]:
     """The pairs that masks alone would fuse."""
-    return sorted(pair for pair, log_odds in consensus.candidates() if log_odds >= BOUND)
+    return sorted(pair for pair, _ in consensus.candidates(BOUND))
 
 
 @pytest.mark.parametrize(("together", "apart"), [(0, 1), (1, 0), (1, 1), (5, 6), (2, 38), (38, 2)])
@@ -69,12 +69,11 @@ def test_neighbours_joined_in_one_view_of_twenty_do_not_agree() -> None:
         assert agreed(consensus_of(*[TOGETHER if j else APART for j in joined])) == []
 
 
-def test_candidates_are_pairs_that_were_together_and_that_embeddings_can_still_join() -> None:
-    """What embeddings say is some 4 at most, so that three views apart beyond those together are beyond doubt."""
+def test_candidates_are_pairs_that_were_together_and_have_enough_for_it() -> None:
     for together, apart, open_pair in ((1, 2, True), (2, 3, True), (1, 3, False), (2, 38, False), (0, 1, False)):
         consensus = consensus_of(*[TOGETHER] * together, *[APART] * apart)
         expected = [((1, 2), pytest.approx(2.0 * (together - apart)))] if open_pair else []
-        assert list(consensus.candidates()) == expected
+        assert list(consensus.candidates(-2.0)) == expected
 
 
 def test_the_order_of_the_views_does_not_matter() -> None:
@@ -147,12 +146,12 @@ def test_fusing_renames_and_forgets() -> None:
     three = [view({1: 50, 2: 50, 3: 50})] * 3
     fused = consensus_of(*three)
     fused.replace(3, 1)
-    assert dict(fused.candidates()) == {(1, 2): 6.0}  # the most that masks say
+    assert dict(fused.candidates(0.0)) == {(1, 2): 6.0}  # the most that masks say
     fused.add(APART, {}, 5.0)
-    assert dict(fused.candidates()) == {(1, 2): 2.0}  # three views of 2 with 1, three of 2 with 3, five against
+    assert dict(fused.candidates(0.0)) == {(1, 2): 2.0}  # three views of 2 with 1, three of 2 with 3, five against
     forgotten = consensus_of(*three)
     forgotten.replace(1, 0)
-    assert dict(forgotten.candidates()) == {(2, 3): 6.0}
+    assert dict(forgotten.candidates(0.0)) == {(2, 3): 6.0}
 
 
 def test_views_apart_are_inherited_by_the_survivor() -> None:

@@ -1,4 +1,4 @@
-"""Support and the frozen result."""
+"""Won shares and the frozen result."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from razer.config import BankSettings
 from razer.panoptic_map import PanopticMap
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
-from razer.volume.support import support_ratios as ratios_on
 from razer.volume.surface_cache import SurfaceVoxels
 from razer.volume.voxel_map import VoxelMap
+from razer.volume.won_shares import won_shares as shares_on
 from tests.support.scenes import COARSE, axis_box, cells_at, detection, unit
 
 
-def support_ratios(voxels: VoxelMap) -> dict[int, float]:
-    return ratios_on(voxels, SurfaceVoxels.at(voxels, voxels.surface_addresses()))
+def won_shares(voxels: VoxelMap) -> dict[int, float]:
+    return shares_on(voxels, SurfaceVoxels.at(voxels, voxels.surface_addresses()))
 
 
 def strip() -> VoxelMap:
@@ -34,11 +34,11 @@ def strip() -> VoxelMap:
     return voxels
 
 
-def test_support_is_the_share_of_votes_in_voxels_that_were_won() -> None:
-    assert support_ratios(strip()) == pytest.approx({1: 0.4, 2: 1.0, 3: 0.0})
+def test_the_share_of_votes_in_voxels_that_were_won() -> None:
+    assert won_shares(strip()) == pytest.approx({1: 0.4, 2: 1.0, 3: 0.0})
 
 
-def test_one_mask_that_joined_a_thing_with_its_wall_costs_little_support() -> None:
+def test_one_mask_that_joined_a_thing_with_its_wall_costs_a_small_share() -> None:
     voxels = VoxelMap(COARSE)
     voxels.admit(2)
     voxels.allocate(np.zeros((1, 3), np.int32))
@@ -50,35 +50,35 @@ def test_one_mask_that_joined_a_thing_with_its_wall_costs_little_support() -> No
     for _ in range(20):
         voxels.vote(cup, np.full(4, 2, np.int32))
     voxels.vote(wall, np.full(64, 2, np.int32))
-    assert support_ratios(voxels)[2] == pytest.approx(80 / 144)
+    assert won_shares(voxels)[2] == pytest.approx(80 / 144)
 
 
-def test_a_single_vote_that_won_is_full_support_and_an_id_without_any_has_none() -> None:
+def test_a_single_vote_that_won_is_all_and_an_id_without_any_has_no_share() -> None:
     voxels = VoxelMap(COARSE)
     voxels.admit(3)
     voxels.allocate(np.zeros((1, 3), np.int32))
     (weight,) = voxels.pages.views("weight")
     weight[:] = 9.0
     voxels.vote(cells_at([[5, 5, 5]]), np.array([2], np.int32))
-    assert support_ratios(voxels) == {2: 1.0}
+    assert won_shares(voxels) == {2: 1.0}
 
 
-def test_support_follows_fusions_and_prunings() -> None:
+def test_shares_follow_fusions_and_prunings() -> None:
     voxels = strip()
     voxels.replace(2, 0)
     voxels.settle()
-    assert support_ratios(voxels) == pytest.approx({1: 1.0, 3: 0.0})
+    assert won_shares(voxels) == pytest.approx({1: 1.0, 3: 0.0})
     voxels.replace(3, 1)
     voxels.settle()
-    assert support_ratios(voxels) == pytest.approx({1: 1.0})
+    assert won_shares(voxels) == pytest.approx({1: 1.0})
 
 
-def test_nobody_has_support_in_an_unclaimed_map() -> None:
+def test_nobody_has_a_share_in_an_unclaimed_map() -> None:
     voxels = VoxelMap(COARSE)
-    assert support_ratios(voxels) == {}
+    assert won_shares(voxels) == {}
     voxels.admit(2)
     voxels.allocate(np.zeros((1, 3), np.int32))
-    assert support_ratios(voxels) == {}
+    assert won_shares(voxels) == {}
 
 
 def test_the_frozen_map_says_what_the_tracks_know() -> None:
