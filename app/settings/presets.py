@@ -26,6 +26,7 @@ DEPARTURES: Mapping[str, Mapping[str, Any]] = {
     "bank: hypotheses not merged": {"bank.merge_hypotheses": False},
     "votes: within boxes": {"maintenance.label_votes": "box"},
     "votes: never withdrawn": {"maintenance.withdraw_votes": False},
+    "votes: others not spared": {"maintenance.spare_others": False},
     "map: pruning by support": {"maintenance.pruning": "support"},
     "map: no consensus": {"maintenance.fuse_duplicates": False},
     "map: no carving": {"voxels.carve_every": 0},

@@ -63,6 +63,11 @@ class MaintenanceSettings(Settings):
         description="Whether a voxel loses a vote for an instance that the frame shows elsewhere. Off: what a mask "
         "spilled over stays, and small things detected now and then belong to what they stand on.",
     )
+    spare_others: bool = Field(
+        True,
+        description="Whether a mask takes no voxel of tracks that it covers whole, though more views hold them apart "
+        "from its own. Off, as the paper: where views are few, one mask that joined two things gives one to the other.",
+    )
     min_confidence: float = Field(
         0.3,
         ge=0,

@@ -75,10 +75,15 @@ class EmbeddingBank:
         """Probability that a unit vector (D,) is of the same thing as the bank, beforehand as likely as not."""
         return float(1 / (1 + np.exp(-self.scale.log_odds(self.similarity(embedding)))))
 
-    def similarity_to(self, other: EmbeddingBank) -> float:
-        """Highest similarity of any two hypotheses of two banks, in units of unlike ... same; 0 where one is empty."""
+    def log_odds_same(self, other: EmbeddingBank) -> float:
+        """ln P(same thing) / P(unlike things) of two banks: the mean of the likelihood ratios of all pairs of their
+        hypotheses, each by its confidences, so that one wrong vector among many speaks for little; 0 where one is
+        empty."""
         cosines = self._hypotheses.mean_cosines(other._hypotheses)
-        return self.scale.units(float(cosines.max())) if cosines.size else 0.0
+        if not cosines.size:
+            return 0.0
+        ratios = np.exp(self.scale.log_odds(self.scale.units(cosines)))
+        return float(np.log(self.confidences @ ratios @ other.confidences))
 
     def add(self, embedding: Float32Array, confidence: float) -> None:
         """Take in one observation (RAZER eqs. 13 and 14)."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
@@ -59,7 +59,8 @@ class PanopticIntegrator:
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
-            ids = self._vote(surface, lifted.detections, owners)
+            spared = {decision.detection: decision.also_covers for decision in decisions if decision.also_covers}
+            ids = self._vote(surface, lifted.detections, owners, spared)
         with stage("maintain"):
             if self._support_pruning:
                 self._support_pruning.count_frame(surface, self._boxes, set(owners.tolist()))
@@ -74,11 +75,17 @@ class PanopticIntegrator:
             changed_blocks=changed_blocks,
         )
 
-    def _vote(self, surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
+    def _vote(
+        self,
+        surface: ObservedSurface,
+        detections: Sequence[Detection],
+        owners: Int32Array,
+        spared: Mapping[int, Sequence[int]],
+    ) -> Int32Array:
         """Let voxels vote for the owners (N,) of N detections; returns the strided id image."""
         if self.config.maintenance.label_votes == "box":
             return vote_in_boxes(self.voxels, surface, detections, owners, self._boxes)
-        return vote(self.voxels, surface, detections, owners, self.config.maintenance.withdraw_votes)
+        return vote(self.voxels, surface, detections, owners, self.config.maintenance.withdraw_votes, spared)
 
     @property
     def _boxes(self) -> dict[int, OrientedBox]:

@@ -59,10 +59,12 @@ class Tracker:
         self.scale.observe(unlike_cosines(detections), same_cosines(detections, candidates, banks))
         pairs = assign(candidates, settings.gate)
         mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
+        others = self._consensus.apart(overlap, mask_of) if self.config.maintenance.spare_others else {}
         decisions = []
         for i, detection in enumerate(detections):
             outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], overlap, mask_of)
-            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id))
+            also_covers = tuple(others.get(pairs.get(i, 0), ()))
+            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id, also_covers))
         self._note_rivals(decisions, detections, mask_of, novelty)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index, novelty)
@@ -191,7 +193,7 @@ class Tracker:
     def _semantic_log_odds(self, a: int, b: int) -> float:
         """What the embeddings of two tracks say about their being one. Against it each view of both speaks anew, as a
         single vector may be wrong, but hardly several; for it they speak once, since neighbours often look alike."""
-        log_odds = self.scale.log_odds(self.tracks[a].bank.similarity_to(self.tracks[b].bank))
+        log_odds = self.tracks[a].bank.log_odds_same(self.tracks[b].bank)
         n_views = min(self.tracks[a].hits, self.tracks[b].hits, MAX_VIEWS_OF_EMBEDDINGS)
         return log_odds if log_odds > 0 else n_views * log_odds
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -23,6 +24,7 @@ def vote(
     detections: Sequence[Detection],
     owners: Int32Array,
     withdraw: bool = True,
+    spared: Mapping[int, Sequence[int]] | None = None,
 ) -> Int32Array:
     """Each voxel at the observed surface takes one vote for the owner of the pixel it projects to.
 
@@ -31,6 +33,7 @@ def vote(
         surface: The observed surface of the frame.
         detections: Its N detections; where they overlap, the one with fewer pixels is voted for.
         owners: The track (N,) of each.
+        spared: By detection the tracks whose voxels do not vote for its owner.
         withdraw: Whether voxels lose a vote for each instance that the frame shows, but elsewhere: what a mask spilled
             over in one view, and a table's votes for the book on it, are taken back in others.
 
@@ -38,13 +41,26 @@ def vote(
         The strided id image (h, w), 0 = nobody.
     """
     owners = np.array(voxels.resolve(torch.from_numpy(owners)).tolist(), np.int32)
-    ids = id_image(surface, detections, owners)
+    ids = id_image(surface, _without(voxels, surface, detections, spared or {}), owners)
     # A further layer before and behind costs three times as much and labels 0.1 % more vertices rightly.
     row, column, z, on_image = surface.cell_pixels
     near = on_image & (np.abs(surface.depth[row, column] - z) <= 2 * voxels.settings.voxel_size_m)
     may_withdraw = near & _far_from_borders(ids)[row, column] if withdraw else np.zeros_like(near)
     voxels.vote(surface.cells, np.where(near, ids[row, column], 0), np.unique(ids[ids > 0]), may_withdraw)
     return ids
+
+
+def _without(
+    voxels: VoxelMap, surface: ObservedSurface, detections: Sequence[Detection], spared: Mapping[int, Sequence[int]]
+) -> list[Detection]:
+    """The detections, without readings in voxels of tracks that are spared."""
+    result = list(detections)
+    if spared:
+        labels = np.array(voxels.labels_at(surface.cells).tolist(), np.int32)
+        for i, tracks in spared.items():
+            pixels = detections[i].pixels
+            result[i] = replace(detections[i], pixels=pixels[~np.isin(labels[surface.pixel_cell[pixels]], tracks)])
+    return result
 
 
 def _far_from_borders(ids: Int32Array) -> BoolArray:

@@ -59,6 +59,18 @@ class ViewConsensus:
         log_odds = ONE_MASK_LOG_ODDS * self._together.get(pair, 0) + TWO_MASKS_LOG_ODDS * self._apart.get(pair, 0)
         return min(log_odds, MAX_MASK_LOG_ODDS)
 
+    def apart(self, overlap: LabelOverlap, mask_of: Mapping[int, int]) -> dict[int, list[int]]:
+        """For each matched track the others that its mask covers, though more views hold them apart from it than
+        together; `mask_of` gives the masks of tracks that were matched in this frame, which are none of those."""
+        covering = self._covering_masks(overlap, {})
+        track_of = {mask: track for track, mask in mask_of.items()}
+        others: dict[int, list[int]] = defaultdict(list)
+        for track, mask in sorted(covering.items()):
+            owner = track_of.get(mask)
+            if owner and track not in mask_of and self.log_odds((min(track, owner), max(track, owner))) < 0:
+                others[owner].append(track)
+        return others
+
     def candidates(self, min_log_odds: float, track_id: int = 0) -> Iterator[tuple[Pair, float]]:
         """Pairs (older id, newer id) that were in one mask and have so much for their being one thing, with their
         log-odds; all of them, or those of one track."""

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
-from razer.similarity.similarity_scale import CalibratedScale, CosinePopulation, SimilarityScale
+from razer.similarity.similarity_scale import MAX_LOG_ODDS, CalibratedScale, CosinePopulation, SimilarityScale
 from razer.tracking.embedding_bank import EmbeddingBank
 from razer.tracking.embedding_clusters import SAME_THING_UNITS, EmbeddingClusters
 
@@ -175,19 +175,36 @@ def test_similarity_of_a_view_does_not_grow_with_the_number_of_views_behind_a_hy
         similarities.append(bank.similarity(view))
     assert_allclose(similarities, 1, atol=0.25)
     assert similarities[-1] == pytest.approx(1, abs=0.05)
-    assert bank.similarity_to(bank) == pytest.approx(1, abs=0.1)
+    assert bank.log_odds_same(bank) == pytest.approx(MAX_LOG_ODDS, abs=0.2)
 
 
-def test_banks_are_as_similar_as_their_most_similar_hypotheses():
+def test_evidence_of_two_banks_is_that_of_their_hypotheses_by_confidence():
+    """By hand: four pairs of hypotheses at 0.75, 0.25 and 0.4, 0.6."""
     scale = learnt_scale(0.2, 0.8)
     one, other = (EmbeddingBank(BankSettings(), 3, scale) for _ in range(2))
-    assert one.similarity_to(other) == 0
-    for axis in (0, 1):
-        one.add(np.eye(3, dtype=np.float32)[axis], 0.5)
-    other.add(np.eye(3, dtype=np.float32)[2], 0.5)
-    assert one.similarity_to(other) == pytest.approx(scale.units(0.0))
-    other.add(np.array([0, 0.6, 0.8], np.float32), 0.5)
-    assert one.similarity_to(other) == other.similarity_to(one) > scale.units(0.0) + 0.3
+    assert one.log_odds_same(other) == 0
+    one.add(np.array([1, 0, 0], np.float32), 0.75)
+    assert one.log_odds_same(other) == 0
+    one.add(np.array([0, 1, 0], np.float32), 0.25)
+    other.add(np.array([0, 0, 1], np.float32), 0.4)
+    assert one.log_odds_same(other) == pytest.approx(scale.log_odds(scale.units(0.0)))
+    other.add(np.array([0, 1, 0], np.float32), 0.6)
+    unlike, alike = (float(np.exp(scale.log_odds(scale.units(cosine)))) for cosine in (0.0, 1.0))
+    assert unlike < 0.2 < 5 < alike
+    expected = np.log(0.25 * 0.6 * alike + (1 - 0.25 * 0.6) * unlike)
+    assert one.log_odds_same(other) == pytest.approx(expected)
+    assert other.log_odds_same(one) == pytest.approx(expected)
+
+
+def test_one_wrong_vector_among_many_makes_nothing_one():
+    """A mask that joined the door with its floor carried the door's vector to the floor."""
+    scale = learnt_scale(0.2, 0.8)
+    floor, door = (EmbeddingBank(BankSettings(), 3, scale) for _ in range(2))
+    for view in range(20):
+        floor.add(np.eye(3, dtype=np.float32)[1 if view == 1 else 0], 0.8)
+    door.add(np.array([0, 1, 0], np.float32), 0.5)
+    assert floor.similarity(np.array([0, 1, 0], np.float32)) > 1
+    assert floor.log_odds_same(door) < -0.5
 
 
 @pytest.fixture(scope="module")

@@ -329,8 +329,7 @@ def test_embeddings_speak_against_a_fusion_for_each_view_of_both_and_for_it_once
         world.frame(*masks)
     table, chair, twin = (world.tracker.tracks[i] for i in (1, 2, 3))
     assert (table.hits, chair.hits, twin.hits) == (7, 3, 3)
-    scale = world.tracker.scale
-    unlike, same = (scale.log_odds(chair.bank.similarity_to(other.bank)) for other in (table, twin))
+    unlike, same = (chair.bank.log_odds_same(other.bank) for other in (table, twin))
     assert unlike < -1
     assert same > 1
     assert world.tracker._semantic_log_odds(1, 2) == pytest.approx(3 * unlike)

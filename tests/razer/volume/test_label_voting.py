@@ -106,6 +106,19 @@ def test_votes_may_be_withdrawn_unless_told_otherwise() -> None:
     assert labels_at(voxels, surface, 60, 140) == 1
 
 
+@pytest.mark.parametrize("spared", [None, {0: [2]}, {0: [3]}])
+def test_voxels_of_spared_tracks_do_not_vote_for_a_mask_over_them(spared: dict[int, list[int]] | None) -> None:
+    voxels, surface = mapped()
+    left, right = (replace(detection(axis_box((0, 0, 2), (1, 1, 1))), pixels=part) for part in halves(surface))
+    both = replace(left, pixels=np.concatenate([left.pixels, right.pixels]))
+    vote(voxels, surface, [left, right], np.array([1, 2], np.int32))
+    for _ in range(3):
+        ids = vote(voxels, surface, [both], np.array([1], np.int32), spared=spared)
+    is_spared = spared == {0: [2]}
+    assert labels_at(voxels, surface, 60, 140) == ids[60, 140] + 2 * is_spared == (2 if is_spared else 1)
+    assert labels_at(voxels, surface, 60, 20) == ids[60, 20] == 1
+
+
 def halves(surface: ObservedSurface) -> tuple[np.ndarray, np.ndarray]:
     """The pixels left and right of the middle, as detections list them."""
     left = surface.columns < 80
