@@ -112,6 +112,11 @@ class Masks:
     def __len__(self) -> int:
         return len(self.masks)
 
+    @property
+    def is_stuff(self) -> BoolArray:
+        """Which masks (N,) are stuff; none where the model does not say."""
+        return np.zeros(len(self), np.bool_) if self.stuff is None else self.stuff
+
     @classmethod
     def none(cls, height: int, width: int) -> Masks:
         """No masks on an image of the given size."""

@@ -13,16 +13,18 @@ from razer.errors import BadInput
 
 # Of the stuff of ADE20K, COCO-Stuff, NYU40 and ScanNet what is a surface or outdoors; what they call stuff and a room
 # has several of (cabinet, curtain, door, mirror, rug, shelf, table, window) is counted.
-STUFF = frozenset(
-    """wall floor flooring ceiling roof carpet building house skyscraper sky cloud fog tree bush grass field
-    playingfield earth ground land dirt mud sand gravel snow rock mountain hill road street sidewalk pavement path
-    runway railroad water sea river lake waterfall""".split()
-)
+_STUFF = """
+wall floor flooring ceiling roof carpet building house skyscraper sky cloud fog tree bush grass field playingfield
+earth ground land dirt mud sand gravel snow rock mountain hill road street sidewalk pavement path runway railroad
+water sea river lake waterfall
+"""
 # Words that leave it what it is: COCO-Stuff's wall-brick and floor-other-merged, a tiled floor, a wood ceiling.
-_KINDS = frozenset(
-    "brick carpeted concrete dirt exterior hardwood interior marble merged other panel plaster stone stuff tile tiled "
-    "track wood wooden".split()
-)
+_OF_A_KIND = """
+brick carpeted concrete exterior hardwood interior marble merged other panel plaster stone stuff tile tiled track wood
+wooden
+"""
+STUFF = frozenset(_STUFF.split())
+_KINDS = frozenset(_OF_A_KIND.split())
 
 
 def is_stuff_name(name: str) -> bool:
@@ -41,7 +43,9 @@ def stuff_classes(class_names: Sequence[str], chosen: str | Collection[str] | No
     for name in names:
         if name not in class_names:
             close = ", ".join(difflib.get_close_matches(name, class_names, n=3, cutoff=0)) or "none"
-            raise BadInput(f"segmenter option stuff names '{name}', which the model does not know; the nearest: {close}")
+            raise BadInput(
+                f"segmenter option stuff names '{name}', which the model does not know; the nearest: {close}"
+            )
     return np.array([name in names for name in class_names], np.bool_)
 
 

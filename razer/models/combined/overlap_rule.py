@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from razer.arrays import BoolArray
+from razer.arrays import BoolArray, Float32Array
 from razer.frame import Masks
+from razer.models.combined.region_names import named_by_regions
 from razer.models.mask_filters import mask_iou
 from razer.models.semantic.class_pieces import connected_pieces
 
-# Borders of class maps are coarse: so near to a detector's thing, at 480 rows, a piece of a class is its rim.
+# Borders of class maps are coarse: so near to a thing that a piece covers, at 480 rows, it is the thing's rim.
 RIM_PIXELS = 8
+COVERED = 0.5  # share of a thing that a piece covers which means it: a chair's piece, not the cabinet behind it
 MIN_PIXELS = 200  # at 640x480: what is left of a region where others came first, and is smaller, is a sliver
 
 
@@ -26,33 +28,31 @@ class PartMasks:
     masks: Masks
     tells_instances: bool
 
-    @property
-    def stuff(self) -> BoolArray:
-        """Which masks are stuff (N,); none of a segmenter that does not say so."""
-        return np.zeros(len(self.masks), np.bool_) if self.masks.stuff is None else self.masks.stuff
-
     def things(self) -> Masks:
         """Masks of one thing each."""
-        return self.masks.select(~self.stuff if self.tells_instances else np.zeros(len(self.masks), np.bool_))
+        return self.masks.select(~self.masks.is_stuff & self.tells_instances)
 
     def thing_pieces(self) -> Masks:
         """Pieces of classes of things."""
-        return self.masks.select(np.zeros(len(self.masks), np.bool_) if self.tells_instances else ~self.stuff)
+        return self.masks.select(~self.masks.is_stuff & (not self.tells_instances))
 
     def stuff_pieces(self) -> Masks:
         """Pieces of stuff."""
-        return self.masks.select(self.stuff)
+        return self.masks.select(self.masks.is_stuff)
 
 
 def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     """The masks of one frame out of those of several segmenters.
 
-    1. Things come first. Of two things of different segmenters whose masks overlap by more than `iou` the one with the
+    1. A mask of a segmenter that names nothing takes the name of the class that a semantic segmenter sees beneath it
+       (see named_by_regions).
+    2. Things come first. Of two things of different segmenters whose masks overlap by more than `iou` the one with the
        better score stays, with equal scores that of the segmenter named first; others stay as they are, so nested
        ones too.
-    2. A piece of a thing's class, from a segmenter that does not tell things apart, is left where no thing is and no
-       such piece of an earlier segmenter, nor their rims; what is left of it falls into connected pieces.
-    3. Stuff is what is left of it after both, and after stuff of earlier segmenters.
+    3. A piece of a thing's class, from a segmenter that does not tell things apart, is left where no thing is and no
+       such piece of an earlier segmenter, nor the rim of one that it covers by more than half; what is left of it
+       falls into connected pieces.
+    4. Stuff is what is left of it after both, and after stuff of earlier segmenters.
 
     Args:
         parts: at least one, of the same frame.
@@ -60,13 +60,13 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     """
     height, width = parts[0].masks.masks.shape[1:]
     enough = max(1, round(MIN_PIXELS * height * width / (640 * 480)))
-    things = _best_of_several([part.things() for part in parts], iou)
-    taken = things.masks.any(axis=0)
-    kept = [_flagged(things, stuff=False)]
+    parts = _named(parts, iou)
+    counted = _flagged(_best_of_several([part.things() for part in parts], iou), stuff=False)
     for part in parts:
-        pieces = _outside(part.thing_pieces(), _grown(taken), enough)
-        taken = taken | pieces.masks.any(axis=0)
-        kept.append(_flagged(pieces, stuff=False))
+        pieces = _outside(part.thing_pieces(), counted, enough)
+        counted = concatenated([counted, _flagged(pieces, stuff=False)])
+    taken = counted.masks.any(axis=0)
+    kept = [counted]
     for part in parts:
         stuff = part.stuff_pieces()
         left = replace(stuff, masks=stuff.masks & ~taken)
@@ -74,6 +74,17 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
         taken = taken | left.masks.any(axis=0)
         kept.append(_flagged(left, stuff=True))
     return concatenated(kept)
+
+
+def _named(parts: Sequence[PartMasks], iou: float) -> Sequence[PartMasks]:
+    regions = [part.masks for part in parts if not part.tells_instances]
+    if not regions:
+        return parts
+    beneath = concatenated(regions)
+    return [
+        part if part.masks.class_names is not None else replace(part, masks=named_by_regions(part.masks, beneath, iou))
+        for part in parts
+    ]
 
 
 def _best_of_several(parts: Sequence[Masks], iou: float) -> Masks:
@@ -95,17 +106,29 @@ def _grown(taken: BoolArray) -> BoolArray:
     return cv2.dilate(taken.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
 
 
-def _outside(pieces: Masks, taken: BoolArray, enough: int) -> Masks:
-    """The pieces outside of what is taken (H, W): untouched ones as they are, of others each connected piece that has
-    enough pixels."""
+def _outside(pieces: Masks, others: Masks, enough: int) -> Masks:
+    """The pieces outside of other masks: untouched ones as they are, of others each connected piece that has enough
+    pixels."""
+    taken = others.masks.any(axis=0)
+    is_covered = _covered_share(others.masks, pieces.masks) > COVERED
     sources: list[int] = []
     masks: list[BoolArray] = []
     for number, piece in enumerate(pieces.masks):
-        left = connected_pieces(piece & ~taken, enough) if (piece & taken).any() else [piece]
+        left = [piece]
+        if (piece & taken).any():
+            rims = _grown(np.any(others.masks[is_covered[:, number]], axis=0))
+            left = connected_pieces(piece & ~taken & ~rims, enough)
         sources += [number] * len(left)
         masks += left
     chosen = pieces.select(np.array(sources, np.intp))
     return replace(chosen, masks=np.stack(masks)) if masks else chosen
+
+
+def _covered_share(masks: BoolArray, pieces: BoolArray) -> Float32Array:
+    """The share of each mask (M, H, W) that each piece (N, H, W) covers, (M, N), by every second pixel."""
+    sparse, cover = (stack[:, ::2, ::2].astype(np.float32) for stack in (masks, pieces))
+    shared: Float32Array = np.tensordot(sparse, cover, axes=((1, 2), (1, 2)))
+    return shared / np.maximum(sparse.sum(axis=(1, 2)), 1)[:, None]
 
 
 def _flagged(masks: Masks, *, stuff: bool) -> Masks:
@@ -118,10 +141,9 @@ def concatenated(parts: Sequence[Masks]) -> Masks:
     no_names = all(part.class_names is None for part in parts)
     no_stuff = all(part.stuff is None for part in parts)
     names = tuple(name for part in parts for name in part.class_names or [""] * len(part))
-    stuff = [np.zeros(len(part), np.bool_) if part.stuff is None else part.stuff for part in parts]
     return Masks(
         np.concatenate([part.masks for part in parts]),
         np.concatenate([part.scores for part in parts]),
         None if no_names else names,
-        None if no_stuff else np.concatenate(stuff),
+        None if no_stuff else np.concatenate([part.is_stuff for part in parts]),
     )

@@ -33,9 +33,7 @@ class CombinedSegmenter:
 
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame, things first, then pieces of classes, then stuff; stuff is flagged."""
-        found = [
-            PartMasks(part.segment(frame), getattr(part, "tells_instances", True)) for part in self.parts.values()
-        ]
+        found = [PartMasks(part.segment(frame), getattr(part, "tells_instances", True)) for part in self.parts.values()]
         return combine(found, self.iou)
 
 

@@ -50,7 +50,7 @@ def parsed_names(text: str, source: str) -> tuple[str, ...]:
             continue
         return numbered_names(value, source)
     if text.lstrip()[:1] in ("{", "["):
-        raise BadInput(f"{source} cannot be read: {one_line(text)[:40]!r}")
+        raise BadInput(f"{source} cannot be read: {text.strip()[:40]!r}")
     lines = text.strip().splitlines()
     return numbered_names(lines[0].split(",") if len(lines) == 1 else lines, source)
 
@@ -63,7 +63,9 @@ def numbered_names(value: Any, source: str) -> tuple[str, ...]:
     except (ValueError, TypeError, KeyError, AttributeError):
         names = {}
     if not names or not all(0 <= number < _MOST_CLASSES for number in names):
-        raise BadInput(f"{source} should name the classes by number, as in {{0: 'wall', 1: 'floor'}} or a list of names")
+        raise BadInput(
+            f"{source} should name the classes by number, as in {{0: 'wall', 1: 'floor'}} or a list of names"
+        )
     return tuple(_first_synonym(names.get(number, "")) for number in range(max(names) + 1))
 
 

@@ -57,15 +57,17 @@ class ImageInput:
         normalisation = None if spec.type == _BYTES else _normalisation(graph, mean, std)
         return cls(spec, channels_last, sides[0], sides[1], size or _USUAL_SIZE, normalisation)
 
+    def sides(self, rgb: Uint8Array) -> tuple[int, int]:
+        """Rows and columns of the input for an image (H, W, 3)."""
+        height, width = rgb.shape[:2]
+        strides = self.longest / max(height, width) / _STRIDE
+        rows, columns = (max(1, round(own * strides)) * _STRIDE for own in (height, width))
+        return self.rows or rows, self.columns or columns
+
     def __call__(self, rgb: Uint8Array) -> NDArray:
         """The input for an image (H, W, 3), which is stretched to the size of the model."""
-        height, width = rgb.shape[:2]
-        scale = self.longest / max(height, width)
-        rows, columns = (
-            side or max(1, round(own * scale / _STRIDE)) * _STRIDE
-            for side, own in ((self.rows, height), (self.columns, width))
-        )
-        image: NDArray = rgb if (rows, columns) == (height, width) else cv2.resize(rgb, (columns, rows))
+        rows, columns = self.sides(rgb)
+        image: NDArray = rgb if (rows, columns) == rgb.shape[:2] else cv2.resize(rgb, (columns, rows))
         if self.normalisation is not None:
             mean, deviation = self.normalisation
             image = (image.astype(np.float32) / 255 - mean) / deviation
@@ -100,7 +102,7 @@ def _normalisation(graph: OnnxGraph, mean: Colours | None, std: Colours | None) 
 
 def _stated(graph: OnnxGraph) -> Mapping[str, Any]:
     """Mean and std in the metadata, or in the configuration of the image processor beside the file."""
-    stated = {key: _literal(graph.metadata[key]) for key in ("mean", "std") if key in graph.metadata}
+    stated: dict[str, Any] = {key: _literal(graph.metadata[key]) for key in ("mean", "std") if key in graph.metadata}
     if stated or (config := find_sidecar(graph.file, "preprocessor_config.json")) is None:
         return stated
     settings = read_json(config)

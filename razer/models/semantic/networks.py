@@ -15,7 +15,7 @@ from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
 from razer.models.runtime.onnx_graph import OnnxGraph
 from razer.models.semantic.class_names import names_of, numbered_names
-from razer.models.semantic.class_scores import class_scores, expected, may_be_classes
+from razer.models.semantic.class_scores import class_scores, expected, layout_of
 from razer.models.semantic.image_input import Colours, ImageInput
 
 
@@ -43,18 +43,20 @@ class OnnxNetwork:
         self.graph = OnnxGraph(file, device)
         self.class_names = names_of(file, self.graph.metadata, names)
         self.input = ImageInput.of(self.graph, mean, std, size)
-        outputs = [o.name for o in self.graph.outputs.values() if may_be_classes(o.shape, len(self.class_names))]
-        if not outputs:
-            listed = ", ".join(map(str, self.graph.outputs.values()))
-            raise BadInput(f"{file} gives {listed}, expected {expected(len(self.class_names))}")
-        self.output = outputs[0]
+        sides, n_classes = (self.input.rows, self.input.columns), len(self.class_names)
+        outputs = self.graph.outputs.values()
+        fitting = [output.name for output in outputs if layout_of(output.shape, n_classes, sides)]
+        if not fitting:
+            raise BadInput(f"{file} gives {', '.join(map(str, outputs))}, expected {expected(n_classes)}")
+        self.output = fitting[0]
 
     def __call__(self, rgb: Uint8Array) -> NDArray:
         """Class numbers or logits that span the image; raises BadInput for outputs that are neither."""
+        rows, columns = self.input.sides(rgb)
         outputs = self.graph({self.input.spec.name: self.input(rgb)})
         n_classes = len(self.class_names)
         try:
-            return class_scores(outputs[self.output], n_classes)
+            return class_scores(outputs[self.output], n_classes, (rows, columns))
         except ValueError as error:
             raise BadInput(f"{self.graph.file} gives {error}, expected {expected(n_classes)}") from None
 
