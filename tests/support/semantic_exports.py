@@ -44,36 +44,11 @@ def write_semantic(
         output_shape: what the file says of it; None = nothing but how many sides there are.
         metadata: properties of the file; None = the names.
     """
-    nodes, last = [], "image"
-
-    def then(kind: str, *more: str, **attributes: object) -> None:
-        nonlocal last
-        nodes.append(helper.make_node(kind, [last, *more], [f"t{len(nodes)}"], **attributes))
-        last = f"t{len(nodes) - 1}"
-
-    if not batch:
-        then("Unsqueeze", "first")
-    then("Cast", to=TensorProto.FLOAT)
-    if takes == "bytes":
-        then("Div", "white")
-    if channels_last:
-        then("Transpose", perm=[0, 3, 1, 2])
-    then("Conv", "weights", "bias")
-    if pool > 1:
-        then("AveragePool", kernel_shape=[pool, pool], strides=[pool, pool])
-    if gives == "probabilities":
-        then("Softmax", axis=1)
-    if gives == "logits last":
-        then("Transpose", perm=[0, 2, 3, 1])
-    if gives.startswith("classes"):
-        keep = 0 if gives == "classes" else 1
-        then("ArgMax", axis=1, keepdims=keep)
-        if gives == "classes last":
-            then("Transpose", perm=[0, 2, 3, 1])
-        then("Cast", to=output_type)
-    if not batch:
-        then("Squeeze", "first")
-    nodes.append(helper.make_node("Identity", [last], ["classes"]))
+    nodes: list[onnx.NodeProto] = []
+    for kind, more, attributes in _steps(channels_last, takes, batch, gives, output_type, pool):
+        source = nodes[-1].output[0] if nodes else "image"
+        nodes.append(helper.make_node(kind, [source, *more], [f"t{len(nodes)}"], **attributes))
+    nodes.append(helper.make_node("Identity", [nodes[-1].output[0]], ["classes"]))
     image = (*size, 3) if channels_last else (3, *size)
     n_sides = (3 if gives == "classes" else 4) - (not batch)
     shape = output_shape or tuple(f"side {i}" for i in range(n_sides))
@@ -93,3 +68,24 @@ def write_semantic(
     helper.set_model_props(model, {"names": str(dict(enumerate(NAMES)))} if metadata is None else metadata)
     onnx.save(model, str(file))
     return file
+
+
+def _steps(
+    channels_last: bool, takes: str, batch: bool, gives: str, output_type: int, pool: int
+) -> list[tuple[str, list[str], dict[str, object]]]:
+    """Operators from image to classes, with their constants and attributes."""
+    to_last: tuple = ("Transpose", [], {"perm": [0, 2, 3, 1]})
+    steps = {
+        "Unsqueeze": (not batch, ["first"], {}),
+        "Cast": (True, [], {"to": TensorProto.FLOAT}),
+        "Div": (takes == "bytes", ["white"], {}),
+        "Transpose": (channels_last, [], {"perm": [0, 3, 1, 2]}),
+        "Conv": (True, ["weights", "bias"], {}),
+        "AveragePool": (pool > 1, [], {"kernel_shape": [pool, pool], "strides": [pool, pool]}),
+        "Softmax": (gives == "probabilities", [], {"axis": 1}),
+        "ArgMax": (gives.startswith("classes"), [], {"axis": 1, "keepdims": int(gives != "classes")}),
+    }
+    done = [(kind, more, attributes) for kind, (wanted, more, attributes) in steps.items() if wanted]
+    done += [to_last] if gives.endswith("last") else []
+    done += [("Cast", [], {"to": output_type})] if gives.startswith("classes") else []
+    return done + ([] if batch else [("Squeeze", ["first"], {})])
