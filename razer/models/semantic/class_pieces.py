@@ -47,7 +47,7 @@ def class_pieces(classes: Int32Array, min_pixels: int) -> tuple[BoolArray, Int32
     """Connected pieces (N, H, W) of at least so many pixels, and the class (N,) of each, from classes (H, W), which are
     none where negative."""
     pieces, numbers = [], []
-    for number in np.unique(classes[classes >= 0]).tolist():
+    for number in np.flatnonzero(np.bincount(classes[classes >= 0])).tolist():
         for piece in connected_pieces(classes == number, min_pixels):
             pieces.append(piece)
             numbers.append(number)
@@ -57,5 +57,17 @@ def class_pieces(classes: Int32Array, min_pixels: int) -> tuple[BoolArray, Int32
 
 def connected_pieces(mask: BoolArray, min_pixels: int) -> list[BoolArray]:
     """The connected pieces of a mask (H, W) that have at least so many pixels."""
-    n_labels, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=_NEIGHBOURS)
-    return [labels == i for i in range(1, n_labels) if stats[i, cv2.CC_STAT_AREA] >= min_pixels]
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    part = mask[top : top + height, left : left + width]  # most masks are small, and labelling takes the time
+    if not part.size:
+        return []
+    n_labels, labels, stats, _ = cv2.connectedComponentsWithStats(
+        np.ascontiguousarray(part).view(np.uint8), connectivity=_NEIGHBOURS
+    )
+    pieces = []
+    for label in range(1, n_labels):
+        if stats[label, cv2.CC_STAT_AREA] >= min_pixels:
+            piece = np.zeros(mask.shape, np.bool_)
+            piece[top : top + height, left : left + width] = labels == label
+            pieces.append(piece)
+    return pieces
