@@ -14,8 +14,10 @@ from rich.console import Console
 from app.pipeline.stored_masks import note_stored_masks
 from app.settings.config_file import read_config
 from data_tools import open_sequence
+from razer.config import MapperConfig
 from razer.errors import BadInput, UntrustedPlugin
 from razer.frame import Frame, Intrinsics, Masks
+from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
 from razer.models.combined.part_names import part_names
 from razer.models.combined.segmenter import CombinedSegmenter
@@ -207,3 +209,23 @@ def test_names_of_both_models_are_known_from_joined_tables(real_data: Path, kitc
     alone = make_embedder("names", {"table": tables[1]}).embed_texts(["wall"])
     np.testing.assert_array_equal(vectors[1], alone[0])
     assert len(set(embedder.known_names)) == len(embedder.known_names) > 1300
+
+
+@pytest.mark.full
+def test_a_map_of_the_real_kitchen_is_named_nearly_everywhere(real_data: Path, kitchen_models: dict) -> None:
+    tables = [str(real_data / "clip-vit-b32" / f"{name}.npz") for name in ("coco", "scannet200", "lvis")]
+    segmenter = make_segmenter("yolo+semantic", kitchen_models)
+    mapper = Mapper(MapperConfig(), segmenter, make_embedder("names", {"table": tables}))
+    frames = open_sequence(real_data / "redkitchen")
+    for index in range(0, len(frames), 8):
+        mapper.step(frames[index])
+    panoptic = mapper.finish()
+    names = {item.id: item.class_name for item in panoptic.objects}
+    on_surface = [names.get(number) for number in panoptic.mesh.instances.tolist()]
+    assert np.mean([name is not None for name in on_surface]) >= 0.9
+    share = {name: on_surface.count(name) / len(on_surface) for name in set(names.values())}
+    assert share["wall"] > share["cabinet"] > share["floor"] > 0.02
+    assert max(share.get("table", 0), share.get("dining table", 0)) > 0.05
+    counts = {name: list(names.values()).count(name) for name in ("chair", "cup", "tv", "book")}
+    assert 3 <= counts["chair"] <= 7
+    assert min(counts.values()) >= 1
