@@ -11,7 +11,7 @@ import numpy as np
 from razer.arrays import BoolArray, Float32Array
 from razer.frame import Masks
 from razer.models.combined.region_names import named_by_regions
-from razer.models.mask_filters import mask_iou
+from razer.models.mask_filters import mask_iou, shared_pixels
 from razer.models.semantic.class_pieces import connected_pieces
 
 # Borders of class maps are coarse: so near to a thing that a piece covers, at 480 rows, it is the thing's rim.
@@ -126,9 +126,9 @@ def _outside(pieces: Masks, others: Masks, enough: int) -> Masks:
 
 def _covered_share(masks: BoolArray, pieces: BoolArray) -> Float32Array:
     """The share of each mask (M, H, W) that each piece (N, H, W) covers, (M, N), by every second pixel."""
-    sparse, cover = (stack[:, ::2, ::2].astype(np.float32) for stack in (masks, pieces))
-    shared: Float32Array = np.tensordot(sparse, cover, axes=((1, 2), (1, 2)))
-    return shared / np.maximum(sparse.sum(axis=(1, 2)), 1)[:, None]
+    sparse = masks[:, ::2, ::2]
+    area = np.maximum(np.count_nonzero(sparse, axis=(1, 2)), 1)
+    return (shared_pixels(sparse, pieces[:, ::2, ::2]) / area[:, None]).astype(np.float32)
 
 
 def _flagged(masks: Masks, *, stuff: bool) -> Masks:

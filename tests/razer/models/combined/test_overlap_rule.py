@@ -114,6 +114,14 @@ def test_masks_without_names_take_them_from_the_classes_beneath() -> None:
     assert masks.is_stuff.tolist() == [False, False, False, False, True]
 
 
+def test_what_lies_on_a_thing_does_not_take_its_name() -> None:
+    table = box(10, 0, 40, 64)
+    top, cup = box(10, 0, 30, 60), box(12, 12, 17, 17)
+    found = Masks(np.stack([top, cup]), np.array([0.9, 0.8], np.float32))
+    masks = combine([PartMasks(found, tells_instances=True), semantic(("table", table))], 0.5)
+    assert (masks.class_names or ())[:2] == ("table", "")
+
+
 def test_without_a_semantic_model_nothing_is_named() -> None:
     nameless = PartMasks(Masks(box(0, 0, 9, 9)[None], np.ones(1, np.float32)), tells_instances=True)
     assert combine([nameless, nameless], 0.5).class_names is None
