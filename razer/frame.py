@@ -91,8 +91,8 @@ class Frame:
 @dataclass(frozen=True, slots=True)
 class Masks:
     """N image masks: masks (N, H, W) bool, which may overlap; scores (N,) float32 in [0, 1];
-    class_names, where the model classifies, one for each mask; stuff (N,) bool, where it knows what is counted: true
-    for a piece of wall or floor, false for a thing."""
+    class_names, where the model classifies, one for each mask, '' = not known; stuff (N,) bool, where it knows what is
+    counted: true for a piece of wall or floor, false for a thing."""
 
     masks: BoolArray
     scores: Float32Array

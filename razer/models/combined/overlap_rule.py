@@ -60,7 +60,7 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     """
     height, width = parts[0].masks.masks.shape[1:]
     enough = max(1, round(MIN_PIXELS * height * width / (640 * 480)))
-    parts = _named(parts, iou)
+    parts = _named(parts)
     counted = _flagged(_best_of_several([part.things() for part in parts], iou), stuff=False)
     for part in parts:
         pieces = _outside(part.thing_pieces(), counted, enough)
@@ -76,13 +76,13 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     return concatenated(kept)
 
 
-def _named(parts: Sequence[PartMasks], iou: float) -> Sequence[PartMasks]:
+def _named(parts: Sequence[PartMasks]) -> Sequence[PartMasks]:
     regions = [part.masks for part in parts if not part.tells_instances]
     if not regions:
         return parts
     beneath = concatenated(regions)
     return [
-        part if part.masks.class_names is not None else replace(part, masks=named_by_regions(part.masks, beneath, iou))
+        part if part.masks.class_names is not None else replace(part, masks=named_by_regions(part.masks, beneath))
         for part in parts
     ]
 

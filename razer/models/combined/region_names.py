@@ -10,20 +10,18 @@ from razer.frame import Masks
 from razer.models.mask_filters import shared_pixels
 
 MAJORITY = 0.5  # share of a mask that one class must have to name it
-PART = 0.1  # share of a piece that a mask must be of its size: a leg of a table, not the cup on it
+# Share of a piece that a mask must be of its size: a leg of a table, a panel of a wall, but not the cup on the one and
+# the picture on the other, which a model that knows few classes does not see.
+PART = 0.1
 
 
-def named_by_regions(masks: Masks, regions: Masks, iou: float) -> Masks:
-    """The masks with the name of the class of things that has more than half of their pixels, '' where none has or
-    where they are much smaller than its piece: what lies on a table is not seen by models that know no such class.
-
-    A mask that is the stuff beneath it, by an overlap of more than `iou` with all of its class, is left out: the stuff
-    stands for it. Others on stuff stay, without a name: a picture hangs on the wall.
+def named_by_regions(masks: Masks, regions: Masks) -> Masks:
+    """The masks with the name of the class of things that has more than half of their pixels; '' where none has, and
+    where they are much smaller than its piece. Those of stuff are left out: the stuff stands for them.
 
     Args:
         masks: N masks without names.
         regions: those of the segmenters that name what they find, with stuff flagged.
-        iou: overlap above which two masks mean one thing.
     """
     classes = list(zip(regions.class_names or (), regions.is_stuff.tolist(), strict=True))
     sparse, beneath = masks.masks[:, ::2, ::2], regions.masks[:, ::2, ::2]  # every second pixel: enough, and quicker
@@ -32,11 +30,8 @@ def named_by_regions(masks: Masks, regions: Masks, iou: float) -> Masks:
     names, is_stuff = np.full(len(masks), "", object), np.zeros(len(masks), np.bool_)
     for name, stuff in dict.fromkeys(classes):
         of_class = np.flatnonzero([each == (name, stuff) for each in classes])
-        shared = pixels[:, of_class].sum(axis=1)
         piece = of_class[pixels[:, of_class].argmax(axis=1)]
-        is_of_class = shared > MAJORITY * area
-        if stuff:
-            is_stuff |= is_of_class & (shared > iou * (area + piece_area[of_class].sum() - shared))
-        else:
-            names[is_of_class & (area >= PART * piece_area[piece])] = name
+        is_part = (pixels[:, of_class].sum(axis=1) > MAJORITY * area) & (area >= PART * piece_area[piece])
+        names[is_part] = name
+        is_stuff |= is_part & stuff
     return replace(masks, class_names=tuple(names)).select(~is_stuff)

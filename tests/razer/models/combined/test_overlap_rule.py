@@ -105,8 +105,8 @@ def test_of_several_semantic_models_the_first_has_its_pieces_and_things_come_bef
 
 def test_masks_without_names_take_them_from_the_classes_beneath() -> None:
     wall, shelf = box(0, 0, 40, 64), box(40, 0, 48, 64)
-    picture, nearly_wall, box_ = box(10, 10, 20, 20), box(0, 0, 40, 60), box(38, 30, 47, 40)
-    found = Masks(np.stack([picture, nearly_wall, box_]), np.array([0.9, 0.8, 0.7], np.float32))
+    picture, panel, box_ = box(10, 10, 20, 20), box(0, 0, 40, 20), box(38, 30, 47, 40)
+    found = Masks(np.stack([picture, panel, box_]), np.array([0.9, 0.8, 0.7], np.float32))
     masks = combine([PartMasks(found, tells_instances=True), semantic(("wall", wall), ("shelf", shelf))], 0.5)
     assert masks.class_names == ("", "shelf", "shelf", "shelf", "wall")  # the last shelves: what is left at both sides
     np.testing.assert_array_equal(masks.masks[:2], [picture, box_])
