@@ -46,9 +46,9 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
 
     1. A mask of a segmenter that names nothing takes the name of the class that a semantic segmenter sees beneath it
        (see named_by_regions).
-    2. Things come first. Of two things of different segmenters whose masks overlap by more than `iou` the one with the
-       better score stays, with equal scores that of the segmenter named first; others stay as they are, so nested
-       ones too.
+    2. Things come first. Of two things of different segmenters whose masks overlap by more than `iou` one stays: that
+       of a segmenter that names things itself, else the one with the better score, with equal scores that of the
+       segmenter named first. Others stay as they are, so nested ones too.
     3. A piece of a thing's class, from a segmenter that does not tell things apart, is left where no thing is and no
        such piece of an earlier segmenter, nor the rim of one that it covers by more than half; what is left of it
        falls into connected pieces.
@@ -60,8 +60,10 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     """
     height, width = parts[0].masks.masks.shape[1:]
     enough = max(1, round(MIN_PIXELS * height * width / (640 * 480)))
+    names_itself = [part.masks.class_names is not None for part in parts]
     parts = _named(parts)
-    counted = _flagged(_best_of_several([part.things() for part in parts], iou), stuff=False)
+    things = _best_of_several([part.things() for part in parts], names_itself, iou)
+    counted = _flagged(things, stuff=False)
     for part in parts:
         pieces = _outside(part.thing_pieces(), counted, enough)
         counted = concatenated([counted, _flagged(pieces, stuff=False)])
@@ -87,14 +89,16 @@ def _named(parts: Sequence[PartMasks]) -> Sequence[PartMasks]:
     ]
 
 
-def _best_of_several(parts: Sequence[Masks], iou: float) -> Masks:
-    """The things of all parts, without those that overlap a better one of another part by more than `iou`."""
+def _best_of_several(parts: Sequence[Masks], names_itself: Sequence[bool], iou: float) -> Masks:
+    """The things of all parts, without those that overlap a better one of another part by more than `iou`: a detector
+    knows what it looks for, and scores of masks that anything has mean something else."""
     things = concatenated(parts)
     part_of = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.lexsort((-things.scores, ~np.array(names_itself)[part_of]))
     overlaps = mask_iou(things.masks[:, ::2, ::2]) > iou  # on every second pixel: a quarter of the time
     rivals = overlaps & (part_of[:, None] != part_of[None])
     is_kept = np.ones(len(things), np.bool_)
-    for index in np.argsort(-things.scores, kind="stable"):
+    for index in order:
         if is_kept[index]:
             is_kept &= ~rivals[index]
     return things.select(is_kept)

@@ -114,6 +114,19 @@ def test_masks_without_names_take_them_from_the_classes_beneath() -> None:
     assert masks.is_stuff.tolist() == [False, False, False, False, True]
 
 
+def test_a_detector_beats_a_segmenter_that_names_nothing_whatever_the_scores() -> None:
+    seen, again, beside = box(10, 10, 30, 20), box(10, 10, 30, 21), box(10, 40, 30, 50)
+    nameless = Masks(np.stack([again, beside]), np.array([0.99, 0.98], np.float32))
+    shelf = semantic(("shelf", box(8, 8, 32, 60)))
+    for order in (1, -1):
+        parts = [detector(("chair", 0.3, seen)), PartMasks(nameless, tells_instances=True), shelf][::order]
+        masks = combine(parts, 0.5)
+        by_name = dict(zip(masks.class_names or (), masks.masks, strict=True))
+        np.testing.assert_array_equal(by_name["chair"], seen)
+        assert any((mask == beside).all() for mask in masks.masks)
+        assert not any((mask == again).all() for mask in masks.masks)
+
+
 def test_what_lies_on_a_thing_does_not_take_its_name() -> None:
     table = box(10, 0, 40, 64)
     top, cup = box(10, 0, 30, 60), box(12, 12, 17, 17)
