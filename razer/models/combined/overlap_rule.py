@@ -49,10 +49,12 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     2. Things come first. Of two things of different segmenters whose masks overlap by more than `iou` one stays: that
        of a segmenter that names things itself, else the one with the better score, with equal scores that of the
        segmenter named first. Others stay as they are, so nested ones too.
-    3. A piece of a thing's class, from a segmenter that does not tell things apart, is left where no thing is and no
-       such piece of an earlier segmenter, nor the rim of one that it covers by more than half; what is left of it
-       falls into connected pieces.
-    4. Stuff is what is left of it after both, and after stuff of earlier segmenters.
+    3. Stuff of segmenters that tell things apart, and masks that step 1 called stuff, are left where no thing is: they
+       have finer borders than pieces of classes.
+    4. A piece of a thing's class, from a segmenter that does not tell things apart, is left where none of these is and
+       no such piece of an earlier segmenter, nor the rim of a thing that it covers by more than half; what is left of
+       it falls into connected pieces.
+    5. All other stuff is what is left of it. Stuff of one class that touches is one mask, whoever saw it.
 
     Args:
         parts: at least one, of the same frame.
@@ -64,18 +66,49 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     parts = _named(parts)
     things = _best_of_several([part.things() for part in parts], names_itself, iou)
     counted = _flagged(things, stuff=False)
+    fine = _left([part.stuff_pieces() for part in parts if part.tells_instances], counted)
     for part in parts:
-        pieces = _outside(part.thing_pieces(), counted, enough)
+        pieces = _outside(part.thing_pieces(), concatenated([counted, fine]), enough)
         counted = concatenated([counted, _flagged(pieces, stuff=False)])
-    taken = counted.masks.any(axis=0)
-    kept = [counted]
-    for part in parts:
-        stuff = part.stuff_pieces()
-        left = replace(stuff, masks=stuff.masks & ~taken)
-        left = left.select(np.count_nonzero(left.masks, axis=(1, 2)) >= enough)
-        taken = taken | left.masks.any(axis=0)
-        kept.append(_flagged(left, stuff=True))
-    return concatenated(kept)
+    coarse = _left([part.stuff_pieces() for part in parts if not part.tells_instances], concatenated([counted, fine]))
+    seen = concatenated([part.stuff_pieces() for part in parts])
+    return concatenated([counted, _joined(concatenated([fine, coarse]), seen, enough)])
+
+
+def _left(parts: Sequence[Masks], before: Masks) -> Masks:
+    """What is left of stuff where other masks came before, and that of earlier parts, and better ones of its own."""
+    stuff = _flagged(concatenated([before.select(np.zeros(len(before), np.bool_)), *parts]), stuff=True)
+    ranks = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    taken, left = before.masks.any(axis=0), stuff.masks.copy()
+    for index in np.lexsort((-stuff.scores, ranks)):
+        left[index] &= ~taken
+        taken |= left[index]
+    return replace(stuff, masks=left)
+
+
+def _joined(stuff: Masks, seen: Masks, enough: int) -> Masks:
+    """Stuff of one class as one mask wherever it was seen connected, with the score of its largest part; slivers are
+    dropped.
+
+    Args:
+        stuff: what is left of it.
+        seen: all of it, before things were cut out: a floor behind the legs of a chair is one.
+        enough: pixels below which a mask is a sliver.
+    """
+    joined: list[tuple[BoolArray, np.float32, str]] = []
+    names, seen_names = (np.array(masks.class_names or [""] * len(masks), object) for masks in (stuff, seen))
+    for name in dict.fromkeys(names):
+        own = np.flatnonzero(names == name)
+        for region in connected_pieces(seen.masks[seen_names == name].any(axis=0), 1):
+            shares = np.array([np.count_nonzero(stuff.masks[i] & region) for i in own])
+            if shares.sum() >= enough:
+                mask = stuff.masks[own].any(axis=0) & region
+                joined.append((mask, stuff.scores[own[shares.argmax()]], name))
+    if not joined:
+        return stuff.select(np.zeros(len(stuff), np.bool_))
+    masks, scores, classes = zip(*joined, strict=True)
+    class_names = None if stuff.class_names is None else classes
+    return Masks(np.stack(masks), np.array(scores, np.float32), class_names, np.ones(len(masks), np.bool_))
 
 
 def _named(parts: Sequence[PartMasks]) -> Sequence[PartMasks]:

@@ -16,8 +16,8 @@ PART = 0.1
 
 
 def named_by_regions(masks: Masks, regions: Masks) -> Masks:
-    """The masks with the name of the class of things that has more than half of their pixels; '' where none has, and
-    where they are much smaller than its piece. Those of stuff are left out: the stuff stands for them.
+    """The masks with the name of the class that has more than half of their pixels, and whether it is stuff; '' where
+    none has, and where they are much smaller than its piece.
 
     Args:
         masks: N masks without names.
@@ -34,4 +34,4 @@ def named_by_regions(masks: Masks, regions: Masks) -> Masks:
         is_part = (pixels[:, of_class].sum(axis=1) > MAJORITY * area) & (area >= PART * piece_area[piece])
         names[is_part] = name
         is_stuff |= is_part & stuff
-    return replace(masks, class_names=tuple(names)).select(~is_stuff)
+    return replace(masks, class_names=tuple(names), stuff=is_stuff)

@@ -114,6 +114,29 @@ def test_masks_without_names_take_them_from_the_classes_beneath() -> None:
     assert masks.is_stuff.tolist() == [False, False, False, False, True]
 
 
+def test_stuff_with_fine_borders_comes_before_pieces_of_classes() -> None:
+    floor, spilt = box(20, 0, 48, 64), box(0, 0, 26, 64)  # the cupboard's piece covers six rows of the floor
+    panel = Masks(floor[None], np.array([0.8], np.float32))
+    coarse = semantic(("floor", box(26, 0, 48, 64)), ("cabinet", spilt))
+    masks = combine([PartMasks(panel, tells_instances=True), coarse], 0.5)
+    assert masks.class_names == ("cabinet", "floor")
+    np.testing.assert_array_equal(masks.masks, [box(0, 0, 20, 64), floor])
+    assert masks.scores.tolist() == pytest.approx([0.5, 0.8])
+    told = Masks(floor[None], np.array([0.8], np.float32), ("floor",), np.array([True]))
+    np.testing.assert_array_equal(combine([coarse, PartMasks(told, tells_instances=True)], 0.5).masks, masks.masks)
+
+
+def test_stuff_that_touches_is_one_mask_whatever_lies_before_it() -> None:
+    wall = box(0, 0, 40, 64)
+    panels = Masks(np.stack([box(0, 0, 40, 30), box(0, 28, 40, 50)]), np.array([0.7, 0.9], np.float32))
+    pole = detector(("pole", 0.5, box(0, 40, 48, 44)))  # from top to bottom
+    masks = combine([PartMasks(panels, tells_instances=True), pole, semantic(("wall", wall))], 0.5)
+    assert named(masks) == [("pole", 48 * 4), ("wall", 40 * 60)]
+    assert masks.scores[1] == pytest.approx(0.7)
+    apart = semantic(("wall", box(0, 0, 40, 20)), ("wall", box(0, 30, 40, 64)))
+    assert named(combine([apart], 0.5)) == [("wall", 40 * 20), ("wall", 40 * 34)]
+
+
 def test_a_detector_beats_a_segmenter_that_names_nothing_whatever_the_scores() -> None:
     seen, again, beside = box(10, 10, 30, 20), box(10, 10, 30, 21), box(10, 40, 30, 50)
     nameless = Masks(np.stack([again, beside]), np.array([0.99, 0.98], np.float32))
