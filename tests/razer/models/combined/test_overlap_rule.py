@@ -126,6 +126,16 @@ def test_stuff_with_fine_borders_comes_before_pieces_of_classes() -> None:
     np.testing.assert_array_equal(combine([coarse, PartMasks(told, tells_instances=True)], 0.5).masks, masks.masks)
 
 
+@pytest.mark.parametrize(("top", "kept"), [(18, True), (8, False)])
+def test_a_mask_that_spans_stuff_and_something_else_has_no_say(top: int, kept: bool) -> None:
+    mask = box(top, 0, 48, 64)  # of the floor's 24 rows and of the cupboard above it
+    parts = [PartMasks(Masks(mask[None], np.ones(1, np.float32)), tells_instances=True),
+             semantic(("floor", box(24, 0, 48, 64)), ("cabinet", box(0, 0, 24, 64)))]  # fmt: skip
+    masks = combine(parts, 0.5)
+    assert masks.class_names == ("cabinet", "floor")
+    np.testing.assert_array_equal(masks.masks[1], mask if kept else box(24, 0, 48, 64))
+
+
 def test_stuff_that_touches_is_one_mask_whatever_lies_before_it() -> None:
     wall = box(0, 0, 40, 64)
     panels = Masks(np.stack([box(0, 0, 40, 30), box(0, 28, 40, 50)]), np.array([0.7, 0.9], np.float32))
