@@ -91,11 +91,13 @@ class Frame:
 @dataclass(frozen=True, slots=True)
 class Masks:
     """N image masks: masks (N, H, W) bool, which may overlap; scores (N,) float32 in [0, 1];
-    class_names, where the model classifies, one for each mask."""
+    class_names, where the model classifies, one for each mask, '' = not known; stuff (N,) bool, where it knows what is
+    counted: true for a piece of wall or floor, false for a thing."""
 
     masks: BoolArray
     scores: Float32Array
     class_names: tuple[str, ...] | None = None
+    stuff: BoolArray | None = None
 
     def __post_init__(self) -> None:
         if self.masks.ndim != 3 or self.masks.dtype != np.bool_:
@@ -104,9 +106,16 @@ class Masks:
             raise ValueError(f"{len(self.masks)} masks but scores of shape {self.scores.shape}")
         if self.class_names is not None and len(self.class_names) != len(self.masks):
             raise ValueError(f"{len(self.masks)} masks but {len(self.class_names)} class names")
+        if self.stuff is not None and (self.stuff.shape != (len(self.masks),) or self.stuff.dtype != np.bool_):
+            raise ValueError(f"{len(self.masks)} masks but stuff of {self.stuff.shape} {self.stuff.dtype}")
 
     def __len__(self) -> int:
         return len(self.masks)
+
+    @property
+    def is_stuff(self) -> BoolArray:
+        """Which masks (N,) are stuff; none where the model does not say."""
+        return np.zeros(len(self), np.bool_) if self.stuff is None else self.stuff
 
     @classmethod
     def none(cls, height: int, width: int) -> Masks:
@@ -124,4 +133,5 @@ class Masks:
         """The masks at the given indices, or where a boolean is true."""
         chosen = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
         names = None if self.class_names is None else tuple(self.class_names[i] for i in chosen)
-        return Masks(self.masks[chosen], self.scores[chosen], names)
+        stuff = None if self.stuff is None else self.stuff[chosen]
+        return Masks(self.masks[chosen], self.scores[chosen], names, stuff)

@@ -33,8 +33,9 @@ class Trust:
         return self.everything or name in self.names
 
     def also(self, names: Sequence[str]) -> Trust:
-        """This trust, and that in more names."""
-        return Trust(self.names | frozenset(names), self.everything)
+        """This trust, and that in more names; of a combination, "a:B+label=c:D", in each of its parts."""
+        parts = {part.rpartition("=")[2].strip() for name in names for part in name.split("+")}
+        return Trust(self.names | frozenset(names) | parts, self.everything)
 
 
 NO_TRUST = Trust()
@@ -134,9 +135,13 @@ class SegmenterSettings(PluginSettings):
     """What finds masks."""
 
     name: str = Field(
-        "geometric", description="geometric, yolo, sam, prompted, panoptic, oracle, masks, or an outside module:Class."
+        "geometric",
+        description="geometric, yolo, semantic, sam, prompted, panoptic, oracle, masks, or an outside module:Class; "
+        "several joined by +, as in yolo+semantic.",
     )
-    options: dict[str, Any] = Field({}, description="Its named arguments, such as noise = 'full'.")
+    options: dict[str, Any] = Field(
+        {}, description="Its named arguments, such as noise = 'full'; of several those of each by its name."
+    )
 
 
 class EmbedderSettings(PluginSettings):

@@ -197,7 +197,7 @@ def _detection(
         embedding=embeddings[mask],
         score=score,
         quality=view_quality(score, share, len(pixels) * surface.stride**2, cut),
-        class_name=None if masks.class_names is None else masks.class_names[mask],
+        class_name=None if masks.class_names is None else masks.class_names[mask] or None,
         region=Region.of(rows, columns, surface.depth.shape, surface.stride),
     )
 

@@ -16,8 +16,10 @@ SEGMENTERS = {
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
     "prompted": "razer.models.text_prompted.segmenter:PromptedSegmenter",
     "sam": "razer.models.sam.segmenter:SamSegmenter",
+    "semantic": "razer.models.semantic.segmenter:SemanticSegmenter",
     "yolo": "razer.models.yolo.segmenter:YoloSegmenter",
 }
+COMBINED = "razer.models.combined.segmenter:CombinedSegmenter"  # names joined by "+"
 EMBEDDERS = {
     "appearance": "razer.models.appearance:AppearanceEmbedder",
     "clip": "razer.models.clip.embedder:ClipEmbedder",
@@ -67,8 +69,12 @@ class ImageEncoder(Protocol):
 
 
 def make_segmenter(name: str, options: Mapping[str, Any] | None = None, trust: Trust | None = None) -> Segmenter:
-    """The segmenter called `name` (see SEGMENTERS), or a trusted "module:Class"; raises BadInput."""
-    segmenter: Segmenter = load("segmenter", name, SEGMENTERS, options or {}, methods=["segment"], trust=trust)
+    """The segmenter called `name` (see SEGMENTERS), a trusted "module:Class", or several, joined by "+"; raises
+    BadInput."""
+    table, options = SEGMENTERS, dict(options or {})
+    if "+" in name:
+        table, options = {**SEGMENTERS, name: COMBINED}, {**options, "parts": name}
+    segmenter: Segmenter = load("segmenter", name, table, options, methods=["segment"], trust=trust)
     return segmenter
 
 

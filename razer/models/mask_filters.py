@@ -24,6 +24,12 @@ def mask_iou(masks: BoolArray) -> Float32Array:
     return shared / np.maximum(area[:, None] + area[None] - shared, 1)
 
 
+def shared_pixels(masks: BoolArray, others: BoolArray) -> Float32Array:
+    """How many pixels each of N masks (N, h, w) has in common with each of M others (M, h, w), (N, M)."""
+    ones: Float32Array = np.tensordot(masks.astype(np.float32), others.astype(np.float32), axes=((1, 2), (1, 2)))
+    return ones
+
+
 def best_of_overlapping(masks: BoolArray, scores: Float32Array, most_iou: float) -> IndexArray:
     """Indices of the masks, best first, that overlap no better one that is kept by more than `most_iou`."""
     order = np.argsort(-scores, kind="stable")

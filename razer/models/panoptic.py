@@ -15,6 +15,7 @@ from razer.models.panoptic_masks import panoptic_masks
 from razer.models.runtime.checkpoint import Checkpoint
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
+from razer.models.stuff_names import stuff_classes
 
 _KINDS = {"mask2former", "oneformer", "maskformer"}
 _TASK = "the task is panoptic"  # OneFormer's task prompt, as in its training
@@ -38,7 +39,7 @@ class PanopticSegmenter:
         torch_device(device)
 
     def segment(self, frame: Frame) -> Masks:
-        """The masks of one frame with the names of their classes; they do not overlap."""
+        """The masks of one frame with the names of their classes, stuff flagged by these; they do not overlap."""
         outputs = self._outputs(frame.rgb)
         size = (frame.intrinsics.height, frame.intrinsics.width)
         masks, scores, classes = panoptic_masks(
@@ -46,7 +47,7 @@ class PanopticSegmenter:
         )
         names = self._model.config.id2label
         class_names = tuple(names[number] for number in classes.tolist())
-        return Masks(masks.cpu().numpy(), scores.cpu().numpy(), class_names)
+        return Masks(masks.cpu().numpy(), scores.cpu().numpy(), class_names, stuff_classes(class_names))
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name not in ("_model", "_processor", "_task")}

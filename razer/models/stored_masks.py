@@ -19,8 +19,8 @@ _EXPECTED = "files are named by the number of the frame in six digits, 000007.pn
 
 class StoredMasks:
     """Masks from `folder`: for frame 7 either `000007.png`, 16 or 8 bit ids with 0 = unlabelled, or `000007.npz` with
-    `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1] and `names` (N,); for `ids`, N
-    counts the positive ids in increasing order. A frame without a file has no masks.
+    `ids` (H, W) or `masks` (N, H, W) bool and, if known, `scores` (N,) in [0, 1], `names` (N,) and `stuff` (N,)
+    bool; for `ids`, N counts the positive ids in increasing order. A frame without a file has no masks.
 
     Raises BadInput for a missing folder, and for one without any file of such a name; `segment` raises UnusableFrame,
     naming the file, for one it cannot use.
@@ -79,7 +79,7 @@ def _read_png(file: Path) -> IntArray:
 def _read_npz(file: Path, shape: tuple[int, int]) -> Masks:
     try:
         with np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in ("ids", "masks", "scores", "names") if name in archive}
+            arrays = {name: archive[name] for name in ("ids", "masks", "scores", "names", "stuff") if name in archive}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise UnusableFrame(f"{file} cannot be read as a NumPy archive: {error}") from error
     if "masks" in arrays and arrays["masks"].ndim == 3:
@@ -89,7 +89,7 @@ def _read_npz(file: Path, shape: tuple[int, int]) -> Masks:
     else:
         raise UnusableFrame(f"{file} holds neither ids (H, W), whole numbers, nor masks (N, H, W)")
     _checked_size(masks.masks, shape, file)
-    return _with_scores_and_names(masks, arrays, file)
+    return _described(masks, arrays, file)
 
 
 def _checked_size(image: NDArray, shape: tuple[int, int], file: Path) -> NDArray:
@@ -99,12 +99,16 @@ def _checked_size(image: NDArray, shape: tuple[int, int], file: Path) -> NDArray
     return image
 
 
-def _with_scores_and_names(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
-    """The masks with the scores and names in the file."""
+def _described(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
+    """The masks with the scores, names and flags of stuff in the file."""
     scores = np.asarray(arrays.get("scores", masks.scores))
-    names = arrays.get("names")
+    names, stuff = arrays.get("names"), arrays.get("stuff")
     if scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
         raise UnusableFrame(f"{file} has {len(masks)} masks: scores must be as many numbers from 0 to 1")
     if names is not None and names.shape != (len(masks),):
         raise UnusableFrame(f"{file} has {len(masks)} masks but names of shape {names.shape}")
-    return Masks(masks.masks, scores.astype(np.float32), None if names is None else tuple(map(str, names)))
+    if stuff is not None and (stuff.shape != (len(masks),) or not np.isin(stuff, (0, 1)).all()):
+        raise UnusableFrame(f"{file} has {len(masks)} masks: stuff must say true or false of each")
+    class_names = None if names is None else tuple(map(str, names))
+    flags = None if stuff is None else stuff.astype(np.bool_)
+    return Masks(masks.masks, scores.astype(np.float32), class_names, flags)

@@ -32,6 +32,7 @@ EMBEDDERS = {  # each of them leaves its mark if it is ever imported or made
 SEGMENTERS = {
     "function": 'name = "os:system"\n[segmenter.options]\ncommand = "touch {mark}"',
     "class": 'name = "planted:Segmenter"\n[segmenter.options]\nmark = "{mark}"',
+    "joined": 'name = "geometric+planted:Segmenter"\n[segmenter.options]\nSegmenter.mark = "{mark}"',
     "nested": 'name = "sam"\n[segmenter.options]\nboxes = "os:system"\nboxes_options.command = "touch {mark}"\n'
     'weights = "{weights}"',
 }

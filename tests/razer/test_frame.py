@@ -107,3 +107,13 @@ def test_select_keeps_masks_scores_and_names_together() -> None:
         assert_allclose(chosen.scores, [0.1, 0.3])
     assert masks.select(np.array([2, 0])).class_names == ("c", "a")
     assert Masks.none(4, 5).masks.shape == (0, 4, 5)
+
+
+def test_select_keeps_what_is_stuff_and_unknown_is_a_thing() -> None:
+    pixels, scores = np.eye(3, dtype=bool)[:, None], np.ones(3, np.float32)
+    masks = Masks(pixels, scores, stuff=np.array([True, False, True]))
+    assert masks.select(np.array([2, 1])).is_stuff.tolist() == [True, False]
+    assert Masks(pixels, scores).is_stuff.tolist() == [False] * 3
+    for wrong in (np.array([True]), np.array([1, 0, 1])):
+        with pytest.raises(ValueError, match="stuff"):
+            Masks(pixels, scores, stuff=wrong)

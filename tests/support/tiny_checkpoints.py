@@ -147,6 +147,17 @@ def oneformer(folder: Path) -> t.OneFormerForUniversalSegmentation:
     return model
 
 
+def segformer(folder: Path) -> t.SegformerForSemanticSegmentation:
+    """SegFormer at 64 pixels, with the classes LABELS."""
+    config = t.SegformerConfig(
+        num_encoder_blocks=2, depths=[1, 1], sr_ratios=[2, 1], hidden_sizes=[8, 16], patch_sizes=[7, 3],
+        strides=[4, 2], num_attention_heads=[1, 2], mlp_ratios=[2, 2], decoder_hidden_size=16, id2label=LABELS,
+    )  # fmt: skip
+    model = _saved(t.SegformerForSemanticSegmentation, config, folder)
+    t.SegformerImageProcessor(size={"height": 64, "width": 64}).save_pretrained(folder)
+    return model
+
+
 def clip_tokenizer() -> t.CLIPTokenizer:
     """One token for each letter."""
     letters = "abcdefghijklmnopqrstuvwxyz"

@@ -25,7 +25,7 @@ class NamesEmbedder:
     vector of all names would be nearer to most queries than any wrong name is.
 
     Args:
-        table: a file of names and their text vectors (see NameVectorTable); other names cannot be queried.
+        table: a file of names and their text vectors, or several (see NameVectorTable); other names cannot be queried.
         embedder: an embedder with a text encoder, by name or as an object, which takes any name.
         embedder_options: options of that embedder, where it is given by name.
 
@@ -35,7 +35,7 @@ class NamesEmbedder:
 
     def __init__(
         self,
-        table: str | Path | None = None,
+        table: str | Path | Sequence[str | Path] | None = None,
         embedder: str | Embedder | None = None,
         embedder_options: Mapping[str, Any] | None = None,
     ) -> None:

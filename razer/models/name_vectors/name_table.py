@@ -23,23 +23,39 @@ _NULL_SHARE = 8  # one in so many directions counts as one in which the names of
 
 
 class NameVectorTable:
-    """A NumPy archive with `names` (N,), `text` (N, D) and, if known, `synonyms` (N,) separated by '|'.
+    """NumPy archives with `names` (N,), `text` (N, D) and, if known, `synonyms` (N,) separated by '|'.
 
-    A name or synonym matches in any case, with spaces or underscores, with or without an article or "a photo of".
-    Raises BadInput.
+    Several archives of one space, a list or a text with commas, are one table: a name counts where it comes first, a
+    synonym where no name is called so. A name or synonym matches in any case, with spaces or underscores, with or
+    without an article or "a photo of". Raises BadInput.
     """
 
-    def __init__(self, file: str | Path) -> None:
-        self.file = Path(file).expanduser()
-        self.names, self.vectors, synonyms = _read(self.file)
-        self._rows = {bare_name(word): row for row, names in enumerate(synonyms) for word in names.split("|")}
-        self._rows |= {bare_name(name): row for row, name in enumerate(self.names)}
+    def __init__(self, files: str | Path | Sequence[str | Path]) -> None:
+        self.files = _paths(files)
+        names: list[str] = []
+        vectors: list[Float32Array] = []
+        by_name: dict[str, int] = {}
+        by_synonym: dict[str, int] = {}
+        for file in self.files:
+            own_names, text, synonyms = _read(file)
+            rows = {}
+            for number, name in enumerate(own_names):
+                rows[number] = by_name.get(bare_name(name), len(names))
+                if rows[number] == len(names):
+                    names.append(name)
+                    vectors.append(text[number])
+            own = {bare_name(word): rows[n] for n, words in enumerate(synonyms) for word in words.split("|")}
+            by_synonym = own | by_synonym
+            by_name = {bare_name(name): rows[n] for n, name in enumerate(own_names)} | by_name
+        self.names = tuple(names)
+        self.vectors = _stacked(vectors, self.files)
+        self._rows = by_synonym | by_name
 
     def embed_texts(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of names or synonyms; raises BadInput, with the nearest ones, for any other name."""
         for text in texts:
             if bare_name(text) not in self._rows:
-                raise BadInput(f"{self.file} has no '{text}': {self._nearest_names(text)}")
+                raise BadInput(f"{' and '.join(map(str, self.files))} has no '{text}': {self._nearest_names(text)}")
         return self.vectors[[self._rows[bare_name(text)] for text in texts]]
 
     def embed_class(self, name: str) -> Float32Array:
@@ -80,6 +96,22 @@ def bare_name(text: str) -> str:
     """A name as it is compared: lower case, single spaces, without article or "a photo of"."""
     name = " ".join(re.sub(r"[_\s]+", " ", text.lower()).split()).rstrip(".")
     return _ARTICLE.sub("", _PROMPT.sub("", name))
+
+
+def _paths(files: str | Path | Sequence[str | Path]) -> tuple[Path, ...]:
+    """The files of a list, or of a text with commas that is no file itself."""
+    if isinstance(files, str) and not Path(files).expanduser().is_file():
+        files = [file.strip() for file in files.split(",")]
+    listed = [files] if isinstance(files, str | Path) else files
+    return tuple(Path(file).expanduser() for file in listed)
+
+
+def _stacked(vectors: Sequence[Float32Array], files: Sequence[Path]) -> Float32Array:
+    """All rows (N, D); raises BadInput where the files are of different spaces."""
+    if len(sizes := sorted({len(vector) for vector in vectors})) > 1:
+        names = ", ".join(map(str, files))
+        raise BadInput(f"{names} hold vectors of {sizes[0]} and {sizes[-1]} numbers: tables must be of one space")
+    return np.stack(vectors)
 
 
 def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:

@@ -26,6 +26,7 @@ def providers(device: Device) -> list[str]:
 
 def open_session(file: Path, providers: Sequence[str], *, optimised: bool = True) -> onnxruntime.InferenceSession:
     """A session of a graph; one that is only inspected need not be optimised. Raises BadInput."""
+    onnxruntime.set_default_logger_severity(_ONLY_FATAL)  # of graphs while they are read, which sessions do not cover
     options = onnxruntime.SessionOptions()
     options.log_severity_level = _ONLY_FATAL
     # Threads that spin while they wait take the cores from the process that maps.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,4 +59,4 @@ class SamSegmenter:
         detections = self.detector.segment(frame)
         detections = detections.select(np.flatnonzero(detections.masks.any(axis=(1, 2))))  # an empty mask has no box
         masks = masks_in_boxes(self.model, frame.rgb, mask_boxes(detections.masks))
-        return Masks(masks, detections.scores, detections.class_names)
+        return replace(detections, masks=masks)

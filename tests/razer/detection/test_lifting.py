@@ -239,6 +239,12 @@ def test_detections_are_ordered_and_carry_what_their_mask_says() -> None:
     assert [d.quality for d in found] == pytest.approx([0.4 * 900 / 4900, 0.8 * 1600 / 3600 * 1600 / 5600])
 
 
+def test_an_empty_name_is_none() -> None:
+    masks = masks_of(rectangle(45, 75, 65, 95), rectangle(30, 90, 50, 110), names=("", "all"))
+    found = lifted(two_plates(), masks, np.stack([unit(1, 0), unit(0, 1)])).detections
+    assert [d.class_name for d in found] == [None, "all"]
+
+
 def test_members_are_the_distinct_cells_of_each_mask() -> None:
     masks = masks_of(rectangle(30, 90, 50, 110), rectangle(0, 60, 0, 80))
     surface, result = look(two_plates()), lifted(two_plates(), masks)

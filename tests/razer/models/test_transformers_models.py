@@ -137,9 +137,30 @@ def test_panoptic_segmenters_look_at_an_image_as_the_library_does(tmp_path: Path
     expected = literal_panoptic(outputs.class_queries_logits[0], outputs.masks_queries_logits[0], (60, 90), 0.0)
     np.testing.assert_allclose(masks.scores, [score for score, _, _ in expected], atol=1e-4)
     assert masks.class_names == tuple(tiny.LABELS[number] for _, number, _ in expected)
+    assert masks.is_stuff.tolist() == [name == "wall" for name in masks.class_names]
     assert (masks.masks == np.stack([mask for _, _, mask in expected])).mean() > 0.999
     unpickled = pickle.loads(pickle.dumps(segmenter)).segment(frame)
     np.testing.assert_array_equal(unpickled.masks, masks.masks)
+
+
+def test_semantic_checkpoints_look_at_an_image_as_the_library_does(tmp_path: Path) -> None:
+    theirs = tiny.segformer(tmp_path)
+    frame = frame_of(90, 60)
+    segmenter = make_segmenter("semantic", {"weights": tmp_path, "min_pixels": 1, "device": "cpu"})
+    processor = transformers.SegformerImageProcessor.from_pretrained(tmp_path)
+    with torch.no_grad():
+        outputs = theirs(**processor(frame.rgb, return_tensors="pt"))
+    (expected,) = processor.post_process_semantic_segmentation(outputs, target_sizes=[(60, 90)])
+    masks = pickle.loads(pickle.dumps(segmenter)).segment(frame)
+    labels = {name: number for number, name in tiny.LABELS.items()}
+    classes = np.full((60, 90), -1)
+    for name, mask in zip(masks.class_names or (), masks.masks, strict=True):
+        classes[mask] = labels[name]
+    assert len(set(masks.class_names or ())) >= 2
+    assert (classes == expected.numpy()).mean() > 0.99
+    np.testing.assert_array_equal(masks.is_stuff, [name == "wall" for name in masks.class_names or ()])
+    with pytest.raises(BadInput, match="options mean, std and size are for ONNX files"):
+        make_segmenter("semantic", {"weights": tmp_path, "size": 64})
 
 
 def test_panoptic_with_nothing_sure_is_no_mask(tmp_path: Path) -> None:

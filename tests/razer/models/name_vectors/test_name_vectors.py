@@ -203,3 +203,46 @@ def test_real_tables_find_their_own_names_and_no_stranger(real_data: Path, name:
     assert 0.7 < unrelated_cosine(embedder) < 0.85
     stranger = embedder.embed(FRAME, masks("zorb"))[0]
     assert np.abs(vectors @ stranger).max() < 0.02
+
+
+def test_tables_of_one_space_are_joined(table: Path, tmp_path: Path) -> None:
+    more = np.random.default_rng(1).normal(1, 1, (3, 64))
+    other = tmp_path / "other.npz"
+    names, synonyms = np.array(["wall", "Chair", "mug"]), np.array(["wall|seat", "Chair|throne", "mug|cup"])
+    np.savez(other, names=names, synonyms=synonyms, text=more)
+    for joined in (f"{table},{other}", [table, str(other)]):
+        embedder = NamesEmbedder(joined)
+        assert embedder.known_names == (*NAMES, "wall", "mug")
+        vectors = embedder.embed_texts(["chair", "wall", "mug", "cup", "seat", "throne"])
+        first = unit(TEXT.astype(np.float64))
+        expected = [
+            first[0],
+            *unit(more)[[0, 2]],
+            first[3],
+            first[3],
+            first[0],
+        ]  # a synonym of the first table as before
+        np.testing.assert_allclose(vectors, expected, atol=1e-6)
+    assert NamesEmbedder(f"{other},{table}").known_names == (
+        "wall",
+        "Chair",
+        "mug",
+        "dining table",
+        "cell phone",
+        "cup",
+    )
+    with pytest.raises(BadInput, match=r"table\.npz and .*other\.npz has no 'sofa'"):
+        NamesEmbedder([table, other]).embed_texts(["sofa"])
+
+
+def test_tables_of_different_spaces_are_refused(table: Path, tmp_path: Path) -> None:
+    np.savez(tmp_path / "other.npz", names=np.array(["wall"]), text=np.ones((1, 8)))
+    with pytest.raises(BadInput, match="vectors of 8 and 64 numbers: tables must be of one space"):
+        NamesEmbedder([table, tmp_path / "other.npz"])
+    with pytest.raises(BadInput, match=r"no file .*missing\.npz"):
+        NamesEmbedder(f"{table},missing.npz")
+
+
+def test_a_name_with_a_comma_in_its_path_is_one_table(table: Path, tmp_path: Path) -> None:
+    table.rename(tmp_path / "a,b.npz")
+    assert NamesEmbedder(str(tmp_path / "a,b.npz")).known_names == NAMES

@@ -1,0 +1,1 @@
+"""Several segmenters as one: things of one over stuff of another."""
