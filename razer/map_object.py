@@ -12,7 +12,8 @@ from razer.detection.best_views import BestView
 @dataclass(frozen=True)
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
-    length with weights (J,) adding up to 1; views, the frames that show it best, the best first."""
+    length with weights (J,) adding up to 1; views, the frames that show it best, the best first; is_stuff, whether it
+    is a surface that is not counted, such as a floor."""
 
     id: int
     class_name: str | None
@@ -26,6 +27,7 @@ class MapObject:
     embeddings: Float32Array
     weights: Float64Array
     views: tuple[BestView, ...] = ()
+    is_stuff: bool = False
 
 
 @dataclass(frozen=True)

@@ -160,4 +160,5 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         embeddings=embeddings,
         weights=weights,
         views=track.views,
+        is_stuff=track.is_stuff,
     )

@@ -39,6 +39,7 @@ class Detection:
     quality: float
     class_name: str | None
     region: Region | None = None
+    is_stuff: bool = False
 
     @property
     def n_cells(self) -> int:
@@ -108,7 +109,9 @@ def lift(
     mask_of, pixel_of = surface.readings_in(strided)
     clusters = find_clusters(surface, len(masks), mask_of, pixel_of, lifting)
     depth_m = surface.depth[surface.rows[pixel_of], surface.columns[pixel_of]]
-    kept = depth_m <= mask_limits_m(surface, len(masks), depth_m, clusters, lifting)[mask_of]
+    limits_m = mask_limits_m(surface, len(masks), depth_m, clusters, lifting)
+    limits_m[masks.is_stuff & (limits_m > 0)] = np.inf  # a floor goes on behind the door
+    kept = depth_m <= limits_m[mask_of]
     pixel_counts = np.bincount(mask_of, minlength=len(masks))
     mask_of, pixel_of, labels = mask_of[kept], pixel_of[kept], clusters.labels_of_readings[kept]
     member_mask, member_cell, _ = occupied_cells(surface, len(masks), mask_of, pixel_of)
@@ -199,6 +202,7 @@ def _detection(
         quality=view_quality(score, share, len(pixels) * surface.stride**2, cut),
         class_name=None if masks.class_names is None else masks.class_names[mask] or None,
         region=Region.of(rows, columns, surface.depth.shape, surface.stride),
+        is_stuff=bool(masks.is_stuff[mask]),
     )
 
 

@@ -36,8 +36,8 @@ class _Packed:
     """An observation without its pose.
 
     `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
-    detection: mask, number of readings, score, quality, class name, region. `has_color` are packed bits, None = all
-    true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their detections, a pixel in each
+    detection: mask, number of readings, score, quality, class name, region, whether it is stuff. `has_color` are packed bits,
+    None = all true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their detections, a pixel in each
     cell.
     """
 
@@ -48,7 +48,7 @@ class _Packed:
     has_color: bytes | None
     depth: bytes
     pixels: bytes
-    properties: list[tuple[int, int, float, float, str | None, Region | None]]
+    properties: list[tuple[int, int, float, float, str | None, Region | None, bool]]
     embeddings: NDArray[np.int8]
     leftover_masks: Int32Array
     leftover_pixels: Int32Array
@@ -71,7 +71,9 @@ def pack(observation: Observation) -> bytes:
         has_color=None if frame.has_color is None else _packed_bits(frame.has_color[::stride, ::stride]),
         depth=_delta_coded(_inverse_depth(surface.depth)),
         pixels=_deflated(np.diff(pixels, prepend=np.int32(0)).view(np.uint8).reshape(-1, 4)),
-        properties=[(d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region) for d in detections],
+        properties=[
+            (d.mask, len(d.pixels), d.score, d.quality, d.class_name, d.region, d.is_stuff) for d in detections
+        ],
         embeddings=_quantized([d.embedding for d in detections]),
         leftover_masks=leftover_masks,
         leftover_pixels=pixel[leftover_readings],
@@ -129,9 +131,21 @@ def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -
     readings_of = np.split(readings, np.cumsum(lengths)[:-1])
     embeddings = _unit(kept.embeddings)
     detections = []
-    for i, (mask, _, score, quality, class_name, region) in enumerate(kept.properties):
+    for i, (mask, _, score, quality, class_name, region, is_stuff) in enumerate(kept.properties):
         moments, box = fit_box(surface, cells_of[i], readings_of[i], lifting)
-        fields = (mask, cells_of[i], readings_of[i], moments, box, embeddings[i], score, quality, class_name, region)
+        fields = (
+            mask,
+            cells_of[i],
+            readings_of[i],
+            moments,
+            box,
+            embeddings[i],
+            score,
+            quality,
+            class_name,
+            region,
+            is_stuff,
+        )
         detections.append(Detection(*fields))
     masks = np.array([mask for mask, *_ in kept.properties], np.int32)
     leftover_cells = surface.pixel_cell[reading[kept.leftover_pixels]]

@@ -78,6 +78,7 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
         embeddings=np.zeros((0, 0), np.float32),
         weights=np.zeros(0),
         views=tuple(_view(view) for view in entry.get("best_views", ())),
+        is_stuff=bool(entry.get("stuff", False)),
     )
 
 
@@ -91,6 +92,7 @@ def _instance_entry(item: MapObject, stamps: Mapping[int, float]) -> dict[str, o
     return {
         "id": item.id,
         "class": item.class_name,
+        **({"stuff": True} if item.is_stuff else {}),
         "score": round(item.score, 4),
         **box_entry(item.box),
         "n_voxels": item.n_voxels,

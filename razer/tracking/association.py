@@ -21,6 +21,7 @@ from razer.tracking.embedding_bank import euclidean_distance, same_thing_doubt
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.similarity_pairs import MAX_GEOMETRY
 from razer.tracking.step_result import Candidate
+from razer.tracking.stuff import may_be_one
 from razer.tracking.track import Track
 
 # Costs above the gate are replaced by this, so that the assignment prefers any allowed pair.
@@ -43,7 +44,8 @@ def find_candidates(
         overlap: The labels under the detections, and how much of each track the frame shows.
         settings: Weights, gate and distances.
     """
-    pairs = _candidate_pairs(detections, tracks, index, overlap, settings)
+    near = _candidate_pairs(detections, tracks, index, overlap, settings)
+    pairs = [(i, t) for i, t in near if may_be_one(detections[i], tracks[t])]
     if not pairs:
         return [()] * len(detections)
     rows, ids = np.array([i for i, _ in pairs]), [t for _, t in pairs]

@@ -14,9 +14,11 @@ from razer.detection.lifting import Detection
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
 from razer.stages import stage
+from razer.tracking.evidence.pair_counts import Pair
 from razer.tracking.evidence.view_novelty import ViewNovelty
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
+from razer.tracking.stuff import meeting_pairs
 from razer.tracking.tracker import Tracker
 from razer.volume.box_voting import vote_in_boxes
 from razer.volume.label_voting import vote
@@ -38,6 +40,7 @@ class PanopticIntegrator:
         self._novelty = ViewNovelty()
         by_support = config.maintenance.pruning == "support"
         self._support_pruning = SupportPruning(config.maintenance) if by_support else None
+        self._meeting: set[Pair] = set()
         self._n_frames = 0
 
     def successor(self, carve_every: int) -> PanopticIntegrator:
@@ -59,7 +62,7 @@ class PanopticIntegrator:
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
-            spared = {decision.detection: decision.also_covers for decision in decisions if decision.also_covers}
+            spared = {decision.detection: decision.spares for decision in decisions if decision.spares}
             ids = self._vote(surface, lifted.detections, owners, spared)
         with stage("maintain"):
             if self._support_pruning:
@@ -94,6 +97,7 @@ class PanopticIntegrator:
 
     def _maintain(self, surface: ObservedSurface, spare_confirmed: bool) -> tuple[list[tuple[int, int]], list[int]]:
         self._n_frames += 1
+        self._note_meetings(surface)
         carve_every = self.config.voxels.carve_every
         # Halfway between two clean-ups, so that no frame bears both.
         if carve_every and (self._n_frames + carve_every // 2) % carve_every == 0:
@@ -105,7 +109,8 @@ class PanopticIntegrator:
     def _clean_up(self, spare_confirmed: bool) -> tuple[list[tuple[int, int]], list[int]]:
         """Fuse duplicates, renew the boxes from the voxels, and prune; returns pairs (gone, survivor), and the ids of
         pruned tracks."""
-        fused = self.tracker.fuse_duplicates()
+        fused = [*self.tracker.fuse_stuff(sorted(self._meeting)), *self.tracker.fuse_duplicates()]
+        self._meeting.clear()
         for gone, survivor in fused:
             self.voxels.replace(gone, survivor)
         self.refresh_tracks(grown={survivor for _, survivor in fused})
@@ -114,6 +119,14 @@ class PanopticIntegrator:
             self.voxels.replace(gone, 0)
         self.tracker.detected.clear()
         return fused, pruned
+
+    def _note_meetings(self, surface: ObservedSurface) -> None:
+        """Remember which stuff tracks of one class meet in this frame."""
+        stuff = {track.id: track.class_name for track in self.tracker.tracks.values() if track.is_stuff}
+        if len(stuff) > len({*stuff.values()}):
+            labels = np.array(self.voxels.labels_at(surface.cells).tolist(), np.int32)
+            in_view = {track_id: stuff[track_id] for track_id in np.unique(labels).tolist() if track_id in stuff}
+            self._meeting |= {*meeting_pairs(surface.cells.coordinates, labels, in_view)}
 
     def _prune(self, spare_confirmed: bool) -> list[int]:
         if self._support_pruning is None:

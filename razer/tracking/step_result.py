@@ -26,14 +26,14 @@ class Candidate:
 @dataclass(frozen=True, slots=True)
 class Decision:
     """The track of a detection and why: matched by the assignment, joined as a further part, or born as new; and the
-    tracks that its mask covers besides, though more views hold them apart from it: the mask under-segments."""
+    tracks whose voxels it takes none of, which its mask covers though more views hold them apart from it."""
 
     detection: int
     candidates: tuple[Candidate, ...]
     gate: float
     outcome: Outcome
     track_id: int
-    also_covers: tuple[int, ...] = ()
+    spares: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

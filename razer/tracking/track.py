@@ -47,6 +47,7 @@ class Track:
             maintenance: Whether it is tentative at first, and what its moments and box are taken from.
         """
         self.id = track_id
+        self.is_stuff = detection.is_stuff
         self.moments: PointMoments = detection.moments
         self.box: OrientedBox = detection.box
         self.bank = EmbeddingBank(bank, len(detection.embedding), scale)

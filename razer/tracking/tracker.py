@@ -14,6 +14,7 @@ from razer.tracking.evidence.view_consensus import MIN_VISIBLE_CELLS, ViewConsen
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.similarity_pairs import same_cosines, unlike_cosines
 from razer.tracking.step_result import Candidate, Decision, Outcome
+from razer.tracking.stuff import surface_beneath
 from razer.tracking.track import Track
 
 # Log-odds of existence below which a track is forgotten. Between this and 0 it is no instance, but may become one.
@@ -59,12 +60,13 @@ class Tracker:
         self.scale.observe(unlike_cosines(detections), same_cosines(detections, candidates, banks))
         pairs = assign(candidates, settings.gate)
         mask_of = {track_id: detections[i].mask for i, track_id in pairs.items()}
+        visible_things = [i for i in overlap.visible if i in self.tracks and self._is_thing(i)]
         others = self._consensus.apart(overlap, mask_of) if self.config.maintenance.spare_others else {}
         decisions = []
         for i, detection in enumerate(detections):
             outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], overlap, mask_of)
-            also_covers = tuple(others.get(pairs.get(i, 0), ()))
-            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id, also_covers))
+            spares = (*others.get(pairs.get(i, 0), ()), *(visible_things if detection.is_stuff else ()))
+            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id, spares))
         self._note_rivals(decisions, detections, mask_of, novelty)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index, novelty)
@@ -85,11 +87,19 @@ class Tracker:
     ) -> tuple[Outcome, int]:
         if assigned is not None:
             return "matched", assigned
+        if detection.is_stuff:
+            beneath = surface_beneath({c.track_id: overlap.shared.get((i, c.track_id), 0) for c in candidates})
+            return ("born", self._next_id()) if beneath is None else ("joined", beneath)
         owner = self._owner(i, detection, candidates, overlap)
         # One mask in several clusters is one thing; two masks over one track, frame after frame, are two things.
         if owner is None or (mask_of.get(owner, detection.mask) != detection.mask and self.tracks[owner].is_contested):
             return "born", self._next_id()
         return "joined", owner
+
+    def _is_thing(self, track_id: int) -> bool:
+        """Whether a track is a thing by now, which stuff must not swallow."""
+        track = self.tracks[track_id]
+        return track.confirmed and not track.is_stuff
 
     def _note_rivals(
         self, decisions: Sequence[Decision], detections: Sequence[Detection], mask_of: Mapping[int, int], novelty: float
@@ -173,12 +183,29 @@ class Tracker:
             ranks |= self._ranked_duplicates(survivor)
         return fused
 
+    def fuse_stuff(self, meeting: Iterable[Pair]) -> list[tuple[int, int]]:
+        """Fuse stuff tracks of one class that meet, given as pairs; returns (gone, survivor) in order."""
+        fused: dict[int, int] = {}
+        for pair in meeting:
+            a, b = (self._latest(i, fused) for i in pair)
+            if a != b and {a, b} <= self.tracks.keys():
+                gone, survivor = self._fuse(min(a, b), max(a, b))
+                fused[gone] = survivor
+        return list(fused.items())
+
+    @staticmethod
+    def _latest(track_id: int, fused: Mapping[int, int]) -> int:
+        while track_id in fused:
+            track_id = fused[track_id]
+        return track_id
+
     def fuse_alike(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
         """Fuse those of the given pairs (older id, newer id) that look alike; returns (gone, survivor) in order. A
         track is fused once, as what spoke for a second fusion may no longer hold after the first."""
         fused: dict[int, int] = {}
         for older, newer in pairs:
             is_free = {older, newer}.isdisjoint({*fused, *fused.values()}) and {older, newer} <= self.tracks.keys()
+            is_free = is_free and not (self.tracks[older].is_stuff or self.tracks[newer].is_stuff)
             if is_free and self._semantic_log_odds(older, newer) >= 0:
                 gone, survivor = self._fuse(older, newer)
                 fused[gone] = survivor
@@ -203,6 +230,8 @@ class Tracker:
         ranks: dict[Pair, tuple[float, ...]] = {}
         enough = self.config.maintenance.fuse_log_odds
         for pair, views in self._consensus.candidates(enough - MAX_LOG_ODDS, track_id):
+            if any(self.tracks[i].is_stuff for i in pair):
+                continue
             log_odds = round(views + self._semantic_log_odds(*pair), 9)
             if log_odds >= enough:
                 ranks[pair] = log_odds, self._observed_cells(pair), -pair[0], -pair[1]

@@ -15,7 +15,7 @@ CHAIR = CellMask(rectangle(12, 18, 25, 35), (0, 0, 1))
 
 
 def also_covered(decisions: Sequence[Decision]) -> dict[int, tuple[int, ...]]:
-    return {d.track_id: d.also_covers for d in decisions}
+    return {d.track_id: d.spares for d in decisions}
 
 
 def test_a_mask_that_joins_two_things_is_told_by_the_views_before_it() -> None:
