@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
-from razer.query.naming import ranked_names
+from razer.query.kinds import NameSet
+from razer.query.naming import name_log_shares, ranked_names, set_shares
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.map_folder import SavedParts, save_map
@@ -68,13 +69,35 @@ class PanopticMap:
         save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
 
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
-        """The instances that a text means (RAZER section IV-I); raises BadInput where the embedder cannot tell."""
-        query, ranking = self.text_vectors([text]), self.text_ranking
+        """The instances that a text means (RAZER section IV-I). Where only names are known, a kind of thing, a purpose or
+        an enumeration ("furniture", "something to sit on", "cups and plates") stands for its names, unless something of
+        exactly that name is there. Raises BadInput where the embedder cannot tell."""
+        queries = self._text_queries()
+        meaning = queries.meaning(text)
+        vector = queries.query_vector(text) if meaning is None or queries.knows(text) else None
+        ranking = self.text_ranking
         if not len(self.embedding_table):
             return Answer((), threshold)
-        scores = ranking.scores(query)[:, 0]
+        scores = None if vector is None else ranking.scores(vector)[:, 0]
+        if scores is None or (meaning is not None and scores.max() < PRESENT):
+            assert meaning is not None
+            return self._query_names(meaning, threshold)
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, self._guesses(rows))
+
+    def _query_names(self, meaning: NameSet, threshold: float) -> Answer:
+        """The instances whose name is one of a set; none for certain that no single name of it is present by."""
+        choices, members = self._text_queries().choices, meaning.rows
+        self._check(choices.vectors.shape[1])
+        # The share alone would divide an instance that is like no name among all of them, as in a table of ten.
+        present = self.text_ranking.scores(choices.vectors[members]).max(axis=1)
+        scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
+        rows = _above(scores, threshold)
+        shares = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members]
+        answer = self._answer(scores, rows, threshold, self._guesses(rows))
+        found_by = [(choices.names[members[best]], meaning.kinds[best]) for best in shares.argmax(axis=1)]
+        hits = [replace(hit, through=n, kind=k) for hit, (n, k) in zip(answer.hits, found_by, strict=True)]
+        return Answer(tuple(hits), threshold)
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageEncoder.embed_region`; raises BadInput
