@@ -69,34 +69,43 @@ class PanopticMap:
         save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
 
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
-        """The instances that a text means (RAZER section IV-I). Where only names are known, a kind of thing, a purpose or
-        an enumeration ("furniture", "something to sit on", "cups and plates") stands for its names, unless something of
-        exactly that name is there. Raises BadInput where the embedder cannot tell."""
+        """The instances that a text means (RAZER section IV-I). Where only names are known, kinds, purposes and
+        enumerations ("furniture", "something to sit on", "cups and plates") stand for their names, unless something is
+        there of exactly that name. Raises BadInput where the embedder cannot tell."""
         queries = self._text_queries()
         meaning = queries.meaning(text)
-        vector = queries.query_vector(text) if meaning is None or queries.knows(text) else None
+        if meaning is None or (queries.knows(text) and self._is_there(text)):
+            return self._query_vector(queries.query_vector(text), threshold)
+        return self._query_names(meaning, threshold)
+
+    def _query_vector(self, vector: Float32Array, threshold: float) -> Answer:
+        """The instances that a text's vector (1, D) means."""
         ranking = self.text_ranking
         if not len(self.embedding_table):
             return Answer((), threshold)
-        scores = None if vector is None else ranking.scores(vector)[:, 0]
-        if scores is None or (meaning is not None and scores.max() < PRESENT):
-            assert meaning is not None
-            return self._query_names(meaning, threshold)
+        scores = ranking.scores(vector)[:, 0]
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, self._guesses(rows))
 
+    def _is_there(self, name: str) -> bool:
+        return bool(self.text_ranking.scores(self.text_vectors([name])).max(initial=0.0) >= PRESENT)
+
     def _query_names(self, meaning: NameSet, threshold: float) -> Answer:
-        """The instances whose name is one of a set; none for certain that no single name of it is present by."""
+        """The instances whose name is one of a set."""
         choices, members = self._text_queries().choices, meaning.rows
-        self._check(choices.vectors.shape[1])
-        # The share alone would divide an instance that is like no name among all of them, as in a table of ten.
-        present = self.text_ranking.scores(choices.vectors[members]).max(axis=1)
+        ranking = self.text_ranking
+        if not len(self.embedding_table):
+            return Answer((), threshold)
+        # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
+        present = ranking.scores(choices.vectors[members]).max(axis=1)
         scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
         rows = _above(scores, threshold)
-        shares = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members]
+        best = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members].argmax(axis=1)
         answer = self._answer(scores, rows, threshold, self._guesses(rows))
-        found_by = [(choices.names[members[best]], meaning.kinds[best]) for best in shares.argmax(axis=1)]
-        hits = [replace(hit, through=n, kind=k) for hit, (n, k) in zip(answer.hits, found_by, strict=True)]
+        hits = [
+            replace(hit, through=choices.names[members[number]], kind=meaning.kinds[number])
+            for hit, number in zip(answer.hits, best, strict=True)
+        ]
         return Answer(tuple(hits), threshold)
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:

@@ -51,7 +51,7 @@ def _table(hits: Sequence[dict[str, Any]]) -> Table:
     table.add_column("score", justify="right")
     table.add_column("class")
     if by_kind := any(hit["through"] for hit in hits):
-        table.add_column("found as")
+        table.add_column("found as", no_wrap=True)
     for name in ("centre, m", "size, m", "best seen in frames"):
         table.add_column(name, justify="right")
     for hit in hits:

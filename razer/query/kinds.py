@@ -15,14 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from razer.arrays import IndexArray
-from razer.query.phrases import (
-    alternatives,
-    plain,
-    singulars,
-    verb_forms,
-    without_openings,
-    without_particles,
-)
+from razer.query.phrases import alternatives, plain, singulars, verb_forms, without_openings, without_particles
 from razer.vocabulary import FOLDER
 
 _FILE = FOLDER / "kinds.toml"
@@ -71,22 +64,30 @@ def near_kinds(text: str, n: int = 3) -> list[str]:
 
 def expand(text: str, names: Sequence[str]) -> NameSet | None:
     """The names that a text stands for: names in the plural, kinds ("furniture"), purposes ("something to sit on"), or
-    several with "and" or "or" between; None where a part of the text is none of these. A kind that none of the names
-    belongs to gives an empty set.
+    several with "and" or "or" between; None where a part of the text is none of these, and for a name itself, unless it
+    is a kind's, too. A kind that none of the names belongs to gives an empty set.
 
     Args:
         text: what is asked for.
         names: (N,) those that there are to choose from.
     """
-    rows = {plain(name): row for row, name in reversed(list(enumerate(names)))}
+    rows = _rows(tuple(names))
     for parts in ([text], alternatives(text)):
         meant = [_meaning(part, rows) for part in parts]
         known = [each for each in meant if each is not None]
         if known and len(known) == len(meant):
             found = {row: kind for each in reversed(known) for row, kind in each.items()}
+            if found == {rows.get(plain(text)): None}:
+                return None
             ordered = sorted(found)
             return NameSet(np.array(ordered, np.intp), tuple(found[row] for row in ordered))
     return None
+
+
+@lru_cache(maxsize=4)
+def _rows(names: tuple[str, ...]) -> Mapping[str, int]:
+    """The row of each name; of equal ones the first."""
+    return {plain(name): row for row, name in reversed(list(enumerate(names)))}
 
 
 def _meaning(text: str, rows: Mapping[str, int]) -> dict[int, str | None] | None:
@@ -98,10 +99,10 @@ def _meaning(text: str, rows: Mapping[str, int]) -> dict[int, str | None] | None
         kinds = _first(_by_name(), forms) or (() if named else _first(_by_word(), forms))
         if not verb_follows and (named or kinds):
             return _members(kinds, rows) | named
-        if kinds := _first(_by_purpose(), without_particles(phrase)):
-            # A single word is a verb only where one must follow: "water" is none.
-            if verb_follows or " " in phrase or phrase.endswith("ing"):
-                return _members(kinds, rows)
+        # A single word is a verb only where one must follow: "water" is none.
+        is_verb = verb_follows or " " in phrase or phrase.endswith("ing")
+        if is_verb and (kinds := _first(_by_purpose(), without_particles(phrase))):
+            return _members(kinds, rows)
     return None
 
 

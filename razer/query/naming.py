@@ -32,8 +32,8 @@ def name_log_shares(hypotheses: EmbeddingTable, names: Float32Array, rows: Index
 
 
 def set_shares(hypotheses: EmbeddingTable, names: Float32Array, members: IndexArray) -> Float64Array:
-    """The probability (M,) that an instance's name is one of some `members` (K,) of the names (N, D): their share in the
-    softmax over all names; of an instance's hypotheses the best counts, and weaker ones less."""
+    """The probability (M,) that an instance's name is one of some `members` (K,) of the names (N, D): their share in
+    the softmax over all names; of an instance's hypotheses the best counts, and weaker ones less."""
     chosen = [np.exp(shares[:, members]).sum(axis=1) for shares in _log_shares(hypotheses, hypotheses, names)]
     share: Float64Array = hypotheses.best(np.concatenate(chosen) * hypotheses.relative_shares**SHARE_POWER)
     return np.minimum(share, 1.0)

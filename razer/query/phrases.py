@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-_DETERMINERS = frozenset("a an the some any all every each my your our his her their its this these those".split())
+_DETERMINER = re.compile("an?|the|some|any|all|every|each|my|your|our|his|her|their|its|this|these|those")
 # What a question or a wish opens with before it says what it is about.
-_OPENINGS = frozenset(
-    "something anything everything somewhere anywhere place places spot spots thing things object objects item items "
-    "piece pieces kind kinds sort sorts type types pair pairs stuff of what where which that is are be there find show "
-    "me please i we you one want need like would can could may use used made meant good suitable to for".split()
+_OPENING = re.compile(
+    "something|anything|everything|somewhere|anywhere|(?:place|spot|thing|object|item|piece|kind|sort|type|pair)s?|stuff|"
+    "of|what|where|which|that|is|are|be|there|find|show|me|please|i|we|you|one|want|need|like|would|can|could|may|used?|"
+    "made|meant|good|suitable|to|for"
 )
 # Openings after which a verb follows: "something to sit on", "where I can sit", "for sitting on".
-_BEFORE_VERBS = frozenset("to for can could may".split())
-_PARTICLES = frozenset("on upon onto in into from with at off of out up down".split())
+_BEFORE_VERB = re.compile("to|for|can|could|may")
+_PARTICLE = re.compile("on|upon|onto|in|into|from|with|at|off|of|out|up|down")
 _IRREGULAR = {"people": "person", "children": "child", "men": "man", "women": "woman", "mice": "mouse"}
 _IRREGULAR |= {"feet": "foot", "teeth": "tooth", "geese": "goose", "oxen": "ox"}
 _ENDINGS = (("ves", "f"), ("ves", "fe"), ("ies", "y"), ("es", ""), ("s", ""))
@@ -24,7 +24,7 @@ _AND = re.compile(r"\s*(?:[,;/]|\band\b|\bor\b)[\s,;/]*(?:(?:and|or)\b\s*)?", re
 def plain(text: str) -> str:
     """A text as phrases are compared: lower case, words with single spaces between, no determiners."""
     words = re.sub(r"[^\w&']+|_", " ", text.lower()).split()
-    return " ".join(word for word in words if word not in _DETERMINERS)
+    return " ".join(word for word in words if not _DETERMINER.fullmatch(word))
 
 
 def alternatives(text: str) -> list[str]:
@@ -37,9 +37,9 @@ def without_openings(phrase: str) -> Iterator[tuple[str, bool]]:
     says that a verb follows."""
     words = phrase.split()
     for start in range(len(words)):
-        if start and words[start - 1] not in _OPENINGS:
+        if start and not _OPENING.fullmatch(words[start - 1]):
             return
-        yield " ".join(words[start:]), not _BEFORE_VERBS.isdisjoint(words[:start])
+        yield " ".join(words[start:]), any(map(_BEFORE_VERB.fullmatch, words[:start]))
 
 
 def singulars(phrase: str) -> list[str]:
@@ -63,6 +63,6 @@ def without_particles(phrase: str) -> Iterator[str]:
     """A plain phrase, then what is left as one particle after the other goes from its end: "lie down on"."""
     words = phrase.split()
     yield phrase
-    while len(words) > 1 and words[-1] in _PARTICLES:
+    while len(words) > 1 and _PARTICLE.fullmatch(words[-1]):
         words.pop()
         yield " ".join(words)
