@@ -97,7 +97,7 @@ class PanopticMap:
         if not len(self.embedding_table):
             return Answer((), threshold)
         # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
-        present = ranking.scores(choices.vectors[members]).max(axis=1)
+        present = ranking.set_scores(choices.vectors[members])
         scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
         rows = _above(scores, threshold)
         best = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members].argmax(axis=1)

@@ -95,7 +95,7 @@ def _meaning(text: str, rows: Mapping[str, int]) -> dict[int, str | None] | None
     for phrase, verb_follows in without_openings(plain(text)):
         forms = singulars(phrase)
         named: dict[int, str | None] = {rows[form]: None for form in forms if form in rows}
-        # What a kind is called besides may be wider than a class of that name: a glass is called a cup, and is none.
+        # What a kind is called besides is not always true of all its names: a shelf may be no bookcase.
         kinds = _first(_by_name(), forms) or (() if named else _first(_by_word(), forms))
         if not verb_follows and (named or kinds):
             return _members(kinds, rows) | named
