@@ -58,7 +58,7 @@ class TextRanking:
     def set_scores(self, names: Float32Array) -> Float64Array:
         """The probability (M,) that each instance is what one of some names (K, D) means, which do not compete among
         themselves: between a couch and an armchair it is a seat all the same."""
-        same = (self._negatives.vectors @ names.T > SAME_NAME).any(axis=1, keepdims=True)
+        same = np.any(self._negatives.vectors @ names.T > SAME_NAME, axis=1)[:, None]
         best = self._logits(names).max(axis=1, keepdims=True)
         ratios = self._hypotheses.best(best - self._others(same) + self._prior[:, None])[:, 0]
         probability: Float64Array = expit(SLOPE * (ratios - EVEN_LOG_RATIO))
