@@ -8,9 +8,9 @@ from collections.abc import Iterator
 _DETERMINER = re.compile("an?|the|some|any|all|every|each|my|your|our|his|her|their|its|this|these|those")
 # What a question or a wish opens with before it says what it is about.
 _OPENING = re.compile(
-    "something|anything|everything|somewhere|anywhere|(?:place|spot|thing|object|item|piece|kind|sort|type|pair)s?|stuff|"
-    "of|what|where|which|that|is|are|be|there|find|show|me|please|i|we|you|one|want|need|like|would|can|could|may|used?|"
-    "made|meant|good|suitable|to|for"
+    "something|anything|everything|somewhere|anywhere|stuff|furniture|equipment|of|what|where|which|that|is|are|be|there|"
+    "(?:place|spot|thing|object|item|piece|kind|sort|type|pair|device|tool|machine)s?|find|show|me|please|i|we|you|one|"
+    "people|someone|want|need|like|would|can|could|may|do|does|used?|made|meant|good|suitable|to|for"
 )
 # Openings after which a verb follows: "something to sit on", "where I can sit", "for sitting on".
 _BEFORE_VERB = re.compile("to|for|can|could|may")
@@ -51,12 +51,13 @@ def singulars(phrase: str) -> list[str]:
 
 
 def verb_forms(phrase: str) -> list[str]:
-    """A plain phrase that begins with a verb, and the same with its gerund, as far as spelling tells."""
+    """A plain phrase that begins with a verb, and the same with its gerund and its third person, as far as spelling
+    tells."""
     verb, *rest = phrase.split()
     stem = verb[:-1] if verb.endswith("e") and not verb.endswith("ee") else verb
     stem = verb[:-2] + "y" if verb.endswith("ie") else stem
     doubled = [f"{verb}{verb[-1]}ing"] if re.fullmatch(r".*[^aeiou][aeiou][bdgmnprt]", verb) else []
-    return [" ".join([form, *rest]) for form in (verb, f"{stem}ing", *doubled)]
+    return [" ".join([form, *rest]) for form in (verb, f"{verb}s", f"{verb}es", f"{stem}ing", *doubled)]
 
 
 def without_particles(phrase: str) -> Iterator[str]:

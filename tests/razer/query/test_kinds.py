@@ -70,6 +70,8 @@ SEATS = {"bench": "seat", "chair": "seat", "couch": "seat"}
         ("where can I sit", SEATS),
         ("things for sitting on", SEATS),
         ("seating", SEATS),
+        ("furniture that people sit on", SEATS),
+        ("a device that tells the time", {"clock": "clock"}),
         ("furniture", dict.fromkeys(["bench", "chair", "couch", "bed", "dining table"], "furniture")),
         ("all pieces of furniture", dict.fromkeys(["bench", "chair", "couch", "bed", "dining table"], "furniture")),
         ("dishes", dict.fromkeys(["wine glass", "cup", "bowl"], "dishes")),
