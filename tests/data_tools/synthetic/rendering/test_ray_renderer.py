@@ -55,7 +55,7 @@ def test_odd_image_sizes_are_rendered_whole() -> None:
     things = {1: Thing("box", (box((-1, -1, 2), (1, 1, 3), GREY),))}
     for width, height in ((7, 5), (8, 5), (7, 6)):
         camera = Intrinsics(width, height, 50.0, 50.0, (width - 1) / 2, (height - 1) / 2)
-        rgb, depth, ids = RayRenderer(things, camera).render(np.eye(4))
+        rgb, depth, ids, _ = RayRenderer(things, camera).render(np.eye(4))
         assert (ids == 1).all()
         np.testing.assert_allclose(depth, 2, atol=1e-6)
         assert (rgb > 0).any()
@@ -63,7 +63,7 @@ def test_odd_image_sizes_are_rendered_whole() -> None:
 
 def test_what_no_ray_hits_is_empty() -> None:
     things = {3: Thing("box", (box((-0.1, -0.1, 2), (0.1, 0.1, 3), GREY),))}
-    rgb, depth, ids = RayRenderer(things, Intrinsics(40, 40, 20.0, 20.0, 19.5, 19.5)).render(np.eye(4))
+    rgb, depth, ids, _ = RayRenderer(things, Intrinsics(40, 40, 20.0, 20.0, 19.5, 19.5)).render(np.eye(4))
     assert ids[0, 0] == depth[0, 0] == rgb[0, 0].sum() == 0
     assert ids[20, 20] == 3
     assert depth[20, 20] == pytest.approx(2)
