@@ -30,7 +30,8 @@ class OracleSegmenter:
         split_frames: frames for which an instance stays cut.
         merge: share of masks that absorb an adjacent one.
         jitter_px: largest distance that a border moves, pixels.
-        profile: instead of all these errors those of one kind of model: sam, detector, detector-hard or panoptic.
+        profile: instead of all these errors those of one kind of model: sam, detector,
+            detector-hard, panoptic or panoptic-hard.
 
     Raises:
         BadInput: for impossible options.

@@ -1,4 +1,4 @@
-"""Profile `clip`: vectors as CLIP gives of crops, real exemplars with context and the errors of thing, side and frame."""
+"""Profile `clip`: vectors as CLIP gives of crops: real exemplars, context, and errors of thing, side and frame."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class ClipProfile:
         return float(np.sqrt(max(length_squared - blend @ blend, 0) / np.square(self._differences).sum()))
 
     def _blend(self, things: VisibleThings, shares: Mapping[int, float]) -> Float64Array:
-        """The mean exemplar of what some pixels show, by their shares; that of something unknown where it is nothing."""
+        """The mean exemplar of what some pixels show, by their shares; of something unknown where it is nothing."""
         exemplars = [share * self.exemplar(things.name(thing)) for thing, share in (shares or {0: 1.0}).items()]
         return np.sum(exemplars, axis=0)
 

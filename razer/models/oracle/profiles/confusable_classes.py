@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from razer.models.oracle.profiles.visible_things import NAMED, SECTORS, VisibleThings
@@ -31,18 +33,39 @@ CONFUSABLE = (
      "dish rack"),
 )  # fmt: skip
 GROUP_OF = {name: group for group in CONFUSABLE for name in group}
-CONFUSED_THINGS = 0.2  # share of the things
 FLIPPED_SECTORS = SECTORS // 2
 
 
-def said_class(things: VisibleThings, thing: int, seed: int) -> str:
-    """What a detector says of a thing from where it is seen: one in five has a class of its group that is said in half
-    of its viewing sectors; which, and which sectors, is a function of the seed and the thing."""
+@dataclass(frozen=True, slots=True)
+class Confusion:
+    """How often things are called by another class of their group.
+
+    Args:
+        things: share of the things that are, at all.
+        there: in which share of the frames from half of their viewing sectors.
+        elsewhere: and from the other half.
+    """
+
+    things: float = 0.2
+    there: float = 1.0
+    elsewhere: float = 0.0
+
+
+SECTOR_FLIPS = Confusion()
+# Set by what `razer bench --masks` says of small models on a real kitchen (docs/evaluation.md).
+UNSURE = Confusion(0.35, 0.7, 0.15)
+
+
+def said_class(things: VisibleThings, thing: int, seed: int, confusion: Confusion) -> str:
+    """What a detector says of a thing from where it is seen. The other class, and the sectors in which it is said, are
+    a function of the seed and the thing."""
     name = things.name(thing)
     rng = np.random.default_rng([seed, NAMED, thing])
     others = [other for other in GROUP_OF.get(name, ()) if other != name]
-    if rng.random() >= CONFUSED_THINGS or not others:
+    if rng.random() >= confusion.things or not others:
         return name
     other = others[rng.integers(len(others))]
     sectors = rng.permutation(SECTORS)[:FLIPPED_SECTORS]
-    return other if things.sector(thing, rng.uniform(0, 360 / SECTORS)) in sectors else name
+    is_there = things.sector(thing, rng.uniform(0, 360 / SECTORS)) in sectors
+    in_frame = np.random.default_rng([seed, NAMED, thing, things.frame.index]).random()
+    return other if in_frame < (confusion.there if is_there else confusion.elsewhere) else name

@@ -23,8 +23,8 @@ class FalseMasks:
     """Patches that begin in one frame in thirty-odd and last 5 to 15; a function of (seed, frame in which one begins).
 
     A patch keeps its place in the world: of the cells of stuff that a frame shows it takes the one that comes first in
-    its own order of all cells (rendezvous hashing), which is the same in the next frame unless that one went out of view
-    or an earlier one came in. So no frame but the one at hand is looked at.
+    its own order of all cells (rendezvous hashing), which is the same in the next frame unless that one went out of
+    view or an earlier one came in. So no frame but the one at hand is looked at.
     """
 
     def __init__(self, seed: int = 0) -> None:

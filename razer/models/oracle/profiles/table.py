@@ -7,8 +7,8 @@ from typing import Protocol
 
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
-from razer.models.oracle.profiles.detector_profile import DetectorProfile
-from razer.models.oracle.profiles.panoptic_profile import PanopticProfile
+from razer.models.oracle.profiles.detector_profile import DETECTOR_HARD, DetectorProfile
+from razer.models.oracle.profiles.panoptic_profile import PANOPTIC_HARD, PanopticProfile
 from razer.models.oracle.profiles.sam_profile import SamProfile
 
 
@@ -22,7 +22,9 @@ class SegmenterProfile(Protocol):
 PROFILES: dict[str, Callable[[int], SegmenterProfile]] = {
     "sam": SamProfile,
     "detector": DetectorProfile,
+    "detector-hard": lambda seed: DetectorProfile(seed, DETECTOR_HARD),
     "panoptic": PanopticProfile,
+    "panoptic-hard": lambda seed: PanopticProfile(seed, PANOPTIC_HARD),
 }
 
 

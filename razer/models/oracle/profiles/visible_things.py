@@ -19,7 +19,7 @@ SECTORS = 6  # of 60 degrees each, round a thing
 
 Window = tuple[slice, slice]
 # What a generator is for: its second seed.
-FOUND, NAMED, FALSE, PROPOSED, BLOBS, WARP, SEEN_AS = range(10, 17)
+FOUND, NAMED, FALSE, PROPOSED, BLOBS, WARP, SEEN_AS, HIDDEN, SWALLOWED = range(10, 19)
 
 
 @dataclass(frozen=True)
