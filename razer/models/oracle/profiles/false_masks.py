@@ -14,7 +14,7 @@ FALSE_A_FRAME = 0.3
 LASTING_FRAMES = (5, 15)
 RADIUS_M = (0.1, 0.3)
 _CELL_M = 0.25  # where a patch may have its middle
-_STEP_PX = 8  # between the pixels that say which cells are seen
+_STEP_PX = 4  # between the pixels that say which cells are seen
 _MIN_SEEN = 4  # of those pixels
 _SPEED = 2 * FALSE_A_FRAME / sum(LASTING_FRAMES)  # how many begin in a frame
 
