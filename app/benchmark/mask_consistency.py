@@ -96,7 +96,7 @@ class MaskConsistency:
         previous = before[-1]
         for a, b in ((previous, view), (view, previous)):
             pixels = carried_pixels(a.frame, b.frame)
-            self.seen_shares.append(len(pixels[0]) / max(np.count_nonzero(_sampled(b.frame)), 1))
+            self.seen_shares.append(len(pixels[0]) / max(int(np.count_nonzero(_sampled(b.frame))), 1))
             self.carried.append(carry(a, b, pixels)[0])
         if len(before) > 1:
             self.missed_twice.append(_missed_again(view, before[-1], before[0]))

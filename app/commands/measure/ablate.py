@@ -29,9 +29,8 @@ def ablate(
 ) -> int:
     """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
 
-    Masks and embeddings come from the simulator: masks dropped, split, merged and frayed, embeddings of cosine 0.7, a
-    tenth of another class; depth and colour have a Kinect's errors, poses are given. All variants see the very same
-    frames, which wait in the temporary folder: some 5 MB each, twice.
+    Masks and embeddings come from the simulator, depth and colour have a Kinect's errors, poses are given. All variants
+    see the very same frames, which wait in the temporary folder: some 5 MB each, twice.
 
     Parameters
     ----------
@@ -44,10 +43,9 @@ def ablate(
     stride:
         Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
     noise:
-        Errors of masks and embeddings; none: perfect ones; sam, detector, panoptic: as such a model has them.
+        Errors of masks and embeddings: none, full, or as models have them; detector and panoptic need --exemplars.
     exemplars:
-        An npz with names, synonyms, text and image embeddings: vectors are those, with errors as CLIP has them.
-        detector and panoptic need it.
+        An npz as --queries takes: embeddings of masks are those of images in it, with CLIP's errors.
     variants:
         Only these variants.
     queries:
@@ -63,8 +61,8 @@ def ablate(
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
-    asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise}
-    _print(asked | _by_stride(rows, strides) if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
+    asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
+    _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
     return 0
 
 

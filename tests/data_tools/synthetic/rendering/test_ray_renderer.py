@@ -36,6 +36,8 @@ def test_pixels_equal_rays_cast_one_by_one() -> None:
     things = living_room(1).things
     scene = scene_of(things)
     owner = np.concatenate([np.full(2 * len(s.quads), n) for n, t in things.items() for s in t.solids])
+    # Each solid of a thing is a part of it.
+    part = np.concatenate([np.full(2 * len(s.quads), n) for t in things.values() for n, s in enumerate(t.solids, 1)])
     for index in (0, 11, 22):
         frame = room[index]
         u, v = np.meshgrid(np.arange(320.0), np.arange(240.0))
@@ -45,6 +47,8 @@ def test_pixels_equal_rays_cast_one_by_one() -> None:
         hits = scene.cast_rays(o3d.core.Tensor(rays))
         same = owner[hits["primitive_ids"].numpy()] == frame.instance_ids
         assert same.mean() > 0.9995
+        assert (part[hits["primitive_ids"].numpy()] == frame.part_ids).mean() > 0.999
+        assert len(np.unique(frame.part_ids)) > 2
         difference = np.abs(hits["t_hit"].numpy() - frame.depth)[same]
         # Where two faces of one thing meet, either may be seen; elsewhere the depths agree.
         assert (difference < 1e-3).mean() > 0.9995
