@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -62,6 +63,17 @@ def test_bench_measures_the_masks_of_a_segmenter(parted, capsys):
     code, out, _ = razer(capsys, "bench", parted, "--masks", "--oracle", "none", "--stride", "2")
     assert code == 0
     assert "masks a view" in out
+
+
+def test_a_recording_without_parts_is_said_in_one_line(parted, tmp_path):
+    folder = tmp_path / "older"
+    shutil.copytree(parted, folder)
+    shutil.rmtree(folder / "parts")
+    command = [sys.executable, "-m", "app.cli", "bench", folder, "--masks", "--oracle", "sam", "--max-frames", "2"]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    said = [line for line in process.stderr.splitlines() if "parts" in line]
+    assert len(said) == 1
+    assert said[0].startswith("WARNING: the recording has no parts/")
 
 
 def test_masks_need_a_recording_with_ids(recording, capsys):
