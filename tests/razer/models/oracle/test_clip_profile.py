@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -154,6 +156,11 @@ def test_every_class_of_the_worlds_has_a_row_of_its_own_in_lvis(real_data):
     assert {bare_name(name) for name in classes} <= table._rows.keys()
     assert len({table.row(name) for name in classes}) == len(classes)
     assert SUBSTITUTES.items() == {name: table.names[table.row(name)] for name in SUBSTITUTES}.items()
+
+
+def test_substitutes_are_listed_in_the_docs():
+    docs = " ".join((Path(__file__).parents[4] / "docs" / "evaluation.md").read_text(encoding="utf-8").split())
+    assert [f"{name} → {other}" for name, other in SUBSTITUTES.items() if f"{name} → {other}" not in docs] == []
 
 
 @pytest.mark.parametrize(
