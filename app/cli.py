@@ -9,6 +9,7 @@ from importlib import metadata
 
 from cyclopts import App, CycloptsError
 
+from app.console.plain_warnings import warn_in_one_line
 from razer.errors import BadInput
 
 BAD_INPUT = 2
@@ -71,6 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and exit: 0 done, 2 unusable input or usage (one plain line), 130 interrupted."""
     # What lies in the working directory is data: helper processes must not import it as modules.
     os.environ["PYTHONSAFEPATH"] = "1"
+    warn_in_one_line()
     try:
         code = app(arguments, exit_on_error=False, result_action="return_value")
     except CycloptsError:

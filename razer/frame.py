@@ -49,7 +49,8 @@ class Frame:
     world_from_camera (4, 4) float64 with OpenCV axes (x right, y down, z forward), or None when
     unknown; instance_ids (H, W) int32, 0 = nobody, with instance_classes naming them, only where the
     source knows them (synthetic rooms, annotated data); notes say what a reader had to repair; has_color (H, W) bool
-    is false where a colour camera beside the depth camera does not see what depth shows, None = everywhere true.
+    is false where a colour camera beside the depth camera does not see what depth shows, None = everywhere true;
+    part_ids (H, W) uint8 number the parts of each instance from 1, 0 = of no part, only where the source knows them.
     """
 
     index: int
@@ -62,6 +63,7 @@ class Frame:
     instance_classes: Mapping[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     has_color: BoolArray | None = None
+    part_ids: Uint8Array | None = None
 
     def __post_init__(self) -> None:
         shape = (self.intrinsics.height, self.intrinsics.width)
@@ -73,6 +75,8 @@ class Frame:
             raise UnusableFrame(f"instance ids are {self.instance_ids.shape}, expected {shape}")
         if self.has_color is not None and self.has_color.shape != shape:
             raise UnusableFrame(f"the pixels with colour are {self.has_color.shape}, expected {shape}")
+        if self.part_ids is not None and self.part_ids.shape != shape:
+            raise UnusableFrame(f"part ids are {self.part_ids.shape}, expected {shape}")
         if self.world_from_camera is not None and not is_rigid(self.world_from_camera):
             raise UnusableFrame("the pose is not a rigid transform")
 

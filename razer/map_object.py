@@ -33,11 +33,14 @@ class MapObject:
 @dataclass(frozen=True)
 class Hit:
     """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
-    name."""
+    name. Where the query stood for several names: the one that it was found by (`through`), and the kind that this
+    name belongs to, None if the name itself was asked for ("couch" as "seat")."""
 
     object: MapObject
     score: float
     class_guess: str | None
+    through: str | None = None
+    kind: str | None = None
 
 
 @dataclass(frozen=True)

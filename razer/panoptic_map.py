@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
-from razer.query.naming import ranked_names
+from razer.query.kinds import NameSet
+from razer.query.naming import name_log_shares, ranked_names, set_shares
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.map_folder import SavedParts, save_map
@@ -68,13 +69,44 @@ class PanopticMap:
         save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
 
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
-        """The instances that a text means (RAZER section IV-I); raises BadInput where the embedder cannot tell."""
-        query, ranking = self.text_vectors([text]), self.text_ranking
+        """The instances that a text means (RAZER section IV-I). Where only names are known, kinds, purposes and
+        enumerations ("furniture", "something to sit on", "cups and plates") stand for their names, unless something is
+        there of exactly that name. Raises BadInput where the embedder cannot tell."""
+        queries = self._text_queries()
+        meaning = queries.meaning(text)
+        if meaning is None or (queries.knows(text) and self._is_there(text)):
+            return self._query_vector(queries.query_vector(text), threshold)
+        return self._query_names(meaning, threshold)
+
+    def _query_vector(self, vector: Float32Array, threshold: float) -> Answer:
+        """The instances that a text's vector (1, D) means."""
+        ranking = self.text_ranking
         if not len(self.embedding_table):
             return Answer((), threshold)
-        scores = ranking.scores(query)[:, 0]
+        scores = ranking.scores(vector)[:, 0]
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, self._guesses(rows))
+
+    def _is_there(self, name: str) -> bool:
+        return bool(self.text_ranking.scores(self.text_vectors([name])).max(initial=0.0) >= PRESENT)
+
+    def _query_names(self, meaning: NameSet, threshold: float) -> Answer:
+        """The instances whose name is one of a set."""
+        choices, members = self._text_queries().choices, meaning.rows
+        ranking = self.text_ranking
+        if not len(self.embedding_table):
+            return Answer((), threshold)
+        # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
+        present = ranking.set_scores(choices.vectors[members])
+        scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
+        rows = _above(scores, threshold)
+        best = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members].argmax(axis=1)
+        answer = self._answer(scores, rows, threshold, self._guesses(rows))
+        hits = [
+            replace(hit, through=choices.names[members[number]], kind=meaning.kinds[number])
+            for hit, number in zip(answer.hits, best, strict=True)
+        ]
+        return Answer(tuple(hits), threshold)
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageEncoder.embed_region`; raises BadInput

@@ -65,6 +65,7 @@ def test_it_holds_the_packages_with_their_data_and_nothing_else(wheel):
         assert f"{package}/py.typed" in names
     assert "razer/models/hub/catalogue.toml" in names
     assert {f"razer/vocabularies/{name}.csv" for name in ("coco", "lvis", "scannet200")} <= set(names)
+    assert "razer/vocabularies/kinds.toml" in names
 
 
 def test_every_package_of_the_repository_is_in_it(wheel):

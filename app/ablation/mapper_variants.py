@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,6 +15,7 @@ from rich.table import Table
 from app.ablation.perceived_walk import PerceivedWalk
 from app.console.progress import show_progress
 from app.settings.config_file import read_config
+from app.settings.oracle_options import OracleOptions, oracle_options
 from app.settings.presets import DEPARTURES, PAPER
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
@@ -24,8 +25,7 @@ from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
 from razer.metrics.scene_pair import PredictedScene, TruthScene
 from razer.metrics.surface.nearest_vertices import transfer_labels
-from razer.models.oracle.embedder import OracleEmbedder
-from razer.models.oracle.segmenter import OracleSegmenter
+from razer.models import make_embedder, make_segmenter
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import best_names
 
@@ -37,6 +37,7 @@ VARIANTS: dict[str, Mapping[str, Any]] = {
     "bank: one hypothesis": {"bank.hypotheses": 1},
     "as is": {},
 }
+FULL_NOISE = oracle_options("full")
 COLUMNS = ("ap50", "aware_ap50", "miou", "pq", "duplicates_percent", "missed", "instances")
 Row = dict[str, float]
 
@@ -48,7 +49,7 @@ def measure_variants(
     variants: Mapping[str, Mapping[str, Any]],
     console: Console,
     strides: Sequence[int] = (1,),
-    noise: Literal["none", "full"] = "full",
+    options: OracleOptions = FULL_NOISE,
 ) -> dict[int, dict[str, Row]]:
     """The metrics of each variant on one synthetic scene, by stride: the walk is the same for all, of which every
     stride-th frame is mapped, and so is the truth, which is what all its frames see. The walk waits on disk, some 5 MB
@@ -61,11 +62,14 @@ def measure_variants(
         variants: settings that differ from the defaults, by name of the variant.
         console: where progress goes.
         strides: of how many frames one is mapped.
-        noise: of masks and embeddings; depth and colour have a Kinect's errors in any case.
+        options: of the oracle segmenter and embedder; depth and colour have a Kinect's errors in any case.
     """
     torch.set_num_threads(1)
     sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
-    models = OracleSegmenter(noise, seed), OracleEmbedder(noise, seed)
+    models = (
+        make_segmenter("oracle", {**options[0], "seed": seed}),
+        make_embedder("oracle", {**options[1], "seed": seed}),
+    )
     indices = [i for i in range(len(sequence)) if any(i % stride == 0 for stride in strides)]
     rows: dict[int, dict[str, Row]] = {stride: {} for stride in strides}
     with TemporaryDirectory() as folder:

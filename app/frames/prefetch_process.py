@@ -16,6 +16,8 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, TypeVar
 
+from app.console.plain_warnings import warn_in_one_line
+
 S = TypeVar("S")
 T = TypeVar("T")
 HUNG_UP = object()
@@ -61,6 +63,7 @@ def _received(connection: Connection, number: int) -> Any:
 
 def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
     """Answer items until the other side hangs up, also because its process was killed."""
+    warn_in_one_line()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group, and is the parent's to handle
     items: SimpleQueue[Any] = SimpleQueue()
     # Taken in at once: two sides that both send what fills the pipe would wait for each other.

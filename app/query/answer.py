@@ -20,11 +20,14 @@ def answer_json(query: str, answer: Answer, crops: ViewCrops | None) -> dict[str
 
 
 def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
-    """One hit: centre and extent in metres, rotation world from box, the frames that show it best."""
+    """One hit: the name and the kind it was found by where several names were meant, centre and extent in metres,
+    rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
+        "through": hit.through,
+        "kind": hit.kind,
         **box_entry(hit.object.box),
         "best_frames": crops.of(hit.object) if crops else [],
     }
@@ -47,15 +50,18 @@ def _table(hits: Sequence[dict[str, Any]]) -> Table:
     table.add_column("id", justify="right")
     table.add_column("score", justify="right")
     table.add_column("class")
+    if by_kind := any(hit["through"] for hit in hits):
+        table.add_column("found as", no_wrap=True)
     for name in ("centre, m", "size, m", "best seen in frames"):
         table.add_column(name, justify="right")
     for hit in hits:
-        table.add_row(*_row(hit))
+        table.add_row(*_row(hit, by_kind))
     return table
 
 
-def _row(hit: dict[str, Any]) -> tuple[str, ...]:
+def _row(hit: dict[str, Any], by_kind: bool) -> tuple[str, ...]:
     centre = " ".join(f"{value:.2f}" for value in hit["center"])
     size = " x ".join(f"{value:.2f}" for value in sorted(hit["extent"], reverse=True))
     frames = ", ".join(str(frame["frame"]) for frame in hit["best_frames"])
-    return str(hit["id"]), f"{hit['score']:.2f}", hit["class"] or "-", centre, size, frames
+    found_as = [", as ".join(filter(None, (hit["through"], hit["kind"])))] if by_kind else []
+    return str(hit["id"]), f"{hit['score']:.2f}", hit["class"] or "-", *found_as, centre, size, frames

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from app.settings.config_file import read_config
+from app.settings.oracle_options import OracleErrors, oracle_flags
 from app.settings.run_config import InputSettings, RunConfig
 from razer.errors import BadInput
 from razer.plugins import FULL_TRUST, NO_TRUST, Trust
@@ -112,6 +113,8 @@ class RunOptions(RecordingOptions, SettingOptions):
     """2D segmenter: a name or module:Class."""
     embedder: str | None = None
     """Embedder of masks: a name or module:Class."""
+    oracle: OracleErrors | None = None
+    """Instead of both the recording's truth with simulated errors, as of a SAM, a detector or a panoptic model."""
     device: Literal["auto", "cpu", "cuda"] | None = None
     """Device of the voxel map."""
     timeline: bool | None = None
@@ -125,5 +128,9 @@ class RunOptions(RecordingOptions, SettingOptions):
         """Dotted names of settings with the values of these options, None = not given; raises BadInput."""
         if self.poses == "both":
             raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
-        flags = self._recording_flags() | {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
-        return flags | {"run.device": self.device, "run.timeline": self.timeline}
+        models = {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
+        if self.oracle is not None:
+            if self.segmenter or self.embedder:
+                raise BadInput(f"--oracle {self.oracle} stands for --segmenter and --embedder: leave them out")
+            models = oracle_flags(self.oracle)
+        return self._recording_flags() | models | {"run.device": self.device, "run.timeline": self.timeline}

@@ -16,6 +16,7 @@ from razer.errors import BadInput
 MILLIMETRES = 1000.0
 _COLOR_FOLDERS = ("color", "rgb")
 _POSE_FOLDERS = ("pose", "poses")
+_TRUE_IMAGES = ("ids", "parts")
 
 
 def is_folder(folder: Path) -> bool:
@@ -25,7 +26,7 @@ def is_folder(folder: Path) -> bool:
 
 def read_folder(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequence:
     """A folder in this layout: intrinsics.json, color/, depth/, and optionally trajectory.txt (or pose/ with
-    a 4x4 matrix a frame), stamps.txt, ids/ with truth/objects.json; raises BadInput."""
+    a 4x4 matrix a frame), stamps.txt, ids/ with truth/objects.json, parts/; raises BadInput."""
     color_folder = next(path for name in _COLOR_FOLDERS if (path := folder / name).is_dir())
     pairs, clocked = pair_images(folder, _images(color_folder), _images(folder / "depth"))
     stamps = _stamps(folder, pairs)
@@ -34,7 +35,7 @@ def read_folder(folder: Path, declared: Declared, use_poses: bool) -> RecordedSe
             pair.color or color_folder / f"{pair.key}.*",
             pair.depth or folder / "depth" / f"{pair.key}.png",
             stamp,
-            folder / "ids" / f"{pair.key}.png" if (folder / "ids").is_dir() else None,
+            *(folder / images / f"{pair.key}.png" if (folder / images).is_dir() else None for images in _TRUE_IMAGES),
         )
         for pair, stamp in zip(pairs, stamps, strict=True)
     )

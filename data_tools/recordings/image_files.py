@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_tools.recordings.camera import HOW_TO_DECLARE, Declared
-from data_tools.recordings.images import read_depth, read_ids, read_rgb, short_name
+from data_tools.recordings.images import read_depth, read_ids, read_parts, read_rgb, short_name
 from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseSource
 from razer.arrays import Float32Array, Int32Array, Uint8Array
@@ -16,12 +16,14 @@ from razer.errors import BadInput
 
 @dataclass(frozen=True, slots=True)
 class ImagePaths:
-    """The files of one frame; ids is an image of instance ids on the depth grid; stamp in seconds."""
+    """The files of one frame; ids and parts are images of instance ids, and of their parts, on the depth grid; stamp in
+    seconds."""
 
     color: Path
     depth: Path
     stamp: float
     ids: Path | None = None
+    parts: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +53,16 @@ class ImageFiles(ImageSource):
         path = self.paths[index].ids
         return None if path is None else read_ids(path)
 
+    def part_ids(self, index: int) -> Uint8Array | None:
+        """(h, w), numbers within each instance from 1, 0 = of no part; None where there is no file of them; raises
+        UnusableFrame."""
+        path = self.paths[index].parts
+        return None if path is None else read_parts(path)
+
     def label(self, index: int, kind: str) -> str:
         """The name of the file."""
         paths = self.paths[index]
-        path = {"colour": paths.color, "depth": paths.depth}.get(kind, paths.ids)
+        path = {"colour": paths.color, "depth": paths.depth, "parts": paths.parts}.get(kind, paths.ids)
         return kind if path is None else short_name(path)
 
 

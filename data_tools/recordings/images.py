@@ -34,7 +34,7 @@ def decode_rgb(data: bytes, name: str) -> Uint8Array:
 def read_depth(path: Path, units_per_metre: float) -> Float32Array:
     """A 16-bit depth image in metres, (H, W) float32, 0 = no reading (0 and 65535 in the file); raises
     UnusableFrame, also for an image without any reading."""
-    depth = metres(_single_channel(path, "depth"), units_per_metre)
+    depth = metres(_single_channel(path, "depth", np.uint16), units_per_metre)
     if not depth.any():
         raise UnusableFrame(f"{short_name(path)} holds no valid depth: every pixel is 0 or {SATURATED}")
     return depth
@@ -49,7 +49,12 @@ def metres(raw: Uint16Array, units_per_metre: float) -> Float32Array:
 
 def read_ids(path: Path) -> Int32Array:
     """A 16-bit image of instance ids, (H, W) int32, 0 = nobody; raises UnusableFrame."""
-    return _single_channel(path, "instance ids").astype(np.int32)
+    return _single_channel(path, "instance ids", np.uint16).astype(np.int32)
+
+
+def read_parts(path: Path) -> Uint8Array:
+    """An 8-bit image of the parts of instances, (H, W), 0 = of none; raises UnusableFrame."""
+    return _single_channel(path, "parts", np.uint8)
 
 
 def short_name(path: Path) -> str:
@@ -62,13 +67,13 @@ def size_of(image: NDArray) -> tuple[int, int]:
     return image.shape[1], image.shape[0]
 
 
-def _single_channel(path: Path, what: str) -> Uint16Array:
+def _single_channel(path: Path, what: str, kind: type[np.uint8] | type[np.uint16]) -> NDArray:
     image = _decode(path, cv2.IMREAD_UNCHANGED)
-    if image.ndim != 2 or image.dtype != np.uint16:
+    if image.ndim != 2 or image.dtype != kind:
         channels = 1 if image.ndim == 2 else image.shape[2]
         raise UnusableFrame(
             f"{short_name(path)} has {channels} channel(s) of {image.dtype}: "
-            f"{what} must be a 16-bit PNG with one channel"
+            f"{what} must be {'a 16' if kind is np.uint16 else 'an 8'}-bit PNG with one channel"
         )
     return image
 

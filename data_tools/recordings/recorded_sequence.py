@@ -41,8 +41,13 @@ class ImageSource(Protocol):
         """(h, w) on the grid of the recorded depth, 0 = nobody's; None where there are none; raises UnusableFrame."""
         return None
 
+    def part_ids(self, index: int) -> Uint8Array | None:
+        """(h, w) on the grid of the recorded depth, the part of its instance that a pixel shows, 0 = none; None where
+        there are none; raises UnusableFrame."""
+        return None
+
     def label(self, index: int, kind: str) -> str:
-        """What messages call an image; kind is colour, depth or instance ids."""
+        """What messages call an image; kind is colour, depth, instance ids or parts."""
         return f"{kind} of frame {index}"
 
 
@@ -94,7 +99,8 @@ class RecordedSequence(FrameIteration):
         rgb, has_color = self.rgbd_alignment.color(rgb, depth)
         ids = self._instance_ids(index, depth)
         names = self.class_names if ids is not None else {}
-        return Frame(index, self.images.stamp(index), rgb, depth, self.intrinsics, pose, ids, names, notes, has_color)
+        stamp, parts = self.images.stamp(index), self._part_ids(index)
+        return Frame(index, stamp, rgb, depth, self.intrinsics, pose, ids, names, notes, has_color, parts)
 
     def _depth(self, index: int) -> Float32Array:
         depth = self.images.depth(index)
@@ -112,6 +118,13 @@ class RecordedSequence(FrameIteration):
             return ids_on_depth_grid(drawn, self.rgbd_alignment, depth, self.color_ids.label(index))
         self._check_size(index, "instance ids", size_of(ids), self.rgbd_alignment.depth_size)
         return self.rgbd_alignment.on_depth_grid(ids.astype(np.float32)).astype(np.int32)
+
+    def _part_ids(self, index: int) -> Uint8Array | None:
+        parts = self.images.part_ids(index)
+        if parts is None:
+            return None
+        self._check_size(index, "parts", size_of(parts), self.rgbd_alignment.depth_size)
+        return self.rgbd_alignment.on_depth_grid(parts.astype(np.float32)).astype(np.uint8)
 
     def _check_size(self, index: int, kind: str, size: Size, expected: Size) -> None:
         if size != expected:

@@ -69,10 +69,11 @@ class RenderedFrames(FrameIteration, ABC):
         if not 0 <= index < len(self):
             raise IndexError(f"frame {index} of {len(self)}")
         pose = self._poses[index]
-        rgb, depth, ids = self._renderer_at(index).render(pose)
+        rgb, depth, ids, parts = self._renderer_at(index).render(pose)
         rgb, depth = self._sensor.observe(rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed)
         stamp = index / self._frames_per_s
-        return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, dict(self.classes))
+        names = dict(self.classes)
+        return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, names, part_ids=parts)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -63,6 +63,11 @@ def write_ids(path: Path, frame: Frame) -> None:
     _write(path, _encoded(frame.instance_ids.clip(0).astype(np.uint16), path.suffix))
 
 
+def write_parts(path: Path, part_ids: Uint8Array) -> None:
+    """The part of its instance (H, W) that each pixel shows as 8-bit PNG, 0 = none."""
+    _write(path, _encoded(part_ids, path.suffix))
+
+
 def matrix_lines(matrix: Float64Array) -> str:
     """The rows of a matrix, a line each, to nine digits."""
     return "".join(" ".join(f"{x:.9g}" for x in row) + "\n" for row in matrix)

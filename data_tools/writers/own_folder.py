@@ -9,7 +9,7 @@ from data_tools.recordings.sequence import RgbdSequence
 from data_tools.recordings.trajectories import tum_line
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.truth_folder import write_json, write_objects, write_truth
-from data_tools.writers.frame_files import frames_to_write, write_color, write_depth, write_ids
+from data_tools.writers.frame_files import frames_to_write, write_color, write_depth, write_ids, write_parts
 from data_tools.writers.unfinished import unfinished
 from razer.arrays import Pose
 from razer.frame import Frame
@@ -22,7 +22,7 @@ def write_folder(
 ) -> list[tuple[int, str]]:
     """Write every usable frame of a recording, numbered anew, and return (index, reason) of the others.
 
-    Depth becomes 16-bit PNG in millimetres (beyond 65.5 m: none), ids 16-bit PNG.
+    Depth becomes 16-bit PNG in millimetres (beyond 65.5 m: none), ids 16-bit PNG, parts 8-bit PNG.
 
     Args:
         sequence: the recording.
@@ -66,3 +66,5 @@ def _write_images(frame: Frame, folder: Path, name: str, suffix: str) -> None:
     write_depth(folder / "depth" / f"{name}.png", frame.depth, MILLIMETRES_PER_M)
     if frame.instance_ids is not None:
         write_ids(folder / "ids" / f"{name}.png", frame)
+    if frame.part_ids is not None:
+        write_parts(folder / "parts" / f"{name}.png", frame.part_ids)

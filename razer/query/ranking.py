@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from razer.arrays import Float32Array, Float64Array
+from razer.arrays import BoolArray, Float32Array, Float64Array
 from razer.query.embedding_table import EmbeddingTable
 
 # CLIP is trained with products of 100; names are told apart best a little above.
@@ -55,16 +55,29 @@ class TextRanking:
         probability: Float64Array = expit(SLOPE * (self.log_ratios(queries) - EVEN_LOG_RATIO))
         return probability
 
+    def set_scores(self, names: Float32Array) -> Float64Array:
+        """The probability (M,) that each instance is what one of some names (K, D) means, which do not compete among
+        themselves: between a couch and an armchair it is a seat all the same."""
+        same = np.any(self._negatives.vectors @ names.T > SAME_NAME, axis=1)[:, None]
+        best = self._logits(names).max(axis=1, keepdims=True)
+        ratios = self._hypotheses.best(best - self._others(same) + self._prior[:, None])[:, 0]
+        probability: Float64Array = expit(SLOPE * (ratios - EVEN_LOG_RATIO))
+        return probability
+
     def log_ratios(self, queries: Float32Array) -> Float64Array:
         """By which factor (M, N), as a logarithm, each query names an instance better than the negative prompts do on
         average; of an instance's hypotheses the best counts."""
-        same = self._negatives.vectors @ queries.T > SAME_NAME
+        others = self._others(self._negatives.vectors @ queries.T > SAME_NAME)
+        return self._hypotheses.best(self._logits(queries) - others + self._prior[:, None])
+
+    def _others(self, same: BoolArray) -> Float64Array:
+        """The logarithm of the mean of the exponentials (R, Q) of the negative prompts' logits, but for those that are
+        the same (P, Q) as each of Q queries."""
         n_others = np.maximum(len(same) - same.sum(axis=0), 1)
         repeated = np.flatnonzero(same.any(axis=1))
         share = np.exp(self._logits(self._negatives.vectors[repeated]) - self._negative_logits[:, None])
         own_share = np.minimum(share @ same[repeated].astype(np.float64), 1 - 1e-9)
-        others = self._negative_logits[:, None] + np.log1p(-own_share) - np.log(n_others)
-        return self._hypotheses.best(self._logits(queries) - others + self._prior[:, None])
+        return self._negative_logits[:, None] + np.log1p(-own_share) - np.log(n_others)
 
     def _logits(self, texts: Float32Array) -> Float64Array:
         """Logits (R, N) of N texts (N, D) for each hypothesis: scaled cosines without the part common to all."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Self
 
 import numpy as np
@@ -12,8 +13,9 @@ import numpy as np
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.models import NameTable, TextEncoder
+from razer.query.kinds import NameSet, all_kinds, expand, near_kinds
 from razer.query.ranking import NegativePrompts
-from razer.vocabulary import vocabulary
+from razer.vocabulary import VOCABULARIES, vocabulary
 
 # A text encoder knows captions better than words; the prompt templates' own meaning is averaged away.
 TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}.")
@@ -83,6 +85,35 @@ class TextQueryEncoder:
         except BadInput:
             return False
         return True
+
+    def query_vector(self, text: str) -> Float32Array:
+        """The unit vector (1, D) of a text; raises BadInput where a table lacks it, with kinds that it might mean."""
+        try:
+            return self.vectors([text])
+        except BadInput as error:
+            if not text.strip() or not self.is_table:
+                raise
+            near = ", ".join(near_kinds(text)) or 'furniture or "something to sit on"'
+            raise BadInput(f"{error}; it can be asked for kinds, too, such as {near}") from error
+
+    def meaning(self, text: str) -> NameSet | None:
+        """Those of `choices` that a kind of thing, a purpose or an enumeration stands for; None for any other text, and
+        for encoders, which know what words mean. Raises BadInput where a table has no name of the kind."""
+        if not self.is_table or (found := expand(text, self.choices.names)) is None:
+            return None
+        if not len(found.rows) and not self.knows(text):
+            raise BadInput(f"none of the {len(self.choices.names)} names that the embedder knows is meant by '{text}'")
+        return found if len(found.rows) else None
+
+    @cached_property
+    def choices(self) -> NegativePrompts:
+        """The names that a kind's are taken from: all that a table has, or those of all vocabularies where any name has
+        a vector."""
+        if getattr(self.text_encoder, "known_names", ()):
+            return self.negatives
+        lists = (*(vocabulary(name).names for name in VOCABULARIES), *(kind.names for kind in all_kinds()))
+        names = tuple(dict.fromkeys(chain.from_iterable(lists)))
+        return NegativePrompts(names, self.vectors(names))
 
     @property
     def negative_names(self) -> tuple[str, ...]:

@@ -36,9 +36,9 @@ class _Packed:
     """An observation without its pose.
 
     `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
-    detection: mask, number of readings, score, quality, class name, region, whether it is stuff. `has_color` are packed bits,
-    None = all true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their detections, a pixel in each
-    cell.
+    detection: mask, number of readings, score, quality, class name, region, whether it is stuff. `has_color` are packed
+    bits, None = all true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their
+    detections, a pixel in each cell.
     """
 
     index: int

@@ -152,6 +152,8 @@ def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstan
     """Whether a wall stands between the points at which two instances are nearest."""
     distances, rows = other.tree.query(one.sample, distance_upper_bound=FAR_M)
     nearest = int(distances.argmin())
+    if not np.isfinite(distances[nearest]):
+        return False  # only what the sample left out of a large instance is near
     ends = one.sample[nearest], other.points[rows[nearest]]
     between = np.linspace(*ends, 7)[1:-1]
     at_wall = np.isfinite(wall.tree.query(between, distance_upper_bound=TOUCH_M / 2)[0])

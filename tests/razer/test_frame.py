@@ -47,6 +47,7 @@ def test_a_resized_camera_sees_the_same_rays() -> None:
         ({"depth": np.zeros((6, 8), np.uint16)}, "depth"),
         ({"depth": np.zeros((8, 6), np.float32)}, "depth"),
         ({"instance_ids": np.zeros((3, 4), np.int32)}, "instance ids"),
+        ({"part_ids": np.zeros((3, 4), np.uint8)}, "part ids"),
         ({"world_from_camera": np.full((4, 4), -np.inf)}, "pose"),
         ({"world_from_camera": np.diag([1.0, 1, 0, 1])}, "pose"),
         ({"world_from_camera": np.diag([1.0, 1, -1, 1])}, "pose"),

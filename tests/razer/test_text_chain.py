@@ -12,6 +12,7 @@ from razer.mapper import Mapper
 from razer.models import make_segmenter
 from razer.models.appearance import AppearanceEmbedder
 from razer.panoptic_map import PanopticMap
+from razer.query.kinds import expand
 from razer.semantics.labelling import known_categories, label
 from razer.vocabulary import vocabulary
 from tests.support.named_vectors import NamedVectors
@@ -63,6 +64,20 @@ def test_things_are_found_by_name_and_what_is_not_there_is_not(apartment):
     assert len(found) >= 0.6 * len(present)
     assert len(right) >= 0.55 * len(present)
     assert len(wrong) <= 0.2 * len(absent)
+
+
+def test_kinds_find_what_belongs_to_them_and_little_else(apartment):
+    panoptic, _, embedder = apartment
+    right = wrong = missed = 0
+    for kind in ("furniture", "something to sit on", "electronics", "storage furniture", "dishes", "light", "cookware"):
+        answer = panoptic.query(kind)
+        rows = {embedder.row[embedder.known_names[row]] for row in expand(kind, embedder.known_names).rows}
+        meant = {o.id for o in panoptic.objects if embedder.row.get(o.class_name) in rows}
+        found = {hit.object.id for hit in answer.hits}
+        right, wrong, missed = right + len(found & meant), wrong + len(found - meant), missed + len(meant - found)
+    assert right >= 20
+    assert wrong <= 0.15 * (right + wrong)
+    assert missed <= 0.55 * (right + missed)
 
 
 def test_hits_are_ranked_above_the_threshold(apartment):

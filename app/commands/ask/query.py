@@ -16,13 +16,15 @@ if TYPE_CHECKING:
     from app.query.queryable_map import QueryableMap
     from razer.map_object import Answer
 
+_N_HITS = 5
+
 
 def query(
     run: Path,
     text: str | None = None,
     /,
     *,
-    k: Annotated[int, Parameter(name=["-k"])] = 5,
+    k: Annotated[int | None, Parameter(name=["-k"])] = None,
     image: Path | None = None,
     box: str | None = None,
     min_score: float | None = None,
@@ -39,9 +41,9 @@ def query(
     run:
         The folder of a finished run.
     text:
-        What to look for, such as "a red chair".
+        What to look for, such as "a red chair"; kinds and purposes, too: furniture, "something to sit on".
     k:
-        Maximum number of hits.
+        Maximum number of hits; 5 if not given, and no limit where a kind or a purpose was asked for by names.
     image:
         An image of what to look for, instead of a text.
     box:
@@ -61,7 +63,7 @@ def query(
     from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
 
     queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
-    answer = _answer(queryable, text, image, box, min_score).best(k)
+    answer = _shortened(_answer(queryable, text, image, box, min_score), k)
     if render is not None:
         _draw(queryable, answer, render)
     _report(queryable, text if text is not None else str(image), answer, json)
@@ -69,11 +71,11 @@ def query(
 
 
 def _check_arguments(
-    text: str | None, k: int, image: Path | None, box: str | None, min_score: float | None, render: Path | None
+    text: str | None, k: int | None, image: Path | None, box: str | None, min_score: float | None, render: Path | None
 ) -> None:
     if (text is None) == (image is None):
         raise BadInput("give either a text to look for, or a picture with --image")
-    if k < 1 or (min_score is not None and not 0 <= min_score <= 1):
+    if (k is not None and k < 1) or (min_score is not None and not 0 <= min_score <= 1):
         raise BadInput("-k is at least 1, and --min-score from 0 to 1")
     if box is not None and image is None:
         raise BadInput("--box is a part of the picture that --image names")
@@ -93,6 +95,12 @@ def _answer(
     assert image is not None
     vector = embed_query_image(queryable.embedder, queryable.config.embedder.name, image, box)
     return queryable.panoptic.query_image(vector, threshold)
+
+
+def _shortened(answer: Answer, k: int | None) -> Answer:
+    """The best k hits; of those of a kind all, if k is not given: who asks for chairs and couches wants each."""
+    by_kind = any(hit.through for hit in answer.hits)
+    return answer if k is None and by_kind else answer.best(k or _N_HITS)
 
 
 def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from app.console.streams import progress_console, result_console
 from app.settings.options import Flag
+from app.settings.oracle_options import OracleErrors, OracleOptions, oracle_options
 from razer.errors import BadInput
 
 
@@ -19,7 +20,8 @@ def ablate(
     seeds: str = "0,1,2",
     frames: int = 600,
     stride: str = "1",
-    noise: Literal["full", "none"] = "full",
+    noise: OracleErrors = "full",
+    exemplars: Path | None = None,
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     queries: Path | None = None,
     draws: int = 50,
@@ -27,9 +29,8 @@ def ablate(
 ) -> int:
     """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
 
-    Masks and embeddings come from the simulator: masks dropped, split, merged and frayed, embeddings of cosine 0.7, a
-    tenth of another class; depth and colour have a Kinect's errors, poses are given. All variants see the very same
-    frames, which wait in the temporary folder: some 5 MB each, twice.
+    Masks and embeddings come from the simulator, depth and colour have a Kinect's errors, poses are given. All variants
+    see the very same frames, which wait in the temporary folder: some 5 MB each, twice.
 
     Parameters
     ----------
@@ -42,7 +43,9 @@ def ablate(
     stride:
         Map only every n-th frame; several with commas between, each a line of its own. Walk and truth are the same.
     noise:
-        Errors of masks and embeddings; none: perfect ones.
+        Errors of masks and embeddings: none, full, or as models have them; detector and panoptic need --exemplars.
+    exemplars:
+        An npz as --queries takes: embeddings of masks are those of images in it, with CLIP's errors.
     variants:
         Only these variants.
     queries:
@@ -57,9 +60,9 @@ def ablate(
         return _ablate_queries(queries, draws, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
-    rows = _measure(scene, seed_numbers, strides, frames, variants, noise)
-    asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise}
-    _print(asked | _by_stride(rows, strides) if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
+    rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
+    asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
+    _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
     return 0
 
 
@@ -74,12 +77,7 @@ def _print(document: dict[str, Any] | None, rows: list[dict[int, Any]], title: s
 
 
 def _measure(
-    scene: str,
-    seeds: list[int],
-    strides: list[int],
-    frames: int,
-    variants: tuple[str, ...],
-    noise: Literal["full", "none"],
+    scene: str, seeds: list[int], strides: list[int], frames: int, variants: tuple[str, ...], options: OracleOptions
 ) -> list[dict[int, Any]]:
     """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
@@ -89,7 +87,8 @@ def _measure(
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
     chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
-    return [measure_variants(scene, seed, frames or None, chosen, progress_console(), strides, noise) for seed in seeds]
+    console = progress_console()
+    return [measure_variants(scene, seed, frames or None, chosen, console, strides, options) for seed in seeds]
 
 
 def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]:

@@ -6,9 +6,13 @@ from concurrent.futures import ProcessPoolExecutor
 from json import dumps
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.settings.options import Flag, RunOptions
 from razer.errors import BadInput
+
+if TYPE_CHECKING:
+    from app.settings.run_config import RunConfig
 
 
 def bench(
@@ -17,6 +21,7 @@ def bench(
     *,
     options: RunOptions = RunOptions(),  # noqa: B008
     repeat: int = 1,
+    masks: Flag = False,
     json: Flag = False,
 ) -> None:
     """Measure time per stage and memory of a run that writes nothing, beside plain TSDF fusion.
@@ -27,12 +32,18 @@ def bench(
         The recording; a synthetic room if not given.
     repeat:
         How many runs, each in a process of its own; the one of median speed is shown.
+    masks:
+        Measure, instead, the segmenter on the recording: which masks of a view are missed in the next, which change
+        their names, and how well they fit, by depth and poses; no truth is needed.
     json:
         One line of JSON.
     """
     if repeat < 1:
         raise BadInput(f"--repeat {repeat}: give at least 1")
     config = options.read()
+    if masks:
+        _measure_masks(folder, config, json)
+        return
 
     # Late, as in `razer run`.
     from app.benchmark.report import print_bench
@@ -46,3 +57,15 @@ def bench(
         print(dumps(result))
     else:
         print_bench(result)
+
+
+def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
+    from app.benchmark.measure_masks import measure_masks, print_masks
+
+    if folder is None:
+        raise BadInput("--masks needs a recording: razer bench FOLDER --masks")
+    result = measure_masks(folder, config)
+    if json:
+        print(dumps(result))
+    else:
+        print_masks(result)

@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.shapes.solids import Solid, quad_normals
 from data_tools.synthetic.shapes.thing import Thing
-from razer.arrays import Float32Array, Float64Array, Int32Array
+from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
 
 # Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.
 _LAMPS = (((0.35, 0.5, 0.8), 0.3), ((-0.7, -0.35, 0.35), 0.2))
 _AMBIENT = 0.68
+LAST_PART = 255  # of a thing; further solids belong to it too, so that an image of parts has 8 bits
 
 
 @dataclass(frozen=True, slots=True)
 class FaceTable:
     """One row for each of F quads: a corner and outward normal (F, 3); texture coordinates in tiles as an affine
     function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); shaded colour dark + span * grey,
-    (F, 3) each with grey in 0..255; column of the texture in the atlas; texels per metre; instance id."""
+    (F, 3) each with grey in 0..255; column of the texture in the atlas; texels per metre; instance id; part, the
+    number of the solid within its thing, from 1."""
 
     corners: Float64Array
     normals: Float64Array
@@ -33,12 +35,17 @@ class FaceTable:
     left: Float32Array
     texels_per_m: Float32Array
     instances: Int32Array
+    parts: Uint8Array
 
     @classmethod
     def of(cls, things: Mapping[int, Thing], left: Mapping[str, int]) -> FaceTable:
         """The faces of all things in order; `left` is the atlas column of each texture."""
-        solids = [(number, solid) for number, thing in things.items() for solid in thing.solids]
-        rows = [_columns(solid, number, left[solid.material.texture]) for number, solid in solids]
+        solids = [
+            (solid, number, part)
+            for number, thing in things.items()
+            for part, solid in enumerate(thing.solids, start=1)
+        ]
+        rows = [_columns(solid, number, part, left[solid.material.texture]) for solid, number, part in solids]
         return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
     def planes_seen_from(
@@ -56,7 +63,7 @@ class FaceTable:
         return tuple(r.astype(np.float32) for r in results)  # type: ignore[return-value]
 
 
-def _columns(solid: Solid, instance: int, left: int) -> tuple[NDArray, ...]:
+def _columns(solid: Solid, instance: int, part: int, left: int) -> tuple[NDArray, ...]:
     count = len(solid.quads)
     normals = quad_normals(solid.quads)
     gradient = _uv_gradient(solid)
@@ -75,6 +82,7 @@ def _columns(solid: Solid, instance: int, left: int) -> tuple[NDArray, ...]:
         one * left,
         one * np.float32(SIZE / solid.material.tile_m),
         np.full(count, instance, np.int32),
+        np.full(count, min(part, LAST_PART), np.uint8),
     )
 
 

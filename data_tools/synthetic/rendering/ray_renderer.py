@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from data_tools.synthetic.rendering.face_table import FaceTable
 from data_tools.synthetic.rendering.procedural_textures import SIZE
+from data_tools.synthetic.rendering.rendering import Rendering
 from data_tools.synthetic.rendering.texture_atlas import LEVELS, paint_atlas
 from data_tools.synthetic.shapes.thing import Thing
-from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
 
 
@@ -30,9 +31,8 @@ class RayRenderer:
         self._y = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)
         self._ray_length = np.sqrt(self._x**2 + self._y[:, None] ** 2 + 1)
 
-    def render(self, world_from_camera: Float64Array) -> tuple[Uint8Array, Float32Array, Int32Array]:
-        """The (H, W, 3) uint8 colour, (H, W) float32 depth in metres (0 = nothing hit) and (H, W) int32
-        instance image (0 = nobody) seen by the camera."""
+    def render(self, world_from_camera: Float64Array) -> Rendering:
+        """What the camera at this pose sees; each solid of a thing is a part of it."""
         faces = self._seen_faces(world_from_camera)
         nothing = faces < 0
         faces[nothing] = 0
@@ -42,9 +42,9 @@ class RayRenderer:
         v: Float32Array = self._evaluate(tile_v, faces) * depth
         grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
         rgb = self._tint(faces, grey)
-        ids = self._faces.instances.take(faces)
-        rgb[nothing], depth[nothing], ids[nothing] = 0, 0, 0
-        return rgb, depth, ids
+        ids, parts = self._faces.instances.take(faces), self._faces.parts.take(faces)
+        rgb[nothing], depth[nothing], ids[nothing], parts[nothing] = 0, 0, 0, 0
+        return Rendering(rgb, depth, ids, parts)
 
     def _seen_faces(self, world_from_camera: Float64Array) -> Int64Array:
         """The face seen at each pixel, -1 = none. Rays go through every other pixel of every other row, and

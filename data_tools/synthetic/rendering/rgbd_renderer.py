@@ -8,7 +8,8 @@ from typing import Protocol
 import open3d as o3d
 
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
-from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
+from data_tools.synthetic.rendering.rendering import Rendering
+from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse
 
@@ -18,8 +19,8 @@ class Renderer(Protocol):
 
     scene: o3d.t.geometry.RaycastingScene
 
-    def render(self, world_from_camera: Float64Array) -> tuple[Uint8Array, Float32Array, Int32Array]:
-        """The (H, W, 3) uint8 colour, (H, W) float32 depth in metres (0 = nothing) and (H, W) int32 instances."""
+    def render(self, world_from_camera: Float64Array) -> Rendering:
+        """What the camera at this pose sees."""
 
 
 class RgbdRenderer:
@@ -36,8 +37,7 @@ class RgbdRenderer:
         self._depth_from_color = inverse(calibration.color_from_depth)
         self.scene = self._depth.scene
 
-    def render(self, world_from_camera: Float64Array) -> tuple[Uint8Array, Float32Array, Int32Array]:
+    def render(self, world_from_camera: Float64Array) -> Rendering:
         """What the depth camera at this pose and the colour camera beside it see, as Renderer.render says."""
-        _, depth, ids = self._depth.render(world_from_camera)
-        rgb, _, _ = self._color.render(world_from_camera @ self._depth_from_color)
-        return rgb, depth, ids
+        seen = self._depth.render(world_from_camera)
+        return seen._replace(rgb=self._color.render(world_from_camera @ self._depth_from_color).rgb)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from data_tools.synthetic.rendering.rendering import Rendering
 from data_tools.synthetic.scans.surface import ScannedSurface
-from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
+from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 
 
@@ -24,9 +25,8 @@ class MeshRenderer:
         rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)], axis=-1)
         self._rays = rays.astype(np.float32)
 
-    def render(self, world_from_camera: Float64Array) -> tuple[Uint8Array, Float32Array, Int32Array]:
-        """The (H, W, 3) uint8 colour, (H, W) float32 depth in metres (0 = nothing) and (H, W) int32 instance image
-        (0 = nobody) seen by the camera."""
+    def render(self, world_from_camera: Float64Array) -> Rendering:
+        """What the camera at this pose sees; a scan has no parts."""
         surface, pose = self._surface, (self._surface_from_world @ world_from_camera).astype(np.float32)
         # Rays are one metre long along the optical axis: how far along them is depth.
         depth, triangle, weights = surface.cast(pose[:3, 3], self._rays @ pose[:3, :3].T)
@@ -36,4 +36,4 @@ class MeshRenderer:
         rgb[seen] = np.rint(np.einsum("nk,nkc->nc", weights, surface.colors[corners].astype(np.float32))).clip(0, 255)
         nearest = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], axis=1)[:, 0]
         ids[seen] = surface.instances[nearest].clip(0)
-        return rgb, np.where(seen, depth, np.float32(0)), ids
+        return Rendering(rgb, np.where(seen, depth, np.float32(0)), ids, None)

@@ -13,12 +13,13 @@ from razer.arrays import BoolArray, Int32Array
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.models.oracle.mask_noise import FULL_NOISE, MaskNoise, check_noise_preset
-
-UNKNOWN = "unknown"
+from razer.models.oracle.profiles.table import segmenter_profile
+from razer.models.oracle.profiles.visible_things import UNKNOWN, VisibleThings
 
 
 class OracleSegmenter:
-    """Masks from a frame's own instance ids, with class names and score 1.
+    """Masks from a frame's own instance ids, with class names and score 1, or as a profile of real models' errors has
+    them.
 
     Args:
         noise: "none", or "full": 15 % of the masks dropped, 10 % split, 5 % merged, borders moved by up to 3 px.
@@ -29,6 +30,8 @@ class OracleSegmenter:
         split_frames: frames for which an instance stays cut.
         merge: share of masks that absorb an adjacent one.
         jitter_px: largest distance that a border moves, pixels.
+        profile: instead of all these errors those of one kind of model: sam, detector,
+            detector-hard, panoptic or panoptic-hard.
 
     Raises:
         BadInput: for impossible options.
@@ -45,6 +48,7 @@ class OracleSegmenter:
         split_frames: int | None = None,
         merge: float | None = None,
         jitter_px: int | None = None,
+        profile: str | None = None,
     ) -> None:
         check_noise_preset(noise)
         options: dict[str, Any] = {
@@ -55,20 +59,21 @@ class OracleSegmenter:
             "merge": merge,
             "jitter_px": jitter_px,
         }
+        if profile is not None and (noise != "none" or any(value is not None for value in options.values())):
+            raise BadInput(f"the oracle segmenter's profile {profile} has its own errors: leave out noise")
+        self.profile = None if profile is None else segmenter_profile(profile, seed)
         preset = FULL_NOISE if noise == "full" else MaskNoise()
         self.noise = replace(preset, seed=seed, **{k: v for k, v in options.items() if v is not None})
 
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame; raises BadInput when the frame has no instance ids."""
-        if frame.instance_ids is None:
-            raise BadInput(
-                f"frame {frame.index} has no instance ids, which the oracle segmenter needs: "
-                "use a recording with ids/ (ScanNet: instance-filt/), or --segmenter geometric"
-            )
-        parts = list(self._masks(frame.index, frame.instance_ids))
+        ids = VisibleThings.of(frame, "segmenter").ids
+        if self.profile is not None:
+            return self.profile.masks(frame)
+        parts = list(self._masks(frame.index, ids))
         if not parts:
-            return Masks.none(*frame.instance_ids.shape)
-        masks = np.zeros((len(parts), *frame.instance_ids.shape), np.bool_)
+            return Masks.none(*ids.shape)
+        masks = np.zeros((len(parts), *ids.shape), np.bool_)
         for canvas, (_, window, mask) in zip(masks, parts, strict=True):
             canvas[window] = mask
         names = tuple(frame.instance_classes.get(instance, UNKNOWN) for instance, _, _ in parts)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+from typing import get_args
 
 import pytest
 
 from app.ablation.mapper_variants import COLUMNS, VARIANTS
 from app.ablation.perceived_walk import PerceivedWalk
 from app.settings.config_file import read_config
+from app.settings.options import RunOptions
+from app.settings.oracle_options import OracleErrors, oracle_options
 from app.settings.presets import DEPARTURES
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.config import MapperConfig
 from razer.detection.perception import Perception
 from razer.models.oracle.embedder import OracleEmbedder
+from razer.models.oracle.profiles.table import PROFILES
 from razer.models.oracle.segmenter import OracleSegmenter
 from tests.support.cli import call
 
@@ -58,6 +62,8 @@ def test_strides_share_the_walk_and_the_truth(capsys):
         (("--stride", "2,0"), "whole numbers from 1"),
         (("--stride", "fast"), "--stride fast"),
         (("--variants", "no walls"), "choose from"),
+        (("--noise", "detector", "--frames", "2"), "needs option table"),
+        (("--noise", "sam", "--exemplars", "/nowhere.npz", "--frames", "2"), "/nowhere.npz"),
     ],
 )
 def test_wrong_usage_is_one_plain_line(capsys, arguments, message):
@@ -89,3 +95,26 @@ def test_variants_with_the_same_perception_share_it(tmp_path):
         pixels = [[d.pixels.tolist() for d in o.lifted.detections] for o in (stored, fresh)]
         assert pixels[0] == pixels[1]
         assert len(pixels[0]) > 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("noise", ["sam", "detector", "panoptic"])
+def test_masks_and_vectors_of_profiles_are_mapped(capsys, real_data, noise):
+    options = ("--scene", "tabletop", "--seeds", "1", "--frames", "24", "--variants", "as is", "--noise", noise)
+    assert call("ablate", *options, "--exemplars", real_data / "clip-vit-b32" / "lvis.npz", "--json") == 0
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert result["noise"] == noise
+    assert 3 < result["variants"][0]["as is"]["instances"] < 300
+
+
+def test_each_kind_of_errors_is_options_of_both_models(tmp_path):
+    table = tmp_path / "exemplars.npz"
+    assert oracle_options("full") == ({"noise": "full"}, {"noise": "full"})
+    assert oracle_options("sam") == ({"profile": "sam"}, {"noise": "full"})
+    assert oracle_options("detector", table) == ({"profile": "detector"}, {"profile": "clip", "table": str(table)})
+    assert oracle_options("none", table) == ({"noise": "none"}, {"profile": "clip", "table": str(table)})
+    profiles = {errors for errors in get_args(OracleErrors) if "profile" in oracle_options(errors)[0]}
+    assert profiles == set(PROFILES)
+    config = RunOptions(oracle="sam").read()
+    assert (config.segmenter.name, config.embedder.name) == ("oracle", "oracle")
+    assert config.segmenter.options == {"profile": "sam"}

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 
 import pytest
 
-from tests.support.cli import QUICK, listing, write_small_room
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from data_tools.writers.own_folder import write_folder
+from tests.support.cli import QUICK, listing, razer, write_small_room
 
 
 @pytest.fixture(scope="module")
@@ -41,3 +44,48 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert result["ranking"]["query_ms"] > 0
     assert result["registering"]["to_remap"] > 0
     assert listing(tmp_path) == []
+
+
+@pytest.fixture(scope="module")
+def parted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("parted") / "room"
+    write_folder(SyntheticRoom(0, n_frames=6, width=160, height=120), folder)
+    return folder
+
+
+def test_bench_measures_the_masks_of_a_segmenter(parted, capsys):
+    code, out, _ = razer(capsys, "bench", parted, "--masks", "--json", "--oracle", "none")
+    assert code == 0
+    perfect = json.loads(out.splitlines()[-1])
+    assert (perfect["format"], perfect["views"], perfect["segmenter"]) == (1, 6, "oracle")
+    assert perfect["renamed"] == 0
+    assert perfect["iou"] > 0.8
+    code, out, _ = razer(capsys, "bench", parted, "--masks", "--json", "--oracle", "sam")
+    sam = json.loads(out.splitlines()[-1])
+    assert sam.keys() == perfect.keys()
+    assert sam["missed"] > perfect["missed"] + 0.1
+    code, out, _ = razer(capsys, "bench", parted, "--masks", "--oracle", "none", "--stride", "2")
+    assert code == 0
+    assert "masks a view" in out
+
+
+def test_a_recording_without_parts_is_said_in_one_line(parted, tmp_path):
+    folder = tmp_path / "older"
+    shutil.copytree(parted, folder)
+    shutil.rmtree(folder / "parts")
+    command = [sys.executable, "-m", "app.cli", "bench", folder, "--masks", "--oracle", "sam", "--max-frames", "2"]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    said = [line for line in process.stderr.splitlines() if "parts" in line]
+    assert len(said) == 1
+    assert said[0].startswith("WARNING: the recording has no parts/")
+
+
+def test_masks_need_a_recording_with_ids(recording, capsys):
+    for arguments, message in (
+        (("bench", "--masks"), "razer bench FOLDER --masks"),
+        (("bench", recording, "--masks", "--oracle", "sam"), "no instance ids"),
+        (("bench", recording, "--masks", "--oracle", "sam", "--embedder", "oracle"), "leave them out"),
+    ):
+        code, _, err = razer(capsys, *arguments)
+        assert code == 2, arguments
+        assert message in err.splitlines()[-1]

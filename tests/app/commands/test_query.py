@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+import razer as razer_package
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from tests.support.cli import QUICK, contents, instances_of, map_oracle_room, razer
 
@@ -36,7 +37,8 @@ def test_the_json_of_a_query_is_the_contract(capsys, run):
     assert 0 < len(answer["hits"]) <= 3
     known = {entry["id"]: entry for entry in instances_of(run)}
     for hit in answer["hits"]:
-        assert set(hit) == {"id", "score", "class", "center", "extent", "rotation", "best_frames"}
+        assert set(hit) == {"id", "score", "class", "through", "kind", "center", "extent", "rotation", "best_frames"}
+        assert hit["through"] is hit["kind"] is None
         assert hit["class"] == known[hit["id"]]["class"] == "chair"
         assert answer["threshold"] <= hit["score"] <= 1
         assert [hit[part] for part in ("center", "extent", "rotation")] == [
@@ -44,6 +46,47 @@ def test_the_json_of_a_query_is_the_contract(capsys, run):
         ]
     scores = [hit["score"] for hit in answer["hits"]]
     assert scores == sorted(scores, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "classes"),
+    [
+        ("something to sit on", "seat", {"chair", "couch", "armchair"}),
+        ("furniture", "furniture", {"chair", "couch", "armchair", "table", "shelf", "cabinet"}),
+        ("dishes", "dishes", {"bowl"}),
+        ("electronics", "electronics", {"monitor"}),
+    ],
+)
+def test_a_kind_finds_all_that_belongs_to_it_and_nothing_else(capsys, run, text, kind, classes):
+    code, out, _ = razer(capsys, "query", run, text, "--json")
+    hits = json.loads(out)["hits"]
+    assert code == 0
+    assert {hit["id"] for hit in hits} == {e["id"] for e in instances_of(run) if e["class"] in classes}
+    assert {hit["class"] for hit in hits} == classes
+    assert all(hit["through"] == hit["class"] and hit["kind"] == kind for hit in hits)
+    found = razer_package.load_map(run).query(text)
+    assert [(hit.object.id, hit.through, hit.kind) for hit in found.hits] == [
+        (hit["id"], hit["through"], hit["kind"]) for hit in hits
+    ]
+
+
+def test_the_table_says_through_which_name_a_kind_was_found(capsys, run):
+    _, out, _ = razer(capsys, "query", run, "something to sit on")
+    assert out.count("chair, as seat") == len([e for e in instances_of(run) if e["class"] in ("chair", "armchair")])
+    assert out.count("couch, as seat") == 1
+    assert "found as" not in razer(capsys, "query", run, "couch")[1]
+    _, out, _ = razer(capsys, "query", run, "books and couches", "--json")
+    assert {(hit["through"], hit["kind"]) for hit in json.loads(out)["hits"]} == {("book", None), ("couch", None)}
+
+
+def test_the_number_of_hits_is_limited_as_asked(capsys, run):
+    def n_hits(*arguments):
+        return len(json.loads(razer(capsys, "query", run, *arguments, "--json")[1])["hits"])
+
+    assert n_hits("something to sit on") > 5
+    assert n_hits("something to sit on", "-k", 2) == 2
+    assert n_hits("chair") == n_hits("helicopter", "--min-score", 0) == 5
+    assert "not in this map" in razer(capsys, "query", run, "something to eat")[1]
 
 
 def test_best_frames_show_the_instance(capsys, run, made):

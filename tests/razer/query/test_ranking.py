@@ -71,6 +71,18 @@ def test_a_score_is_the_logistic_of_the_log_ratio():
     assert rules.PRESENT == PRESENT
 
 
+def test_names_of_a_set_do_not_compete_among_themselves():
+    rng = np.random.default_rng(11)
+    banks, negatives = some_banks(rng), some_negatives(rng)
+    ranking = TextRanking(EmbeddingTable.of(banks), negatives)
+    names = np.concatenate([negatives.vectors[[4, 30]], unit_rows(rng.standard_normal((1, DIMENSION)))])
+    rest = NegativePrompts(NAMES * ["rest"], np.delete(negatives.vectors, [4, 30], axis=0))
+    expected = np.max([literal_log_ratios(banks, rest, name) for name in names], axis=0)
+    assert_allclose(ranking.set_scores(names), 1 / (1 + np.exp(-SLOPE * (expected - EVEN_LOG_RATIO))), rtol=2e-3)
+    for name in names:
+        assert_allclose(ranking.set_scores(name[None]), ranking.scores(name[None])[:, 0], rtol=1e-9)
+
+
 def test_what_nothing_competes_with_is_beyond_doubt_and_finite():
     """Where the query is the only negative prompt, its own share is all but what rounding leaves, and a billionth."""
     rng = np.random.default_rng(8)

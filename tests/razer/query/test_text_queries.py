@@ -10,7 +10,7 @@ from razer.errors import BadInput
 from razer.models.appearance import AppearanceEmbedder
 from razer.models.oracle.embedder import OracleEmbedder
 from razer.query.text_queries import NEUTRAL, TEMPLATES, TextQueryEncoder
-from razer.vocabulary import vocabulary
+from razer.vocabulary import VOCABULARIES, vocabulary
 from tests.support.named_vectors import unit_rows
 
 
@@ -91,3 +91,42 @@ def test_a_table_of_one_name_is_refused():
     table.known_names = ("chair",)
     with pytest.raises(BadInput, match="single name"):
         _ = TextQueryEncoder(table).negatives
+
+
+class Furnished(Table):
+    """A table with synonyms, which `known_names` leaves out."""
+
+    known_names = ("chair", "couch", "desk", "cup")
+
+    def embed_texts(self, texts):
+        return super().embed_texts(["couch" if text == "furniture of padding" else text for text in texts])
+
+
+def test_a_table_understands_kinds_and_an_encoder_is_left_to_itself():
+    table = TextQueryEncoder(Furnished())
+    meaning = table.meaning("something to sit on")
+    assert [table.choices.names[row] for row in meaning.rows] == ["chair", "couch"]
+    assert meaning.kinds == ("seat", "seat")
+    for text in ("cup", "a red chair", "furniture of padding", "  "):
+        assert table.meaning(text) is None
+    assert TextQueryEncoder(Encoder()).meaning("something to sit on") is None
+
+
+def test_the_oracle_chooses_from_all_names_that_are_shipped():
+    words = TextQueryEncoder(OracleEmbedder())
+    names = [words.choices.names[row] for row in words.meaning("furniture").rows]
+    assert {"couch", "sofa", "tv-stand", "night stand", "furniture"} <= set(names)
+    assert {name for one in VOCABULARIES for name in vocabulary(one).names} <= set(words.choices.names)
+
+
+def test_what_a_table_lacks_is_refused_with_kinds_that_it_may_be_asked_for():
+    words = TextQueryEncoder(Furnished())
+    with pytest.raises(BadInput, match=r"unknown name; it can be asked for kinds, too, such as furniture$"):
+        words.query_vector("furnitur")
+    with pytest.raises(BadInput, match=r'unknown name; .*such as furniture or "something to sit on"'):
+        words.query_vector("zorb")
+    with pytest.raises(BadInput, match="none of the 4 names that the embedder knows is meant by 'something to eat'"):
+        words.meaning("something to eat")
+    with pytest.raises(BadInput, match=r"^an empty text means nothing[^;]*$"):
+        words.query_vector(" ")
+    assert_allclose(words.query_vector("a cup"), words.vectors(["cup"]))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from razer.boxes.oriented_box import OrientedBox
 from razer.semantics.gravity import up_direction
-from razer.semantics.relations import Relation, relations
+from razer.semantics.relations import Relation, _is_parted, relations
 from razer.semantics.upright_instance import UprightInstance
 from razer.volume.mesh_extraction import LabelledMesh
 
@@ -107,6 +107,14 @@ def test_chairs_side_by_side_are_next_to_each_other_once(gap_m, expected):
 
 def test_things_above_each_other_are_not_next_to_each_other():
     assert triples(solid(3, (0, 0, 0.2), (0.3, 0.3, 0.4)), solid(4, (0.35, 0, 0.75), (0.3, 0.3, 0.4))) == set()
+
+
+def test_what_only_a_point_left_out_of_a_sample_is_near_to_breaks_nothing():
+    # One of 3000 points is beside the shelf, and is not among every second one.
+    points = np.tile([9.0, 0.0, 0.5], (3000, 1))
+    points[1] = 0.7, 0.0, 0.5
+    sparse = UprightInstance(4, points, np.tile([1.0, 0.0, 0.0], (3000, 1)), OrientedBox.around(points, np.eye(3)))
+    assert not _is_parted(sparse, shelf(3), WALL)
 
 
 def test_distances_are_those_of_surfaces():

@@ -36,6 +36,8 @@ def test_pixels_equal_rays_cast_one_by_one() -> None:
     things = living_room(1).things
     scene = scene_of(things)
     owner = np.concatenate([np.full(2 * len(s.quads), n) for n, t in things.items() for s in t.solids])
+    # Each solid of a thing is a part of it.
+    part = np.concatenate([np.full(2 * len(s.quads), n) for t in things.values() for n, s in enumerate(t.solids, 1)])
     for index in (0, 11, 22):
         frame = room[index]
         u, v = np.meshgrid(np.arange(320.0), np.arange(240.0))
@@ -45,6 +47,8 @@ def test_pixels_equal_rays_cast_one_by_one() -> None:
         hits = scene.cast_rays(o3d.core.Tensor(rays))
         same = owner[hits["primitive_ids"].numpy()] == frame.instance_ids
         assert same.mean() > 0.9995
+        assert (part[hits["primitive_ids"].numpy()] == frame.part_ids).mean() > 0.999
+        assert len(np.unique(frame.part_ids)) > 2
         difference = np.abs(hits["t_hit"].numpy() - frame.depth)[same]
         # Where two faces of one thing meet, either may be seen; elsewhere the depths agree.
         assert (difference < 1e-3).mean() > 0.9995
@@ -55,7 +59,7 @@ def test_odd_image_sizes_are_rendered_whole() -> None:
     things = {1: Thing("box", (box((-1, -1, 2), (1, 1, 3), GREY),))}
     for width, height in ((7, 5), (8, 5), (7, 6)):
         camera = Intrinsics(width, height, 50.0, 50.0, (width - 1) / 2, (height - 1) / 2)
-        rgb, depth, ids = RayRenderer(things, camera).render(np.eye(4))
+        rgb, depth, ids, _ = RayRenderer(things, camera).render(np.eye(4))
         assert (ids == 1).all()
         np.testing.assert_allclose(depth, 2, atol=1e-6)
         assert (rgb > 0).any()
@@ -63,7 +67,7 @@ def test_odd_image_sizes_are_rendered_whole() -> None:
 
 def test_what_no_ray_hits_is_empty() -> None:
     things = {3: Thing("box", (box((-0.1, -0.1, 2), (0.1, 0.1, 3), GREY),))}
-    rgb, depth, ids = RayRenderer(things, Intrinsics(40, 40, 20.0, 20.0, 19.5, 19.5)).render(np.eye(4))
+    rgb, depth, ids, _ = RayRenderer(things, Intrinsics(40, 40, 20.0, 20.0, 19.5, 19.5)).render(np.eye(4))
     assert ids[0, 0] == depth[0, 0] == rgb[0, 0].sum() == 0
     assert ids[20, 20] == 3
     assert depth[20, 20] == pytest.approx(2)

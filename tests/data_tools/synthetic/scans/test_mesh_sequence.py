@@ -83,19 +83,19 @@ def test_nothing_is_seen_through_a_hole_and_no_back_of_a_wall(sequence: MeshSequ
     pose = np.eye(4)
     pose[:3, :3] = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # looks along y, upright
     pose[:3, 3] = 0, -0.2, 1.4
-    rgb, depth, ids = MeshRenderer(surface, CAMERA, np.eye(4)).render(pose)
+    rgb, depth, ids, _ = MeshRenderer(surface, CAMERA, np.eye(4)).render(pose)
     u, v, _ = project(transform_points(inverse(pose), np.array([HOLE])), CAMERA.matrix)
     assert depth[round(v[0]), round(u[0])] == rgb[round(v[0]), round(u[0])].sum() == ids[round(v[0]), round(u[0])] == 0
     radius_px = CAMERA.fx * HOLE_M / (WIDTH_M / 2 + 0.2)
     assert (depth == 0).sum() == pytest.approx(np.pi * radius_px**2, rel=0.3)
     pose[1, 3] = -WIDTH_M / 2 - 1.5  # outside, before the back of a wall that hides the room
-    rgb, depth, ids = MeshRenderer(surface, CAMERA, np.eye(4)).render(pose)
+    rgb, depth, ids, _ = MeshRenderer(surface, CAMERA, np.eye(4)).render(pose)
     behind = np.zeros(depth.shape, bool)
     behind[8:40, 8:56] = True
     assert (depth[behind] == 0).all()
     assert (rgb[behind] == 0).all()
     assert (ids[behind] == 0).all()
-    _, depth, _ = MeshRenderer(surface.seen_from_both_sides(), CAMERA, np.eye(4)).render(pose)
+    _, depth, _, _ = MeshRenderer(surface.seen_from_both_sides(), CAMERA, np.eye(4)).render(pose)
     np.testing.assert_allclose(depth[20:28, 20:44], 1.5, atol=0.02)
 
 

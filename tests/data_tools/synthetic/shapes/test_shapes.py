@@ -106,7 +106,7 @@ def test_a_fitted_landscape_stands_upright_for_who_faces_it() -> None:
     world_from_camera[:3, :3] = np.array([(-1, 0, 0), (0, 0, -1), (0, -1, 0)]).T
     world_from_camera[:3, 3] = 0, 3, 0.5
     camera = Intrinsics(64, 64, 180.0, 180.0, 31.5, 31.5)
-    rgb, _, ids = RayRenderer({1: Thing("picture", (sheet,))}, camera).render(world_from_camera)
+    rgb, _, ids, _ = RayRenderer({1: Thing("picture", (sheet,))}, camera).render(world_from_camera)
     rows, columns = np.nonzero(ids == 1)
     grey = rgb[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1, 0].astype(float)
     texture = PAINTERS["landscape"](np.random.default_rng([0, list(PAINTERS).index("landscape")])).clip(0, 1)

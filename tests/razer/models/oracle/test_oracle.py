@@ -250,8 +250,12 @@ def test_vectors_depend_on_the_mask_not_on_its_place_in_the_list() -> None:
 
 def test_embedder_needs_class_names_and_sane_options() -> None:
     frame = frame_of(APART)
+    blind = Frame(3, 0.0, frame.rgb, frame.depth, frame.intrinsics)
     with pytest.raises(BadInput, match="class names"):
-        OracleEmbedder().embed(frame, Masks.from_ids(APART))
+        OracleEmbedder().embed(blind, Masks.from_ids(APART))
+    # Where the truth is known, nameless masks are what they show.
+    named = OracleSegmenter().segment(frame)
+    assert np.array_equal(OracleEmbedder().embed(frame, Masks.from_ids(APART)), OracleEmbedder().embed(frame, named))
     for options in ({"cosine": 1.2}, {"wrong_class": -0.1}, {"dimension": 1}, {"noise": "loud"}):
         with pytest.raises(BadInput):
             make_embedder("oracle", options)
