@@ -74,8 +74,8 @@ def _far_from_borders(ids: Int32Array) -> BoolArray:
 def id_image(surface: ObservedSurface, detections: Sequence[Detection], owners: Int32Array) -> Int32Array:
     """The strided image (h, w) of the owners (N,) of N detections, 0 = nobody."""
     ids = np.zeros(surface.depth.shape, np.int32)
-    # Small things stand on or before large ones, and all before stuff: they are painted last. Of equal ones the one that comes last in the
-    # order of content (`razer.detection.perception.in_order_of_content`).
+    # Small things stand on or before large ones, and all things before stuff: they are painted last. Of equal ones the
+    # one that comes last in the order of content (`razer.detection.perception.in_order_of_content`).
     for i in sorted(range(len(detections)), key=lambda i: (not detections[i].is_stuff, -len(detections[i].pixels))):
         pixels = detections[i].pixels
         ids[surface.rows[pixels], surface.columns[pixels]] = owners[i]

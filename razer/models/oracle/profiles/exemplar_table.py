@@ -73,7 +73,7 @@ class ExemplarTable(NameVectorTable):
 
     def __init__(self, file: str | Path) -> None:
         super().__init__(file)
-        self.images = _images(self.file, self.vectors.shape)
+        self.images = _images(self.files[0], self.vectors.shape)
         rows = dict(self._rows)
         self._rows |= {name: rows[other] for name, other in SUBSTITUTES.items() if name not in rows and other in rows}
         for word, row in rows.items():
