@@ -65,8 +65,8 @@ class Tracker:
         decisions = []
         for i, detection in enumerate(detections):
             outcome, track_id = self._destination(i, detection, pairs.get(i), candidates[i], overlap, mask_of)
-            spares = (*others.get(pairs.get(i, 0), ()), *(visible_things if detection.is_stuff else ()))
-            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id, spares))
+            spares = {*others.get(pairs.get(i, 0), ()), *(visible_things if detection.is_stuff else ())}
+            decisions.append(Decision(i, candidates[i], settings.gate, outcome, track_id, tuple(sorted(spares))))
         self._note_rivals(decisions, detections, mask_of, novelty)
         for decision in decisions:
             self._observe(decision, detections[decision.detection], frame_index, novelty)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,17 +33,19 @@ def points_of(cells: Iterable[int]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class CellMask:
-    """A mask by the cells it covers, with the vector and the score of what it shows."""
+    """A mask by the cells it covers, with the vector and the score of what it shows; `stuff` is the class of stuff."""
 
     cells: frozenset[int]
     embedding: tuple[float, ...] = (1.0, 0.0)
     score: float = 0.9
+    stuff: str | None = None
 
     def detection(self, mask: int) -> Detection:
         points = points_of(self.cells)
         moments = PointMoments.of(points)
         box = OrientedBox.around(points, moments.axes)
-        return detection(box, unit(*self.embedding), cells=sorted(self.cells), mask=mask, score=self.score)
+        of_thing = detection(box, unit(*self.embedding), cells=sorted(self.cells), mask=mask, score=self.score)
+        return replace(of_thing, class_name=self.stuff, is_stuff=self.stuff is not None)
 
 
 class CellWorld:

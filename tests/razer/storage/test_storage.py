@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import razer.volume.blocks.block_pages
 from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.storage.embeddings_npz import write_embeddings_npz
-from razer.storage.instances_json import write_instances_json
+from razer.storage.instances_json import read_instances_json, write_instances_json
 from razer.storage.ply import read_mesh_ply, write_mesh_ply
 from razer.storage.volume_npz import load_voxels, save_voxels
 from razer.volume.mesh_extraction import LabelledMesh, extract_mesh
@@ -259,6 +260,14 @@ def test_instances_follow_the_contract(tmp_path: Path) -> None:
         assert (entry["observations"], entry["first_frame"], entry["last_frame"]) == (7, 3, 90)
         assert 0 <= entry["score"] <= 1
     assert [(e["id"], e["class"]) for e in content["instances"]] == [(1, "chair"), (4, None)]
+
+
+def test_stuff_is_said_of_stuff_alone(tmp_path: Path) -> None:
+    objects = (some_object(1, "chair"), replace(some_object(2, "floor"), is_stuff=True))
+    write_instances_json(tmp_path / "instances.json", objects)
+    content = json.loads((tmp_path / "instances.json").read_text(encoding="utf-8"))
+    assert [entry.get("stuff") for entry in content["instances"]] == [None, True]
+    assert [o.is_stuff for o in read_instances_json(tmp_path / "instances.json")[0]] == [False, True]
 
 
 def test_instances_of_an_empty_map_with_an_unknown_up(tmp_path: Path) -> None:
