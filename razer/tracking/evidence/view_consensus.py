@@ -1,7 +1,8 @@
 """View consensus on duplicates: two tracks that one mask covers, view after view, are duplicates or fragments.
 
 A single mask may join what does not belong together, and a single frame may split what does. Each view in which both
-tracks lie in one mask speaks for one thing, each in which they lie in two against it: their log-odds add up, and those
+tracks lie in one mask, or in two of which one is a part of the other, speaks for one thing, each in which they lie in
+two beside each other against it: their log-odds add up, and those
 of the embeddings are added by the `Tracker`."""
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ class ViewConsensus:
         the frame is."""
         mask_of = self._covering_masks(overlap, born)
         for pair in combinations(sorted(mask_of), 2):
-            counts = self._together if mask_of[pair[0]] == mask_of[pair[1]] else self._apart
+            masks = mask_of[pair[0]], mask_of[pair[1]]
+            is_one = masks[0] == masks[1] or not overlap.nested.isdisjoint({masks, masks[::-1]})
+            counts = self._together if is_one else self._apart
             counts[pair] += novelty
 
     @staticmethod

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from razer.detection.lifting import Lifted
-from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.label_overlap import LabelOverlap, nested_masks
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, cells_at, detection, frame_of
 
@@ -68,3 +68,33 @@ def test_of_what_shares_no_cell_nothing_is_owned() -> None:
     assert overlap.owned_share(0, 1, 60) == 0.5
     assert overlap.owned_share(0, 2, 60) == 0
     assert overlap.owned_share(3, 1, 60) == 0
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "names", "nested"),
+    [
+        (range(10), range(30), {}, True),
+        (range(10), range(10), {}, False),  # the same twice is no part of itself
+        (range(10), range(1, 30), {}, True),  # nine of ten
+        (range(10), range(2, 30), {}, False),
+        (range(10), range(20, 40), {}, False),
+        (range(10), range(30), {0: "cup", 1: "table"}, False),
+        (range(10), range(30), {0: "chair", 1: "chair"}, True),
+        (range(10), range(30), {0: None, 1: "chair"}, True),
+    ],
+)
+def test_a_mask_within_another_is_a_part_of_it(
+    inner: range, outer: range, names: dict[int, str | None], nested: bool
+) -> None:
+    for masks in ((inner, outer), (outer, inner)):
+        mask, cell = (
+            np.array(column, np.int32) for column in zip(*((m, c) for m in (0, 1) for c in masks[m]), strict=True)
+        )
+        here = masks[0] is inner
+        named = names if here else {1 - m: name for m, name in names.items()}
+        assert nested_masks(mask, cell, named) == ({(0, 1) if here else (1, 0)} if nested else frozenset())
+
+
+def test_a_frame_without_masks_has_none_nested() -> None:
+    nothing = np.zeros(0, np.int32)
+    assert nested_masks(nothing, nothing, {}) == frozenset()

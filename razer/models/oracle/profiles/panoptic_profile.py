@@ -14,6 +14,7 @@ from razer.frame import Frame, Masks
 from razer.models.oracle.mask_noise import adjacent_ids
 from razer.models.oracle.profiles.confusable_classes import SECTOR_FLIPS, Confusion, said_class
 from razer.models.oracle.profiles.visible_things import SWALLOWED, WARP, VisibleThings
+from razer.models.stuff_names import stuff_classes
 
 _KNOT_SPACING_PX = 24
 
@@ -63,7 +64,8 @@ class PanopticProfile:
         self._blotch(classes, len(names), rng)
         pieces = [(mask, name) for number, name in enumerate(names) for mask in connected_pieces(classes == number)]
         masks = np.stack([mask for mask, _ in pieces])
-        return Masks(masks, np.ones(len(masks), np.float32), tuple(name for _, name in pieces))
+        said_names = tuple(name for _, name in pieces)
+        return Masks(masks, np.ones(len(masks), np.float32), said_names, stuff_classes(said_names))
 
     def _said(self, things: VisibleThings) -> dict[int, str]:
         """What each thing is called: from its side, or by the name of what swallows it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations, permutations
 
 import numpy as np
@@ -184,3 +185,12 @@ def test_a_track_born_in_a_second_mask_of_the_same_is_together_with_the_first() 
     consensus = ViewConsensus()
     consensus.add(overlap, {4: 3, 5: 4})
     assert consensus.log_odds((4, 5)) == -2
+
+
+@pytest.mark.parametrize("nested", [(0, 1), (1, 0)])
+def test_a_part_and_its_whole_are_one_whichever_is_listed_first(nested: tuple[int, int]) -> None:
+    """Masks of a seat and of its chair, view after view; and of two things beside each other."""
+    whole_and_part = replace(APART, nested=frozenset({nested}))
+    assert consensus_of(whole_and_part).log_odds((1, 2)) == pytest.approx(2)
+    assert agreed(consensus_of(*[whole_and_part] * 3)) == [(1, 2)]
+    assert agreed(consensus_of(*[replace(APART, nested=frozenset({(0, 7)}))] * 3)) == []
