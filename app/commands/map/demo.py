@@ -21,6 +21,7 @@ _ABOUT = (
     "a 2D model; what is shown is the mapping. On recordings of your own, `razer run` finds masks in depth and "
     "colour, and instances stay nameless."
 )
+_QUESTION = "something to sit on"
 
 
 def demo(
@@ -55,4 +56,16 @@ def demo(
     if not json:
         result_console().print(_ABOUT)
     print_run(result, target.final, as_json=json)
+    if not json:
+        _ask(target.final)
     return INTERRUPTED if result.accounting.interrupted else 0
+
+
+def _ask(folder: Path) -> None:
+    """Ask the map a question, and say how to ask more."""
+    from razer.saved_map import load_map
+
+    hits = load_map(folder).query(_QUESTION).hits
+    found = ", ".join(f"{hit.object.class_name} {hit.object.id}" for hit in hits) or "nothing"
+    result_console().print(f'asked for "{_QUESTION}": {found}')
+    result_console().print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)

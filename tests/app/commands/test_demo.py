@@ -17,3 +17,6 @@ def test_demo_names_things_of_the_simulated_room(capsys, tmp_path):
     assert len(named - {None}) >= 3
     assert named - {None} <= set(SyntheticRoom(n_frames=1, width=16, height=12).classes.values())
     assert set(listing(target)) == RUN_FILES
+    answer = next(line for line in out.splitlines() if line.startswith('asked for "something to sit on": '))
+    assert any(seat in answer for seat in ("chair", "couch"))
+    assert "table" not in answer
