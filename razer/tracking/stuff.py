@@ -54,17 +54,7 @@ def meeting_pairs(coordinates: Int32Array, labels: Int32Array, class_of: Mapping
 
 def _meet(one: Int32Array, other: Int32Array) -> bool:
     """Whether two sets of cells, (N, 3) and (M, 3), touch."""
-    one, other = _near(one, other), _near(other, one)
     if min(len(one), len(other)) < MIN_CONTACTS:
         return False
     apart, _ = cKDTree(one).query(other, distance_upper_bound=REACH_CELLS)
     return int(np.isfinite(apart).sum()) >= MIN_CONTACTS
-
-
-def _near(cells: Int32Array, others: Int32Array) -> Int32Array:
-    """The cells within reach of the bounds of others."""
-    if len(cells) == 0 or len(others) == 0:
-        return cells[:0]
-    low, high = others.min(axis=0) - REACH_CELLS, others.max(axis=0) + REACH_CELLS
-    inside: Int32Array = cells[((cells >= low) & (cells <= high)).all(axis=1)]
-    return inside

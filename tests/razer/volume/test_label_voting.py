@@ -11,7 +11,7 @@ import pytest
 
 from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Intrinsics
-from razer.volume.label_voting import BORDER_PIXELS, vote
+from razer.volume.label_voting import BORDER_PIXELS, id_image, vote
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, axis_box, detection, frame_of, look
 
@@ -104,6 +104,18 @@ def test_votes_may_be_withdrawn_unless_told_otherwise() -> None:
     vote(voxels, surface, [other], np.array([1], np.int32))
     assert labels_at(voxels, surface, 60, 20) == 0
     assert labels_at(voxels, surface, 60, 140) == 1
+
+
+@pytest.mark.parametrize("stuff_is_listed_first", [True, False])
+def test_things_are_seen_before_stuff_however_small(stuff_is_listed_first: bool) -> None:
+    """A patch of floor that is left beside a couch in the image."""
+    _, surface = mapped()
+    couch, _ = halves(surface)
+    thing = replace(detection(axis_box((0, 0, 2), (1, 1, 1))), pixels=couch)
+    stuff = replace(thing, pixels=couch[::2], is_stuff=True)
+    found = [(stuff, 2), (thing, 1)] if stuff_is_listed_first else [(thing, 1), (stuff, 2)]
+    ids = id_image(surface, [d for d, _ in found], np.array([i for _, i in found], np.int32))
+    assert set(np.unique(ids)) == {0, 1}
 
 
 @pytest.mark.parametrize("spared", [None, {0: [2]}, {0: [3]}])

@@ -194,3 +194,19 @@ def test_a_part_and_its_whole_are_one_whichever_is_listed_first(nested: tuple[in
     assert consensus_of(whole_and_part).log_odds((1, 2)) == pytest.approx(2)
     assert agreed(consensus_of(*[whole_and_part] * 3)) == [(1, 2)]
     assert agreed(consensus_of(*[replace(APART, nested=frozenset({(0, 7)}))] * 3)) == []
+
+
+@pytest.mark.parametrize(
+    ("together", "apart", "others"),
+    [(0, 0.4, {1: [2]}), (0, 0, {}), (0.3, 0.3, {}), (0.4, 0, {}), (0.2, 0.5, {1: [2]}), (3, 1, {}), (1, 3, {1: [2]})],
+)
+def test_a_track_is_held_apart_by_more_views_than_hold_it_together(
+    together: float, apart: float, others: dict[int, list[int]]
+) -> None:
+    consensus = ViewConsensus()
+    for share, each in ((together, TOGETHER), (apart, APART)):
+        consensus.add(each, {}, share)
+    assert consensus.apart(TOGETHER, {1: 0}) == others
+    assert consensus.apart(TOGETHER, {1: 0, 2: 4}) == {}  # it has a mask of its own
+    assert consensus.apart(TOGETHER, {1: 4}) == {}
+    assert consensus.apart(TOGETHER, {}) == {}
