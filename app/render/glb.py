@@ -37,13 +37,16 @@ def write_glb(
     """
     parts = list(_parts(mesh))
     columns = _columns(mesh, parts)
-    binary = b"".join(column.tobytes() for column in columns)
+    n_bytes = sum(column.nbytes for column in columns)
     text = json.dumps(_document(parts, columns, up, names or {})).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<II", len(text), _CHUNK_JSON) + text
-    if binary:
-        chunks += struct.pack("<II", len(binary), _CHUNK_BIN) + binary
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    if n_bytes:
+        chunks += struct.pack("<II", n_bytes, _CHUNK_BIN)
+    with path.open("wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks) + n_bytes) + chunks)
+        for column in columns:  # one after the other: all of them joined would take as much memory again
+            file.write(column.tobytes())
 
 
 def instance_names(classes: Mapping[int, str | None]) -> dict[int, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from razer.arrays import Float64Array
+from razer.semantics.normals import face_normals
 from razer.volume.mesh_extraction import LabelledMesh
 
 _CONES_DEG = (45.0, 25.0, 12.0, 6.0)
@@ -16,8 +17,7 @@ def up_direction(mesh: LabelledMesh, guess: Float64Array) -> Float64Array:
     if not np.linalg.norm(guess) > 0:
         return guess
     up: Float64Array = guess / np.linalg.norm(guess)
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
-    normals = np.cross(b - a, c - a)
+    normals = face_normals(mesh)
     areas = np.linalg.norm(normals, axis=1)
     for cone in _CONES_DEG:
         along = normals @ up

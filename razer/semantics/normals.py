@@ -1,4 +1,4 @@
-"""Vertex normals of a mesh, weighted by area."""
+"""Normals of a mesh, of its triangles and of its vertices."""
 
 from __future__ import annotations
 
@@ -7,14 +7,26 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.volume.mesh_extraction import LabelledMesh
 
+TRIANGLES_AT_ONCE = 100_000
+
+
+def face_normals(mesh: LabelledMesh) -> Float64Array:
+    """Normals (T, 3) of the triangles, twice as long as their area; some at once, as all corners together take more
+    memory than a mesh."""
+    normals = np.empty(mesh.triangles.shape)
+    for start in range(0, len(mesh.triangles), TRIANGLES_AT_ONCE):
+        part = slice(start, start + TRIANGLES_AT_ONCE)
+        a, b, c = (mesh.vertices[mesh.triangles[part, corner]].astype(np.float64) for corner in range(3))
+        normals[part] = np.cross(b - a, c - a)
+    return normals
+
 
 def vertex_normals(mesh: LabelledMesh) -> Float64Array:
     """Unit normals (V, 3): adjacent triangles' normals weighted by area; (0, 1, 0) where there are none."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
-    face_normals = np.cross(b - a, c - a)
+    normals = face_normals(mesh)
     corners = mesh.triangles.reshape(-1)
     sums = np.stack(
-        [np.bincount(corners, np.repeat(face_normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)], axis=1
+        [np.bincount(corners, np.repeat(normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)], axis=1
     )
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.where(lengths > 0, sums / np.where(lengths > 0, lengths, 1.0), (0.0, 1.0, 0.0))
