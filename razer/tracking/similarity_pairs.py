@@ -18,7 +18,9 @@ MAX_GEOMETRY = 0.5
 
 
 def unlike_cosines(detections: Sequence[Detection]) -> Float64Array:
-    """Cosines (P,) of all pairs of detections of one frame in different masks: of unlike things, for the most part."""
+    """Cosines (P,) of all pairs of detections of one frame in different masks: of unlike things, for the most part.
+    Stuff is left out, as a frame shows one floor in several pieces."""
+    detections = [d for d in detections if not d.is_stuff]
     if len(detections) < 2:
         return np.zeros(0)
     embeddings = np.stack([d.embedding for d in detections]).astype(np.float64)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,13 @@ def test_pairs_of_unlike_things_are_of_different_masks() -> None:
     np.testing.assert_allclose(np.sort(unlike_cosines(found)), np.sort(expected), atol=1e-6)
     assert len(unlike_cosines(found[:1])) == len(unlike_cosines([])) == 0
     assert len(unlike_cosines(found[:2])) == 0
+
+
+def test_stuff_is_no_unlike_thing() -> None:
+    """A frame shows one floor in several pieces."""
+    pieces = [replace(of(X, mask), is_stuff=True) for mask in (2, 3)]
+    np.testing.assert_allclose(unlike_cosines([of(X, 0), of(Y, 1), *pieces]), [0], atol=1e-6)
+    assert len(unlike_cosines(pieces)) == 0
 
 
 def near(*ids: int, far: tuple[int, ...] = ()) -> tuple[Candidate, ...]:
