@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
-from slam.backend.pose_graph import PoseEdge
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe
+
+if TYPE_CHECKING:  # GTSAM takes 40 MB, which runs under given poses never need
+    from slam.backend.pose_graph import PoseEdge
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,7 +38,16 @@ VARIANTS: dict[str, Mapping[str, Any]] = {
     "as is": {},
 }
 FULL_NOISE = oracle_options("full")
-COLUMNS = ("ap50", "aware_ap50", "miou", "pq", "duplicates_percent", "missed", "instances")
+COLUMNS = {
+    "ap50": ("AP50", 3),
+    "aware_ap50": ("AP50 by class", 3),
+    "miou": ("mIoU", 3),
+    "pq": ("PQ", 3),
+    "duplicates_percent": ("duplicates %", 1),
+    "missed": ("missed", 1),
+    "judged_per_true": ("per true", 2),
+}
+"""Figures in the table: names and decimals. `per true` are the instances that are judged over the true ones."""
 Row = dict[str, float]
 
 
@@ -104,6 +113,7 @@ def _row(mapper: Mapper, truth: GroundTruth) -> Row:
         "duplicates_percent": 100 * result["duplicates"] / max(result["n_predicted"], 1),
         "missed": result["missed"],
         "instances": result["n_predicted"],
+        "judged_per_true": result["n_judged"] / max(result["n_true"], 1),
     }
 
 
@@ -120,11 +130,9 @@ def variants_table(rows: list[dict[int, dict[str, Row]]], title: str) -> Table:
     result = Table(title=title, title_justify="left")
     result.add_column("variant")
     result.add_column("stride", justify="right")
-    for name in ("AP50", "AP50 by class", "mIoU", "PQ", "duplicates %", "missed", "instances"):
+    for name, _ in COLUMNS.values():
         result.add_column(name, justify="right")
     for variant, stride in ((variant, stride) for stride, first in rows[0].items() for variant in first):
-        means = [float(np.mean([row[stride][variant][column] for row in rows])) for column in COLUMNS]
-        result.add_row(
-            variant, str(stride), *(f"{mean:.3f}" for mean in means[:4]), *(f"{mean:.1f}" for mean in means[4:])
-        )
+        means = {column: float(np.mean([row[stride][variant][column] for row in rows])) for column in COLUMNS}
+        result.add_row(variant, str(stride), *(f"{means[column]:.{n}f}" for column, (_, n) in COLUMNS.items()))
     return result

@@ -125,13 +125,15 @@ def _of_labels(path: Path, numbers: ClassNumbers, meaning: LabelMeaning) -> Pred
         return PredictedScene(classes=labels.instances, vertex_class_names=named)
     if labels.classes is None:
         return PredictedScene(instances=labels.instances, scores=labels.scores)
-    used = {*np.unique(labels.classes).tolist(), *labels.classes_of_instances().values()}
+    of_instances = labels.classes_of_instances()
+    used = {*np.unique(labels.classes).tolist(), *of_instances.values()}
     others = used - labels.class_names.keys()
     known = {**labels.class_names, **numbers.named(others, path)}
     return PredictedScene(
         instances=labels.instances,
         scores=labels.scores,
-        class_names={i: known.get(c, "") for i, c in labels.classes_of_instances().items()},
+        # An instance that the file gives no class has none, whatever class vertices around it lend to its own.
+        class_names={i: known.get(of_instances.get(i, 0), "") for i in np.unique(labels.instances).tolist() if i > 0},
         classes=labels.classes,
         vertex_class_names=known,
     )

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.frame_packet import FramePacket, Lost, Perceived, PosesFinal, Unusable
 from app.profiling.recorder import Recorder
 from app.timeline.null_timeline import NullTimeline
-from app.timeline.rerun_timeline import Timeline
 from razer.mapper import Mapper
 from razer.stages import stage
+
+if TYPE_CHECKING:  # Rerun takes 60 MB, which runs without a timeline never need
+    from app.timeline.rerun_timeline import Timeline
 
 
 def map_frames(

@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import open3d as o3d
 import torch
@@ -28,14 +28,15 @@ from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
-from app.timeline.rerun_timeline import Timeline
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
-from slam.system import SlamSystem
+
+if TYPE_CHECKING:
+    from app.timeline.rerun_timeline import Timeline
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,11 @@ def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:
     """What makes the source of poses, by settings with the choice of poses made."""
-    return partial(SlamSystem, config.slam) if config.input.poses == "slam" else GivenPoses
+    if config.input.poses != "slam":
+        return GivenPoses
+    from slam.system import SlamSystem
+
+    return partial(SlamSystem, config.slam)
 
 
 def require_poses(sequence: RgbdSequence) -> None:
@@ -178,4 +183,6 @@ def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Ti
     """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
     if not config.run.timeline:
         return NullTimeline()
+    from app.timeline.rerun_timeline import Timeline
+
     return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)

@@ -19,7 +19,7 @@ from razer.detection.observed_surface import BLOCK
 from razer.volume.blocks.block_pages import BlockPages, shared
 from razer.volume.surface_evidence import is_observed_enough
 
-PART_BLOCKS = 1024  # some 85 KB each, and as much again while they are marched
+PART_BLOCKS = 512  # some 85 KB each, and as much again while they are marched
 _NEXT = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)][1:], np.int32)
 _ATTRIBUTES = ("tsdf", "weight", "color")
 
@@ -81,7 +81,7 @@ def _copy(
     hashmap.activate(block_keys)
     places = shared(hashmap.find(block_keys)[0].to(o3c.int64))
     for name in _ATTRIBUTES:
-        shared(grid.attribute(name)).flatten(1, 3)[places] = pages.blocks(rows, name)
+        pages.copy_blocks(rows, name, shared(grid.attribute(name)).flatten(1, 3), places)
     weight = shared(grid.attribute("weight")).flatten(1, 3)
     weight[places] = weight[places] * is_observed_enough(weight[places, :, 0], settings)[..., None]
     return weight, places

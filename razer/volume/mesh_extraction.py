@@ -18,6 +18,8 @@ from razer.volume.voxel_map import VoxelMap
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
 
+POINTS_AT_ONCE = 20_000  # of votes around points, some 2 KB each
+
 
 @dataclass(frozen=True)
 class SurfacePoints:
@@ -78,7 +80,7 @@ def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
     add their votes, weighted as in trilinear interpolation; 0 where nobody voted."""
     size = voxels.settings.voxel_size_m
     result = [np.zeros(0, np.int32)]
-    for part in np.array_split(points, len(points) // 100_000 + 1):
+    for part in np.array_split(points, len(points) // POINTS_AT_ONCE + 1):
         low = np.floor(part / size + 1e-4).astype(np.int32)
         inside = part / size - low
         corners = (low[:, None] + CORNERS).reshape(-1, 3)
@@ -99,8 +101,7 @@ def fill_seams(labels: Int32Array, triangles: Int32Array, rings: int) -> Int32Ar
 
     Masks are shrunk before they vote, which leaves seams of a voxel or two between instances and around them.
     """
-    edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-    edges = np.concatenate([edges, edges[:, ::-1]])
+    edges = _open_edges(labels, triangles)
     labels = labels.copy()
     for _ in range(rings):
         to_nobody = edges[(labels[edges[:, 0]] == 0) & (labels[edges[:, 1]] > 0)]
@@ -109,6 +110,15 @@ def fill_seams(labels: Int32Array, triangles: Int32Array, rings: int) -> Int32Ar
         order = np.lexsort((-claims[1], votes))
         labels[claims[0, order]] = claims[1, order]
     return labels
+
+
+def _open_edges(labels: Int32Array, triangles: Int32Array) -> Int32Array:
+    """Edges (E, 2) of triangles with nobody at the first end, each direction once; those that two instances hold never
+    change, and are most."""
+    parts = [triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2))]
+    half = np.concatenate([part[labels[part[:, 0]] == 0] for part in parts])
+    key = np.unique(half[:, 0].astype(np.int64) * len(labels) + half[:, 1])
+    return np.stack(np.divmod(key, max(len(labels), 1)), axis=1).astype(np.int32)
 
 
 def _most_voted(voxels: VoxelMap, cells: Cells, corner: Int32Array, weights: NDArray) -> Int32Array:

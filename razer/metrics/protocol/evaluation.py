@@ -26,7 +26,8 @@ class Evaluation:
     (a class without truth) nan.
 
     duplicates, missed, n_...: instances, regardless of class, at an overlap of 0.5; n_true (also n_truth) = n_matched
-    + missed; n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as in `PredictionAccount`.
+    + missed; n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as in `PredictionAccount`;
+    n_judged = n_predicted - n_uncounted.
     recall_by_views, calibration: of the same matches. curves: precision over recall at 0.5 by class, "any" for all
     merged. confusion: names (C,), "" for none, and counts, C rows of C, true by predicted class. scenes: the same
     metrics of each scene, with the ids of matches, duplicates, inventions and misses. warnings: what makes the numbers
@@ -48,6 +49,7 @@ class Evaluation:
     n_parts: int | None = None
     n_uncounted: int | None = None
     n_invented: int | None = None
+    n_judged: int | None = None
     recall_by_views: Sequence[Metrics] | None = None
     calibration: Metrics | None = None
     retrieval: Metrics | None = None
@@ -81,7 +83,7 @@ def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
 
 
 _SCENE_METRICS = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
-_SCENE_COUNTS = ("n_truth", "n_predicted", "n_true", "n_matched", "n_parts", "n_uncounted", "n_invented")
+_SCENE_COUNTS = ("n_truth", "n_predicted", "n_true", "n_matched", "n_parts", "n_uncounted", "n_invented", "n_judged")
 
 
 def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:

@@ -146,6 +146,7 @@ def prediction_counts(results: Sequence[InstanceResult]) -> Metrics:
         "n_parts": total["parts"],
         "n_uncounted": total["uncounted"],
         "n_invented": total["invented"],
+        "n_judged": sum(total.values()) - total["uncounted"],
     }
 
 

@@ -23,8 +23,8 @@ from razer.volume.blocks.block_index import BlockIndex
 # frame meets more pages, each with its own call.
 PAGE_BLOCKS = 512
 # Rows of a page beyond its blocks. Open3D's `integrate` makes room for all blocks that it is given, new or not, and so
-# is given no more at once; as few as 16 cost no time.
-SPARE_ROWS = 32
+# is given no more at once; fewer than 16 cost time.
+SPARE_ROWS = 16
 BLOCKS_AT_ONCE = 256  # of passes over many blocks, to bound their memory
 _CHANNELS = {"tsdf": 1, "weight": 1, "color": 3, "label": 1}
 _TYPES = {"tsdf": o3c.float32, "weight": o3c.float32, "color": o3c.float32, "label": o3c.int32}
@@ -163,9 +163,13 @@ class BlockPages:
     def blocks(self, rows: Tensor, name: str) -> Tensor:
         """An attribute of the blocks of given rows (B,), (B, 4096, channels)."""
         whole = self._empty(name, len(rows) * BLOCK_VOXELS).unflatten(0, (-1, BLOCK_VOXELS))
-        for page, here, local in self._by_page(rows, self.page_rows):
-            whole.index_copy_(0, here, self._whole(page, name, local))
+        self.copy_blocks(rows, name, whole, torch.arange(len(rows), device=rows.device))
         return whole
+
+    def copy_blocks(self, rows: Tensor, name: str, target: Tensor, places: Tensor) -> None:
+        """Copy an attribute of the blocks of given rows (B,) to the places (B,) of a target (N, 4096, channels)."""
+        for page, here, local in self._by_page(rows, self.page_rows):
+            target.index_copy_(0, places[here], self._whole(page, name, local))
 
     def views(self, name: str) -> list[Tensor]:
         """An attribute as it is stored, (rows * 4096, channels) for each page, voxels not in use included."""

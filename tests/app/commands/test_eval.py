@@ -73,8 +73,8 @@ def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
     assert result["n_true"] == result["n_matched"] + result["missed"]
     assert {"pq", "sq", "rq", "n_true", "n_predicted"} <= result["panoptic"]["per_class"]["chair"].keys()
     assert 0 <= result["calibration"]["ece"] <= 1
-    right_or_wrong = result["n_predicted"] - result["n_uncounted"]
-    assert sum(part["n"] for part in result["calibration"]["bins"]) == right_or_wrong
+    assert result["n_judged"] == result["n_predicted"] - result["n_uncounted"]
+    assert sum(part["n"] for part in result["calibration"]["bins"]) == result["n_judged"]
     assert result["warnings"] == []
     assert sum(part["n"] for part in result["recall_by_views"]) == result["n_true"]
     assert 6 < max(part["views"][1] for part in result["recall_by_views"]) <= 24
