@@ -24,9 +24,9 @@ def face_normals(mesh: LabelledMesh) -> Float64Array:
 def vertex_normals(mesh: LabelledMesh) -> Float64Array:
     """Unit normals (V, 3): adjacent triangles' normals weighted by area; (0, 1, 0) where there are none."""
     normals = face_normals(mesh)
-    corners = mesh.triangles.reshape(-1)
-    sums = np.stack(
-        [np.bincount(corners, np.repeat(normals[:, axis], 3), len(mesh.vertices)) for axis in range(3)], axis=1
-    )
+    sums = np.zeros((len(mesh.vertices), 3))
+    for corners in mesh.triangles.T:
+        for axis in range(3):
+            sums[:, axis] += np.bincount(corners, normals[:, axis], len(sums))
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.where(lengths > 0, sums / np.where(lengths > 0, lengths, 1.0), (0.0, 1.0, 0.0))

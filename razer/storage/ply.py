@@ -37,7 +37,10 @@ def write_ply(path: Path, vertices: NDArray, triangles: Int32Array) -> None:
         "ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}", *properties,
         f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", "",
     ]  # fmt: skip
-    path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
+    with path.open("wb") as file:
+        file.write("\n".join(header).encode())
+        for rows in (vertices, faces):
+            np.ascontiguousarray(rows).tofile(file)
 
 
 def vertex_rows(mesh: LabelledMesh, fields: np.dtype) -> NDArray:

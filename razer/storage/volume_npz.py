@@ -13,6 +13,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from razer.arrays import Uint8Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.errors import BadInput
@@ -33,11 +34,12 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
     voxels.settle()
     keys, rows = voxels.pages.all()
     parts = rows.split(BLOCKS_AT_ONCE)
-    masks = [voxels.pages.mask(part, _is_used, "weight", "counts") for part in parts]
-    used = torch.cat([torch.zeros((0, BLOCK_VOXELS), dtype=torch.bool), *(mask.cpu() for mask in masks)])
+    masks = (voxels.pages.mask(part, _is_used, "weight", "counts") for part in parts)
+    used = [np.packbits(mask.cpu().numpy()) for mask in masks]
+    n_used = sum(int(np.bitwise_count(bits).sum()) for bits in used)
     small = {
         "keys": keys,
-        "used": np.packbits(used.numpy()),
+        "used": np.concatenate([np.zeros(0, np.uint8), *used]),
         "format": np.array(FORMAT),
         "newest_id": np.array(voxels.newest_id),
         "settings": np.array(voxels.settings.model_dump_json()),
@@ -45,9 +47,9 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
     # zlib's fastest level: the higher ones take five times as long to save a tenth.
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name in ATTRIBUTES:
-            addresses = (addresses_in(part, mask) for part, mask in zip(parts, masks, strict=True))
+            addresses = (addresses_in(part, _unpacked(bits, part)) for part, bits in zip(parts, used, strict=True))
             pieces = (voxels.pages.read(part, name)[0].cpu().numpy() for part in addresses)
-            _write_pieces(archive, name, int(used.sum()), pieces)
+            _write_pieces(archive, name, n_used, pieces)
         for name, array in small.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
@@ -55,6 +57,12 @@ def save_voxels(path: Path, voxels: VoxelMap) -> None:
 
 def _is_used(weight: Tensor, counts: Tensor) -> Tensor:
     return (weight[..., 0] > 0) | (counts > 0).any(dim=2)
+
+
+def _unpacked(bits: Uint8Array, rows: Tensor) -> Tensor:
+    """The mask (B, 4096) of blocks of given rows (B,)."""
+    mask = np.unpackbits(bits).astype(np.bool_).reshape(len(rows), BLOCK_VOXELS)
+    return torch.from_numpy(mask).to(rows.device)
 
 
 def _write_pieces(archive: zipfile.ZipFile, name: str, n: int, pieces: Iterable[NDArray]) -> None:

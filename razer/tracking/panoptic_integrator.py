@@ -19,6 +19,7 @@ from razer.tracking.evidence.view_novelty import ViewNovelty
 from razer.tracking.label_overlap import LabelOverlap
 from razer.tracking.step_result import StepResult
 from razer.tracking.stuff import meeting_pairs
+from razer.tracking.track import Track
 from razer.tracking.tracker import Tracker
 from razer.volume.box_voting import vote_in_boxes
 from razer.volume.label_voting import vote
@@ -27,6 +28,8 @@ from razer.volume.support_pruning import SupportPruning, support_ratios
 from razer.volume.surface_cache import SurfaceCache, points_by_instance
 from razer.volume.voxel_map import VoxelMap
 from razer.volume.won_shares import won_shares
+
+TRACKS_AT_ONCE = 32  # of passes over many tracks, to bound the voxels that are held besides the map
 
 
 class PanopticIntegrator:
@@ -145,10 +148,15 @@ class PanopticIntegrator:
             for track in self.tracker.tracks.values()
             if changed is None or track.id in changed or track.id in grown or track.id in self.tracker.detected
         ]
-        surface = self._surface.around([track.id for track in stale])
-        points = points_by_instance(self.voxels, surface, [track.id for track in stale])
+        for start in range(0, len(stale), TRACKS_AT_ONCE):
+            self._refresh(stale[start : start + TRACKS_AT_ONCE])
+
+    def _refresh(self, tracks: Sequence[Track]) -> None:
+        ids = [track.id for track in tracks]
+        surface = self._surface.around(ids)
+        points = points_by_instance(self.voxels, surface, ids)
         shares = won_shares(self.voxels, surface)
-        for track in stale:
+        for track in tracks:
             track.refresh(points[track.id])
             track.won_share = shares.get(track.id, 0.0)
             self.tracker.refreshed(track)

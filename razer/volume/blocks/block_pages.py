@@ -25,7 +25,7 @@ PAGE_BLOCKS = 512
 # Rows of a page beyond its blocks. Open3D's `integrate` makes room for all blocks that it is given, new or not, and so
 # is given no more at once; fewer than 16 cost time.
 SPARE_ROWS = 16
-BLOCKS_AT_ONCE = 256  # of passes over many blocks, to bound their memory
+BLOCKS_AT_ONCE = 128  # of passes over many blocks, to bound their memory
 _CHANNELS = {"tsdf": 1, "weight": 1, "color": 3, "label": 1}
 _TYPES = {"tsdf": o3c.float32, "weight": o3c.float32, "color": o3c.float32, "label": o3c.int32}
 
