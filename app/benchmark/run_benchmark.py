@@ -21,7 +21,7 @@ from app.console.streams import progress_console
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses
+from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses, resolve_models
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
@@ -39,6 +39,7 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     alone: the map's processor time, rendering, evaluation, decoding and describing of masks, a query, bringing colour
     onto depth. Raises BadInput."""
     console = progress_console()
+    config = resolve_models(config, console)
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     require_poses(sequence)  # plain fusion has no others
     warp = register_color(sequence, config.input.rgbd_calibration, console).warp

@@ -33,6 +33,7 @@ from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.mapper import Mapper
+from razer.models.automatic_choice import automatic_choice
 from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
 from slam.system import SlamSystem
@@ -40,12 +41,14 @@ from slam.system import SlamSystem
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run made: the account of its frames, the map, and the contents of timings.json."""
+    """What a run made: the account of its frames, the map, the contents of timings.json, and the settings with every
+    choice made."""
 
     accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
     registration: ColorRegistration
+    config: RunConfig
 
 
 def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
@@ -60,7 +63,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     Raises:
         BadInput: for input or settings that cannot be used.
     """
-    config = resolve_poses(config, sequence)
+    config = resolve_models(resolve_poses(config, sequence), console)
     mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
@@ -81,7 +84,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
-    return RunResult(accounting, panoptic, timings, registration)
+    return RunResult(accounting, panoptic, timings, registration, config)
 
 
 def map_sequence(
@@ -151,6 +154,14 @@ def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
             "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
         }
     )
+
+
+def resolve_models(config: RunConfig, console: Console) -> RunConfig:
+    """The settings with the choice of models made; what "auto" stands for is shown in one line. Raises BadInput."""
+    choice = automatic_choice(config.segmenter, config.embedder)
+    if choice.note:
+        console.print(choice.note, soft_wrap=True, highlight=False, markup=False)
+    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder})
 
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:

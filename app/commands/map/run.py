@@ -66,9 +66,10 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
-    from app.pipeline.run_pipeline import run_to_folder
+    from app.pipeline.run_pipeline import resolve_models, run_to_folder
 
     console = progress_console()
+    config = resolve_models(config, console)
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
