@@ -16,6 +16,7 @@ from razer.plugins import AUTO, EmbedderSettings, SegmenterSettings
 THINGS = ("rf-detr-seg-small", "yolo11m-seg", "yolo11n-seg", "yolov8n-seg")
 STUFF = ("upernet-convnext-tiny", "mask2former-coco", "oneformer-coco")
 WORDS = ("clip-vit-b32", "siglip2-base")
+_WITHOUT_WEIGHTS = {"geometric": "shapes in depth and colour", "appearance": "looks, no words"}
 _GIVES = {"things": "names of things", "surfaces": "a class for every pixel", "words": "words to ask by"}
 
 AnySettings = TypeVar("AnySettings", SegmenterSettings, EmbedderSettings)
@@ -56,12 +57,12 @@ def automatic_choice(segmenter: SegmenterSettings, embedder: EmbedderSettings) -
         kinds |= {"things": _first(THINGS), "surfaces": _first(STUFF)}
         name, options = _segmenter(kinds["things"].entry, kinds["surfaces"].entry)
         segmenter = _resolved(segmenter, name, options)
-        chosen.append(f"--segmenter {name}{_weights_of(kinds['things'].entry, kinds['surfaces'].entry)}")
+        chosen.append(_said("segmenter", name, kinds["things"].entry, kinds["surfaces"].entry))
     if embedder.name == AUTO:
         words = kinds["words"] = _first(WORDS)
         name = words.entry.part if words.entry else "appearance"
         embedder = _resolved(embedder, name, {"weights": words.entry.name} if words.entry else {})
-        chosen.append(f"--embedder {name}{_weights_of(words.entry)}")
+        chosen.append(_said("embedder", name, words.entry))
     return AutomaticChoice(segmenter, embedder, _note(chosen, kinds))
 
 
@@ -92,9 +93,10 @@ def _resolved(settings: AnySettings, name: str, options: dict[str, Any]) -> AnyS
     return settings.model_copy(update={"name": name, "options": options, "asked": AUTO})
 
 
-def _weights_of(*entries: CatalogueEntry | None) -> str:
-    names = [each.name for each in entries if each is not None]
-    return f" ({', '.join(names)})" if names else ""
+def _said(section: str, name: str, *entries: CatalogueEntry | None) -> str:
+    """The option that stands for the choice, and its weights or what it goes by."""
+    names = [each.name for each in entries if each is not None] or [_WITHOUT_WEIGHTS[name]]
+    return f"--{section} {name} ({', '.join(names)})"
 
 
 def _note(chosen: Sequence[str], kinds: dict[str, _Found]) -> str:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from types import MappingProxyType
 
+from razer.errors import BadInput
 from razer.models.hub.catalogue import CatalogueEntry, entry
 
 
@@ -38,4 +40,6 @@ MODEL_SETS: Mapping[str, ModelSet] = MappingProxyType({STARTER.name: STARTER})
 
 def entries_of(name: str) -> tuple[CatalogueEntry, ...]:
     """The entries of a set, or the one entry of that name; raises BadInput that names the nearest ones."""
+    if name not in MODEL_SETS and (near := get_close_matches(name, MODEL_SETS, 1)):
+        raise BadInput(f"no set of models '{name}': did you mean {near[0]}? 'razer models list' has all")
     return MODEL_SETS[name].entries if name in MODEL_SETS else (entry(name),)

@@ -78,8 +78,8 @@ def test_the_note_says_what_is_lacking_how_large_it_is_and_how_to_get_it(here) -
     here((SURFACES,))
     size = entry(DETECTOR).megabytes + entry(TOWERS).megabytes
     assert automatic_choice(*ANY).note == (
-        f"auto: --segmenter geometric+semantic ({SURFACES}) --embedder appearance; it lacks names of things, words to "
-        f"ask by; better: razer models pull starter ({size} MB)"
+        f"auto: --segmenter geometric+semantic ({SURFACES}) --embedder appearance (looks, no words); it lacks names of "
+        f"things, words to ask by; better: razer models pull starter ({size} MB)"
     )
     here(STARTER.members)
     assert automatic_choice(*ANY).note == (
