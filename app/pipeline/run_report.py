@@ -83,6 +83,8 @@ def print_instances(panoptic: PanopticMap, console: Console) -> None:
     console.print(table)
     if len(largest) > _MAX_ROWS:
         console.print(f"and {len(largest) - _MAX_ROWS} smaller ones")
+    if surfaces := [f"{item.class_name or '-'} {item.id}" for item in largest if item.is_stuff]:
+        console.print(f"surfaces among them (stuff): {', '.join(surfaces[:_MAX_ROWS])}", soft_wrap=True)
 
 
 def _row(item: MapObject) -> tuple[str, ...]:

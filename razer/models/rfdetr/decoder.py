@@ -10,6 +10,7 @@ import numpy as np
 from razer.arrays import BoolArray, Float32Array
 from razer.frame import Masks
 
+
 def decode_queries(
     logits: Float32Array,
     masks: Float32Array,
