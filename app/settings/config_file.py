@@ -19,7 +19,6 @@ from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
 from razer.storage.settings_list import list_settings
 
-
 # What mapped runs and saved maps that do not say it: "auto" is for those to come.
 _WITHOUT_NAMES = {"segmenter": "geometric", "embedder": "appearance"}
 

@@ -105,7 +105,7 @@ def test_a_pull_that_broke_off_goes_on_where_it_stopped(hub, capsys) -> None:
     hub.log.clear()
     code, out, _ = razer(capsys, "models", "pull", "starter", "--json")
     assert code == 0
-    assert [part for _, part in hub.gets()][0] == "bytes=7000-"
+    assert next(part for _, part in hub.gets()) == "bytes=7000-"
     answer = json.loads(out.splitlines()[-1])
     assert (answer["name"], answer["megabytes"]) == ("starter", STARTER.megabytes)
     assert [each["name"] for each in answer["models"]] == list(STARTER.members)
