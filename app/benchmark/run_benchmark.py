@@ -39,8 +39,8 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     alone: the map's processor time, rendering, evaluation, decoding and describing of masks, a query, bringing colour
     onto depth. Raises BadInput."""
     console = progress_console()
-    config = resolve_models(config, console)
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
+    config = resolve_models(config, console)
     require_poses(sequence)  # plain fusion has no others
     warp = register_color(sequence, config.input.rgbd_calibration, console).warp
     mapper = make_mapper(config)
@@ -54,6 +54,8 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks))
     return {
         "name": sequence.name,
+        "segmenter": config.segmenter.name,
+        "embedder": config.embedder.name,
         **_with_shares(timings),
         "yardstick": plain,
         "ratios": _ratios(timings, plain),

@@ -69,8 +69,8 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
     from app.pipeline.run_pipeline import resolve_models, run_to_folder
 
     console = progress_console()
-    config = resolve_models(config, console)
     sequence = open_recording(folder, config.input, console)
+    config = resolve_models(config, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
