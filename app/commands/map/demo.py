@@ -76,7 +76,8 @@ def _ask(folder: Path) -> None:
     hits = panoptic.query(_QUESTION).hits
     found = ", ".join(f"{hit.object.class_name} {hit.object.id}" for hit in hits) or "nothing"
     image = cv2.cvtColor(answer_image(panoptic, _QUESTION, hits), cv2.COLOR_RGB2BGR)
-    replace_file(folder / _PICTURE, lambda path: cv2.imwrite(str(path), image))
+    smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9]
+    replace_file(folder / _PICTURE, lambda path: cv2.imwrite(str(path), image, smallest))
     console.print(f'asked for "{_QUESTION}": {found}', soft_wrap=True)
     console.print(f"a picture of both: {folder / _PICTURE}", soft_wrap=True)
     console.print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)

@@ -63,8 +63,8 @@ class OracleSegmenter:
             "merge": merge,
             "jitter_px": jitter_px,
         }
-        if profile is not None and (noise != "none" or any(value is not None for value in options.values())):
-            raise BadInput(f"the oracle segmenter's profile {profile} has its own errors: leave out noise")
+        if profile is not None and (noise != "none" or stuff or any(value is not None for value in options.values())):
+            raise BadInput(f"the oracle segmenter's profile {profile} has its own errors and stuff: leave out noise")
         self.stuff = stuff
         self.profile = None if profile is None else segmenter_profile(profile, seed)
         preset = FULL_NOISE if noise == "full" else MaskNoise()

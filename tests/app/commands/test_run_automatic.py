@@ -1,4 +1,4 @@
-"""`razer run` without --segmenter and --embedder: what a stranger reads, what the run folder keeps, how it is repeated."""
+"""`razer run` without naming models: what a stranger reads, what the run folder keeps, how it is repeated."""
 
 from __future__ import annotations
 

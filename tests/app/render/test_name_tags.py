@@ -41,7 +41,7 @@ def test_names_give_way_to_earlier_ones_by_a_line_and_then_are_left_out() -> Non
     instances = np.zeros(SHAPE, np.int32)
     for number in range(6):  # side by side, each narrower than its name
         instances[40:80, 60 + 12 * number : 72 + 12 * number] = number + 1
-    names = {number: "refrigerator" for number in (2, 3, 1, 4, 5, 6)}
+    names = dict.fromkeys((2, 3, 1, 4, 5, 6), "refrigerator")
     written = write_names(blank(), instances, names)
     assert written[:3] == [2, 3, 1]
     assert 3 <= len(written) < 6
