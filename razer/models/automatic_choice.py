@@ -67,11 +67,18 @@ def automatic_choice(segmenter: SegmenterSettings, embedder: EmbedderSettings) -
 
 
 def _first(names: Sequence[str]) -> _Found:
-    from razer.models.hub.cache import cached_model  # late: the hub's library takes a moment
-
-    cached = [each for each in map(entry, names) if cached_model(each) is not None]
+    cached = [each for each in map(entry, names) if _is_cached(each)]
     usable = [each for each in cached if not each.needs or find_spec(each.needs) is not None]
     return _Found(next(iter(usable), None), next(iter(cached), None) if not usable else None)
+
+
+def _is_cached(model: CatalogueEntry) -> bool:
+    from razer.models.hub.cache import cached_model  # late: the hub's library takes a moment
+
+    try:
+        return cached_model(model) is not None
+    except (OSError, ValueError):  # who asked for no model is not stopped by a cache that cannot be read
+        return False
 
 
 def _segmenter(things: CatalogueEntry | None, stuff: CatalogueEntry | None) -> tuple[str, dict[str, Any]]:

@@ -17,7 +17,7 @@ from razer.models.automatic_choice import STUFF, THINGS, WORDS, automatic_choice
 from razer.models.hub.catalogue import CatalogueEntry, entry
 from razer.models.hub.model_sets import STARTER
 from razer.plugins import EmbedderSettings, SegmenterSettings
-from tests.support.hub_cache import put_starter
+from tests.support.hub_cache import put_into_cache, put_starter
 
 DETECTOR, SURFACES, TOWERS = STARTER.members
 ANY = SegmenterSettings(), EmbedderSettings()
@@ -113,6 +113,19 @@ def test_options_without_a_name_are_refused(here) -> None:
         automatic_choice(SegmenterSettings(options={"weights": "a.onnx"}), EmbedderSettings())
     with pytest.raises(BadInput, match=r"embedder\.options\.table .* as in --embedder appearance"):
         automatic_choice(SegmenterSettings(), EmbedderSettings(options={"table": "a.npz"}))
+
+
+def test_a_cache_that_cannot_be_read_holds_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(constants, "HF_HUB_CACHE", str(tmp_path / "cache"))
+    snapshot = put_into_cache(tmp_path / "cache", DETECTOR, lambda folder: (folder / "a.onnx").touch())
+    (snapshot.parents[1] / "refs" / "main").write_bytes(b"\xff\xfe")
+    assert automatic_choice(*ANY).segmenter.name == "geometric"
+
+    def forbidden(model: CatalogueEntry) -> Path:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("razer.models.hub.cache.cached_model", forbidden)
+    assert automatic_choice(*ANY).segmenter.name == "geometric"
 
 
 def test_candidates_do_what_they_are_listed_for() -> None:
