@@ -97,9 +97,13 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
     models, console = entries_of(name), progress_console()
     for model in models:
         terms = f": {model.accept}" if model.accept else ""
-        console.print(f"{model.name}: licence {model.licence}{terms} ({model.page})", soft_wrap=True)
+        console.print(
+            f"{model.name}: licence {model.licence}{terms} ({model.page}), {model.megabytes} MB", soft_wrap=True
+        )
         if model.accept and not accept_license:
             raise BadInput(f"{model.name} is under {model.licence}{terms}; add --accept-license if you accept that")
+    if len(models) > 1:
+        console.print(f"{name}: {sum(model.megabytes for model in models)} MB in all")
     try:
         paths = _fetch_all(models, console)
     except KeyboardInterrupt:

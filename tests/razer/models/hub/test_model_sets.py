@@ -68,12 +68,13 @@ def test_licences_sizes_and_checksums_are_shown_before_anything_is_fetched(hub, 
     assert (code, hub.gets()) == (2, [])
     assert "no room for" in err.splitlines()[-1]
     for each in STARTER.entries:
-        assert f"{each.name}: licence {each.licence} ({each.page})" in err
+        assert f"{each.name}: licence {each.licence} ({each.page}), {each.megabytes} MB" in err
         for name in each.files:
             body = hub.repos[each.repo][name]
             line = next(line for line in err.splitlines() if line.startswith(f"{each.name}: {name}, "))
             assert f"{len(body) / 1e6:.1f} MB" in line
             assert hashlib.sha256(body).hexdigest() in line or "git id " in line
+    assert f"starter: {STARTER.megabytes} MB in all" in err
     assert f"to fetch: {total / 1e6:.1f} MB in {len(bodies(hub))} files" in err
 
 
