@@ -63,12 +63,13 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     Raises:
         BadInput: for input or settings that cannot be used.
     """
-    config = resolve_models(resolve_poses(config, sequence), console)
+    config, note = resolve_models(resolve_poses(config, sequence))
     mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     registration = register_color(sequence, config.input.rgbd_calibration, console)
+    print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
             warp = registration.warp
@@ -156,12 +157,17 @@ def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
     )
 
 
-def resolve_models(config: RunConfig, console: Console) -> RunConfig:
-    """The settings with the choice of models made; what "auto" stands for is shown in one line. Raises BadInput."""
+def resolve_models(config: RunConfig) -> tuple[RunConfig, str]:
+    """The settings with the choice of models made, and what "auto" stands for in one line, '' where nothing was to
+    choose. Raises BadInput."""
     choice = automatic_choice(config.segmenter, config.embedder)
-    if choice.note:
-        console.print(choice.note, soft_wrap=True, highlight=False, markup=False)
-    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder})
+    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder}), choice.note
+
+
+def print_model_note(note: str, console: Console) -> None:
+    """Show what `resolve_models` says, if anything."""
+    if note:
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
 
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:

@@ -70,14 +70,13 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
-    config = resolve_models(config, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
         return run_to_folder(sequence, noted_config, target, console)
     from app.query.label_run import label_run, require_names
 
-    require_names(config.embedder, classes)
+    require_names(resolve_models(config)[0].embedder, classes)
     result = run_to_folder(sequence, noted_config, target, console)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
