@@ -131,21 +131,31 @@ class PluginSettings(Settings):
         return isinstance(other, type(self)) and self.model_dump() == other.model_dump()
 
 
+AUTO = "auto"
+_ASKED = "What was asked for, as a run records it where that was 'auto'. Has no effect on a new run."
+
+
 class SegmenterSettings(PluginSettings):
     """What finds masks."""
 
     name: str = Field(
-        "geometric",
-        description="geometric, yolo, semantic, sam, prompted, panoptic, oracle, masks, or an outside module:Class; "
-        "several joined by +, as in yolo+semantic.",
+        AUTO,
+        description="auto takes the models that are here, else geometric; geometric, yolo, rfdetr, semantic, sam, "
+        "prompted, panoptic, oracle, masks, or an outside module:Class; several joined by +, as in yolo+semantic.",
     )
     options: dict[str, Any] = Field(
         {}, description="Its named arguments, such as noise = 'full'; of several those of each by its name."
     )
+    asked: str | None = Field(None, description=_ASKED)
 
 
 class EmbedderSettings(PluginSettings):
     """What describes masks by vectors."""
 
-    name: str = Field("appearance", description="appearance, clip, names, oracle, or an outside module:Class.")
+    name: str = Field(
+        AUTO,
+        description="auto takes a model of words that is here, else appearance; appearance, clip, names, oracle, or an "
+        "outside module:Class.",
+    )
     options: dict[str, Any] = Field({}, description="Its named arguments.")
+    asked: str | None = Field(None, description=_ASKED)

@@ -88,9 +88,10 @@ def _embedder(
 
 
 def _saved_embedder(folder: Path) -> EmbedderSettings:
-    """The embedder that a map was made with; raises BadInput."""
+    """The embedder that a map was made with, `appearance` where nothing says; raises BadInput."""
     try:
-        return EmbedderSettings.model_validate(tomllib.loads(_config_text(folder)).get("embedder", {}))
+        section = tomllib.loads(_config_text(folder)).get("embedder", {})
+        return EmbedderSettings.model_validate({"name": "appearance", **section})
     except (ValueError, RecursionError) as error:
         raise BadInput(f"{folder / CONFIG} is damaged ({one_line(error)}): name the embedder yourself") from error
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
+
+# What models the developer has must not change what "auto" means in a test; read when huggingface_hub is imported.
+os.environ["HF_HOME"] = str(Path(tempfile.gettempdir()) / "razer-tests-have-no-models")
+os.environ.pop("HF_HUB_CACHE", None)
 
 
 @pytest.fixture(scope="session")

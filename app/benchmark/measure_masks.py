@@ -16,7 +16,7 @@ from app.console.streams import progress_console, result_console
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import require_poses
+from app.pipeline.run_pipeline import print_model_note, require_poses, resolve_models
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame
@@ -29,10 +29,12 @@ def measure_masks(folder: Path, config: RunConfig) -> dict[str, Any]:
     """The statistics of the masks of the frames that the settings choose, format 1 of `bench --masks --json`; raises
     BadInput."""
     console = progress_console()
+    config, note = resolve_models(config)
     chosen = config.segmenter
     segmenter = make_segmenter(chosen.name, chosen.options, chosen.trust)
     sequence = open_recording(folder, config.input, console)
     require_poses(sequence)
+    print_model_note(note, console)
     statistics = MaskConsistency.of(_views(sequence, config, segmenter.segment, console))
     return {"format": FORMAT, "name": sequence.name, "segmenter": chosen.name} | statistics.to_json()
 

@@ -21,7 +21,14 @@ from app.console.streams import progress_console
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import make_mapper, map_sequence, open_timeline, require_poses
+from app.pipeline.run_pipeline import (
+    make_mapper,
+    map_sequence,
+    open_timeline,
+    print_model_note,
+    require_poses,
+    resolve_models,
+)
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
@@ -40,8 +47,10 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     onto depth. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
+    config, note = resolve_models(config)
     require_poses(sequence)  # plain fusion has no others
     warp = register_color(sequence, config.input.rgbd_calibration, console).warp
+    print_model_note(note, console)
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console, warp)
@@ -53,6 +62,8 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks))
     return {
         "name": sequence.name,
+        "segmenter": config.segmenter.name,
+        "embedder": config.embedder.name,
         **_with_shares(timings),
         "yardstick": plain,
         "ratios": _ratios(timings, plain),

@@ -32,6 +32,7 @@ from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.mapper import Mapper
+from razer.models.automatic_choice import automatic_choice
 from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
 
@@ -41,12 +42,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run made: the account of its frames, the map, and the contents of timings.json."""
+    """What a run made: the account of its frames, the map, the contents of timings.json, and the settings with every
+    choice made."""
 
     accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
     registration: ColorRegistration
+    config: RunConfig
 
 
 def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
@@ -61,12 +64,13 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     Raises:
         BadInput: for input or settings that cannot be used.
     """
-    config = resolve_poses(config, sequence)
+    config, note = resolve_models(resolve_poses(config, sequence))
     mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
     registration = register_color(sequence, config.input.rgbd_calibration, console)
+    print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
         with closing(open_timeline(folder.partial, sequence, config)) as timeline:
             warp = registration.warp
@@ -82,7 +86,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
-    return RunResult(accounting, panoptic, timings, registration)
+    return RunResult(accounting, panoptic, timings, registration, config)
 
 
 def map_sequence(
@@ -152,6 +156,19 @@ def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
             "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
         }
     )
+
+
+def resolve_models(config: RunConfig) -> tuple[RunConfig, str]:
+    """The settings with the choice of models made, and what "auto" stands for in one line, '' where nothing was to
+    choose. Raises BadInput."""
+    choice = automatic_choice(config.segmenter, config.embedder)
+    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder}), choice.note
+
+
+def print_model_note(note: str, console: Console) -> None:
+    """Show what `resolve_models` says, if anything."""
+    if note:
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
 
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:

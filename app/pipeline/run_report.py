@@ -15,6 +15,7 @@ from app.frames.color_registration import ColorRegistration
 from app.frames.frame_account import FrameAccount
 from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import RunResult
+from app.settings.run_config import RunConfig
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
 
@@ -26,7 +27,8 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     """Print what a run mapped and where it lies: tables, or one line of JSON (format 1)."""
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
-        print(dumps(run_json(folder, accounting, len(panoptic.objects), timings) | _rgbd_json(result.registration)))
+        line = run_json(folder, accounting, len(panoptic.objects), timings)
+        print(dumps(line | _rgbd_json(result.registration) | _models_json(result.config)))
         return
     console = result_console()
     print_instances(panoptic, console)
@@ -60,6 +62,14 @@ def _rgbd_json(registration: ColorRegistration) -> dict[str, Any]:
     return {"rgbd": content["rgbd"], "rgbd_applied": content["applied"]}
 
 
+def _models_json(config: RunConfig) -> dict[str, Any]:
+    """`segmenter` and `embedder`: the name, and `asked`, "auto" where that was asked for, else null."""
+    return {
+        "segmenter": {"name": config.segmenter.name, "asked": config.segmenter.asked},
+        "embedder": {"name": config.embedder.name, "asked": config.embedder.asked},
+    }
+
+
 def print_instances(panoptic: PanopticMap, console: Console) -> None:
     """A table of the largest instances."""
     largest = sorted(panoptic.objects, key=lambda item: item.n_voxels, reverse=True)
@@ -73,6 +83,8 @@ def print_instances(panoptic: PanopticMap, console: Console) -> None:
     console.print(table)
     if len(largest) > _MAX_ROWS:
         console.print(f"and {len(largest) - _MAX_ROWS} smaller ones")
+    if surfaces := [f"{item.class_name or '-'} {item.id}" for item in largest if item.is_stuff]:
+        console.print(f"surfaces among them (stuff): {', '.join(surfaces[:_MAX_ROWS])}", soft_wrap=True)
 
 
 def _row(item: MapObject) -> tuple[str, ...]:

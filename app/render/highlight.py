@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
-from app.render.overview_image import MapRendering, render_from_above
+from app.render.name_tags import write_names
+from app.render.overview_image import render_from_above
 from app.render.palette import instance_colors
 from razer.arrays import Float64Array, Uint8Array
 from razer.map_object import Hit
@@ -33,17 +33,11 @@ def highlight_hits(
     is_hit = np.isin(mesh.instances, [hit.object.id for hit in hits])
     colors = np.where(is_hit[:, None], instance_colors(mesh.instances), grey).astype(np.uint8)
     panel = rendering.panel(colors, blend=False)
-    _write_labels(panel, rendering, hits)
+    write_names(panel, rendering.instances, _labels(hits))
     return np.concatenate([rendering.panel(mesh.colors, blend=True), panel], axis=1)
 
 
-def _write_labels(panel: Uint8Array, rendering: MapRendering, hits: Sequence[Hit]) -> None:
-    id_image = rendering.instances
-    for rank, hit in enumerate(hits, start=1):
-        rows, columns = np.nonzero(id_image == hit.object.id)
-        if len(rows) == 0:
-            continue
-        center = (int(np.median(columns)), int(np.median(rows)))
-        text = f"{rank} {hit.class_guess or ''} {hit.score:.2f}".replace("  ", " ")
-        for color, thickness in (((255, 255, 255), 4), ((0, 0, 0), 1)):
-            cv2.putText(panel, text, center, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, thickness, cv2.LINE_AA)
+def _labels(hits: Sequence[Hit]) -> dict[int, str]:
+    """Rank, class and score of each instance."""
+    texts = (f"{rank} {hit.class_guess or ''} {hit.score:.2f}" for rank, hit in enumerate(hits, start=1))
+    return {hit.object.id: text.replace("  ", " ") for hit, text in zip(hits, texts, strict=True)}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import open3d as o3d
 import open3d.core as o3c
 
+from app.render.name_tags import write_names
 from app.render.palette import instance_colors
 from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 from razer.volume.mesh_extraction import LabelledMesh
@@ -61,17 +64,25 @@ def render_from_above(mesh: LabelledMesh, up: Float64Array, width: int, height: 
     return MapRendering(mesh, *_first_front_faces(mesh, rays))
 
 
-def overview_image(mesh: LabelledMesh, up: Float64Array, width: int = 1280, height: int = 560) -> Uint8Array:
-    """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance.
+def overview_image(
+    mesh: LabelledMesh,
+    up: Float64Array,
+    width: int = 1280,
+    height: int = 560,
+    names: Mapping[int, str] = MappingProxyType({}),
+) -> Uint8Array:
+    """RGB image (height, width, 3) uint8 with the map twice: left as coloured, right by instance, with its name.
 
     Args:
         mesh: the labelled surface.
         up: (3,) the direction that is up in the world.
         width: of the image, pixels.
         height: of the image, pixels.
+        names: of instances, which are written on them.
     """
     rendering = render_from_above(mesh, up, width // 2, height)
     by_instance = rendering.panel(instance_colors(mesh.instances), blend=False)
+    write_names(by_instance, rendering.instances, names)
     return np.concatenate([rendering.panel(mesh.colors, blend=True), by_instance], axis=1)
 
 

@@ -14,7 +14,7 @@ from rich.console import Console
 from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.run_pipeline import resolve_poses, run_to_folder
+from app.pipeline.run_pipeline import print_model_note, resolve_models, resolve_poses, run_to_folder
 from app.reproduction.component_times import component_times
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names
@@ -106,6 +106,8 @@ class Reproduction:
     def run(self, console: Console) -> Reproduced:
         """Map what is not mapped yet, then evaluate all scenes together."""
         failed = dict(self._missing)
+        self._config, note = resolve_models(self._config)
+        print_model_note(note, console)
         for number, (name, scene_folder) in enumerate(self._scene_folders.items(), start=1):
             console.print(f"{name}: scene {number} of {len(self._scene_folders)}")
             try:

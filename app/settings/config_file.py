@@ -19,6 +19,9 @@ from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
 from razer.storage.settings_list import list_settings
 
+# What mapped runs and saved maps that do not say it: "auto" is for those to come.
+_WITHOUT_NAMES = {"segmenter": "geometric", "embedder": "appearance"}
+
 
 def read_config(
     file: Path | None,
@@ -46,6 +49,9 @@ def read_config(
         _assign(tree, name, value)
     if file:
         _override(tree, _read_toml(file))
+    for section in ("segmenter", "embedder"):  # what an earlier run was asked for says nothing about this one
+        if isinstance(keys := tree.get(section), dict):
+            keys.pop("asked", None)
     return _validated(tree, file, assignments, flags, trust)
 
 
@@ -67,7 +73,11 @@ def read_run_config(
     Raises:
         BadInput: naming the setting, if any is wrong.
     """
-    return _validated(with_new_names(_read_toml(file)) if file else {}, file, assignments, flags, trust)
+    tree = with_new_names(_read_toml(file)) if file else {}
+    for section, name in _WITHOUT_NAMES.items():
+        if isinstance(keys := tree.setdefault(section, {}), dict):
+            keys.setdefault("name", name)
+    return _validated(tree, file, assignments, flags, trust)
 
 
 def _validated(

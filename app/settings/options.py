@@ -110,9 +110,9 @@ class RunOptions(RecordingOptions, SettingOptions):
     rgbd_calibration: str | None = None
     """auto: where colour does not fit depth, its camera is estimated; off; or a file of `razer inspect --write`."""
     segmenter: str | None = None
-    """2D segmenter: a name or module:Class."""
+    """2D segmenter: a name or module:Class; auto, as if not given, takes the models that are here."""
     embedder: str | None = None
-    """Embedder of masks: a name or module:Class."""
+    """Embedder of masks: a name or module:Class; auto, as if not given, takes a model of words that is here."""
     oracle: OracleErrors | None = None
     """Instead of both the recording's truth with simulated errors, as of a SAM, a detector or a panoptic model."""
     device: Literal["auto", "cpu", "cuda"] | None = None

@@ -15,6 +15,7 @@ SEGMENTERS = {
     "masks": "razer.models.stored_masks:StoredMasks",
     "panoptic": "razer.models.panoptic:PanopticSegmenter",
     "prompted": "razer.models.text_prompted.segmenter:PromptedSegmenter",
+    "rfdetr": "razer.models.rfdetr.segmenter:RfDetrSegmenter",
     "sam": "razer.models.sam.segmenter:SamSegmenter",
     "semantic": "razer.models.semantic.segmenter:SemanticSegmenter",
     "yolo": "razer.models.yolo.segmenter:YoloSegmenter",

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from razer.config import MapperConfig
 from razer.models import EMBEDDERS, SEGMENTERS, Embedder, Segmenter, embedder_of, make_segmenter
+from razer.models.automatic_choice import automatic_choice
 from razer.plugins import EmbedderSettings, SegmenterSettings
 
 
@@ -13,13 +14,11 @@ def choose_models(
     config: MapperConfig, segmenter: Segmenter | str | None, embedder: Embedder | str | None
 ) -> tuple[MapperConfig, Segmenter, Embedder]:
     """The two models, objects or made by name, and the settings that say which they are; None = as the settings say.
-    Raises BadInput for a name that there is not, or that is not trusted."""
-    config = config.model_copy(
-        update={
-            "segmenter": _segmenter_settings(config.segmenter, segmenter),
-            "embedder": _embedder_settings(config.embedder, embedder),
-        }
+    "auto" becomes what it stands for here. Raises BadInput for a name that there is not, or that is not trusted."""
+    choice = automatic_choice(
+        _segmenter_settings(config.segmenter, segmenter), _embedder_settings(config.embedder, embedder)
     )
+    config = config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder})
     if segmenter is None or isinstance(segmenter, str):
         segmenter = make_segmenter(config.segmenter.name, config.segmenter.options, config.segmenter.trust)
     if embedder is None or isinstance(embedder, str):

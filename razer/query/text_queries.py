@@ -55,7 +55,7 @@ class TextQueryEncoder:
         if not isinstance(self.embedder, TextEncoder):
             raise BadInput(
                 f"{type(self.embedder).__name__} has no text encoder, so that its vectors cannot be queried by text: "
-                "map with another --embedder, or ask with --image"
+                "map with another --embedder ('razer models pull starter' brings one), or ask with --image"
             )
         return self.embedder
 

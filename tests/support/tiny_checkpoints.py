@@ -158,6 +158,19 @@ def segformer(folder: Path) -> t.SegformerForSemanticSegmentation:
     return model
 
 
+def upernet(folder: Path) -> t.UperNetForSemanticSegmentation:
+    """UPerNet on ConvNeXt at 64 pixels, with the classes LABELS."""
+    backbone = t.ConvNextConfig(
+        hidden_sizes=[4, 6, 8, 10], depths=[1, 1, 1, 1], out_features=["stage1", "stage2", "stage3", "stage4"]
+    )
+    config = t.UperNetConfig(
+        backbone_config=backbone, hidden_size=8, use_auxiliary_head=False, pool_scales=[1, 2], id2label=LABELS
+    )
+    model = _saved(t.UperNetForSemanticSegmentation, config, folder)
+    t.SegformerImageProcessor(size={"height": 64, "width": 64}).save_pretrained(folder)
+    return model
+
+
 def clip_tokenizer() -> t.CLIPTokenizer:
     """One token for each letter."""
     letters = "abcdefghijklmnopqrstuvwxyz"

@@ -19,7 +19,7 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
     web:
         In the browser instead of the native viewer.
     picture:
-        Write a PNG of the map, in its colours and by instance, instead of opening the viewer.
+        Write a PNG of the map, in its colours and by instance with names, instead of opening the viewer.
     """
     if picture is not None:
         return _draw(run, picture)
@@ -37,10 +37,11 @@ def _draw(run: Path, target: Path) -> None:
     # Late, as in `razer run`.
     import cv2
 
+    from app.render.name_tags import names_by_size
     from app.render.overview_image import overview_image
     from razer.saved_map import load_map
 
     panoptic = load_map(run)
-    image = overview_image(panoptic.mesh, panoptic.up_or_z)
+    image = overview_image(panoptic.mesh, panoptic.up_or_z, names=names_by_size(panoptic.objects))
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

@@ -18,10 +18,11 @@ ROOM_FRAMES = 120
 ROOM_SIZE = (480, 360)  # pixels; half the work of 640x480
 _ABOUT = (
     "A simulated room: masks and class names come from the simulator (segmenter and embedder 'oracle'), not from "
-    "a 2D model; what is shown is the mapping. On recordings of your own, `razer run` finds masks in depth and "
-    "colour, and instances stay nameless."
+    "a 2D model; what is shown is the mapping. On recordings of your own, `razer run` uses the 2D models that are "
+    "here: `razer models pull starter` brings some that know names; without any it goes by depth and colour."
 )
 _QUESTION = "something to sit on"
+_PICTURE = "demo.png"
 
 
 def demo(
@@ -33,6 +34,8 @@ def demo(
 ) -> int:
     """Map a small synthetic room that the project renders itself; no data or models are needed.
 
+    Things and surfaces are named, a question is asked, and OUT/demo.png shows both.
+
     Parameters
     ----------
     out:
@@ -43,7 +46,7 @@ def demo(
         End standard output with one line of JSON, as `razer run` does.
     """
     target = RunFolder(out, overwrite=True)
-    oracle = {"segmenter.name": "oracle", "embedder.name": "oracle"}
+    oracle = {"segmenter.name": "oracle", "segmenter.options.stuff": True, "embedder.name": "oracle"}
     config = read_config(options.config, options.set, oracle, trust=options.trust, preset=options.preset)
 
     # Late, as in `razer run`.
@@ -62,10 +65,19 @@ def demo(
 
 
 def _ask(folder: Path) -> None:
-    """Ask the map a question, and say how to ask more."""
-    from razer.saved_map import load_map
+    """Ask the map a question, draw it with its names and the answer, and say how to ask more."""
+    import cv2
 
-    hits = load_map(folder).query(_QUESTION).hits
+    from app.render.answer_image import answer_image
+    from razer.saved_map import load_map
+    from razer.storage.atomic_files import replace_file
+
+    panoptic, console = load_map(folder), result_console()
+    hits = panoptic.query(_QUESTION).hits
     found = ", ".join(f"{hit.object.class_name} {hit.object.id}" for hit in hits) or "nothing"
-    result_console().print(f'asked for "{_QUESTION}": {found}')
-    result_console().print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)
+    image = cv2.cvtColor(answer_image(panoptic, _QUESTION, hits), cv2.COLOR_RGB2BGR)
+    smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9]
+    replace_file(folder / _PICTURE, lambda path: cv2.imwrite(str(path), image, smallest))
+    console.print(f'asked for "{_QUESTION}": {found}', soft_wrap=True)
+    console.print(f"a picture of both: {folder / _PICTURE}", soft_wrap=True)
+    console.print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)

@@ -66,7 +66,7 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
-    from app.pipeline.run_pipeline import run_to_folder
+    from app.pipeline.run_pipeline import resolve_models, run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
@@ -76,7 +76,7 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
         return run_to_folder(sequence, noted_config, target, console)
     from app.query.label_run import label_run, require_names
 
-    require_names(config.embedder, classes)
+    require_names(resolve_models(config)[0].embedder, classes)
     result = run_to_folder(sequence, noted_config, target, console)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 

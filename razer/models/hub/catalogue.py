@@ -13,7 +13,7 @@ from types import MappingProxyType
 from razer.errors import BadInput
 
 _WITHOUT = {
-    "segmenter": "without it, '--segmenter geometric' finds masks from depth alone",
+    "segmenter": "without it, '--segmenter geometric' finds masks from depth and colour",
     "embedder": "without it, '--embedder appearance' maps as well, but knows no words",
 }
 
@@ -22,7 +22,9 @@ _WITHOUT = {
 class CatalogueEntry:
     """One model: `use` names the segmenter or embedder that takes it as `weights`; files of `repo` at `revision` on
     the Hugging Face Hub, as names or patterns; sha256 by file name where publicly known; accept, what has to be
-    accepted before a download, if anything; also, options that it cannot be used without."""
+    accepted before a download, if anything; also, options that it cannot be used without; page, where its publisher
+    describes it; tried, what of it has run here with real weights, '' = nothing; needs, a package of the extra
+    "transformers" without which it cannot be used."""
 
     name: str
     use: str
@@ -35,11 +37,19 @@ class CatalogueEntry:
     accept: str = ""
     sha256: Mapping[str, str] = field(default_factory=dict)
     also: tuple[str, ...] = ()
+    page: str = ""
+    tried: str = ""
+    needs: str = ""
 
     @property
     def task(self) -> str:
         """segmenter or embedder."""
         return self.use.split()[0]
+
+    @property
+    def part(self) -> str:
+        """The name of the segmenter or embedder."""
+        return self.use.split()[1]
 
     @property
     def patterns(self) -> bool:

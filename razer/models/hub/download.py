@@ -7,7 +7,7 @@ gives to unfinished ones, is checked, and only then handed to the library, which
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from pathlib import Path
@@ -43,13 +43,53 @@ def fetch(entry: CatalogueEntry, report: Callable[[str], None]) -> Path:
     if (present := cached_model(entry)) is not None:
         return present
     with as_bad_input(entry):
-        remote = [_remote_file(entry, name) for name in _names(entry)]
-        for file in sorted(remote, key=lambda file: file.n_bytes):
+        for file in sorted(remote_files(entry), key=lambda file: file.n_bytes):
             _fetch_file(entry, file, report)
     path = cached_model(entry)
     if path is None:
         raise BadInput(f"{entry.repo} changed while it was fetched: run the command again")
     return path
+
+
+def remote_files(entry: CatalogueEntry) -> list[RemoteFile]:
+    """The files of a model as the hub describes them now; nothing is fetched. Raises BadInput, also where one is not
+    what the catalogue knows."""
+    with as_bad_input(entry):
+        return [_remote_file(entry, name) for name in _names(entry)]
+
+
+def require_room(files: Sequence[tuple[CatalogueEntry, RemoteFile]]) -> None:
+    """Raise BadInput where the disk has no room for what is lacking of all files together."""
+    n_bytes = sum(file.n_bytes - _held_bytes(entry, file) for entry, file in files)
+    folder = next(path for path in (cache_folder(), *cache_folder().parents) if path.exists())
+    _require_room(", ".join(Path(file.name).name for _, file in files), n_bytes, folder)
+
+
+def _held_bytes(entry: CatalogueEntry, file: RemoteFile) -> int:
+    """How much of a file is in the cache."""
+    blob = _blob(entry, file)
+    if blob.exists():
+        return file.n_bytes
+    partial = _partial(blob)
+    held = partial.stat().st_size if partial.exists() else 0
+    return held if held <= file.n_bytes else 0
+
+
+def _blob(entry: CatalogueEntry, file: RemoteFile) -> Path:
+    return cache_folder() / repo_folder_name(repo_id=entry.repo, repo_type="model") / "blobs" / file.published
+
+
+def _partial(blob: Path) -> Path:
+    return blob.with_name(f"{blob.name}.incomplete")
+
+
+def _require_room(what: str, n_bytes: int, folder: Path) -> None:
+    free = shutil.disk_usage(folder).free
+    if free < n_bytes:
+        raise BadInput(
+            f"no room for {what}: {n_bytes / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB free at {cache_folder()}; "
+            "free some, or set HF_HOME to a folder on another disk"
+        )
 
 
 def _names(entry: CatalogueEntry) -> list[str]:
@@ -77,13 +117,13 @@ def _remote_file(entry: CatalogueEntry, name: str) -> RemoteFile:
 def _fetch_file(entry: CatalogueEntry, file: RemoteFile, report: Callable[[str], None]) -> None:
     """Bring one file into the cache. Another process that wants the same waits."""
     folder = repo_folder_name(repo_id=entry.repo, repo_type="model")
-    blob = cache_folder() / folder / "blobs" / file.published
+    blob = _blob(entry, file)
     lock = cache_folder() / ".locks" / folder / f"{file.published}.part.lock"
     blob.parent.mkdir(parents=True, exist_ok=True)
     lock.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(lock):
         if not blob.exists():
-            partial = blob.with_name(f"{file.published}.incomplete")
+            partial = _partial(blob)
             _download(entry, file, partial, report)
             _check(entry, file, partial)
             partial.rename(blob)
@@ -92,16 +132,10 @@ def _fetch_file(entry: CatalogueEntry, file: RemoteFile, report: Callable[[str],
 
 def _download(entry: CatalogueEntry, file: RemoteFile, partial: Path, report: Callable[[str], None]) -> None:
     """Append to `partial` what it still lacks."""
-    held = partial.stat().st_size if partial.exists() else 0
-    if held > file.n_bytes:
+    held = _held_bytes(entry, file)
+    if partial.exists() and partial.stat().st_size > file.n_bytes:
         partial.unlink()
-        held = 0
-    free = shutil.disk_usage(partial.parent).free
-    if free < file.n_bytes - held:
-        raise BadInput(
-            f"no room for {file.name}: {(file.n_bytes - held) / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB free at "
-            f"{cache_folder()}; free some, or set HF_HOME to a folder on another disk"
-        )
+    _require_room(file.name, file.n_bytes - held, partial.parent)
     report(f"{file.name}: {file.n_bytes / 1e6:.1f} MB" + (f", {held / 1e6:.1f} of them here already" if held else ""))
     url = hf_hub_url(entry.repo, file.name, revision=entry.revision)
     with partial.open("ab") as target:

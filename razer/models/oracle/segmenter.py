@@ -15,6 +15,7 @@ from razer.frame import Frame, Masks
 from razer.models.oracle.mask_noise import FULL_NOISE, MaskNoise, check_noise_preset
 from razer.models.oracle.profiles.table import segmenter_profile
 from razer.models.oracle.profiles.visible_things import UNKNOWN, VisibleThings
+from razer.models.stuff_names import stuff_classes
 
 
 class OracleSegmenter:
@@ -30,6 +31,8 @@ class OracleSegmenter:
         split_frames: frames for which an instance stays cut.
         merge: share of masks that absorb an adjacent one.
         jitter_px: largest distance that a border moves, pixels.
+        stuff: whether walls, floors, ceilings and the like are flagged as stuff, by their names. Off, they are mapped
+            as things, one by one.
         profile: instead of all these errors those of one kind of model: sam, detector,
             detector-hard, panoptic or panoptic-hard.
 
@@ -48,6 +51,7 @@ class OracleSegmenter:
         split_frames: int | None = None,
         merge: float | None = None,
         jitter_px: int | None = None,
+        stuff: bool = False,
         profile: str | None = None,
     ) -> None:
         check_noise_preset(noise)
@@ -59,8 +63,9 @@ class OracleSegmenter:
             "merge": merge,
             "jitter_px": jitter_px,
         }
-        if profile is not None and (noise != "none" or any(value is not None for value in options.values())):
-            raise BadInput(f"the oracle segmenter's profile {profile} has its own errors: leave out noise")
+        if profile is not None and (noise != "none" or stuff or any(value is not None for value in options.values())):
+            raise BadInput(f"the oracle segmenter's profile {profile} has its own errors and stuff: leave out noise")
+        self.stuff = stuff
         self.profile = None if profile is None else segmenter_profile(profile, seed)
         preset = FULL_NOISE if noise == "full" else MaskNoise()
         self.noise = replace(preset, seed=seed, **{k: v for k, v in options.items() if v is not None})
@@ -77,7 +82,8 @@ class OracleSegmenter:
         for canvas, (_, window, mask) in zip(masks, parts, strict=True):
             canvas[window] = mask
         names = tuple(frame.instance_classes.get(instance, UNKNOWN) for instance, _, _ in parts)
-        return Masks(masks, np.ones(len(parts), np.float32), names)
+        flags = stuff_classes(names) if self.stuff else None
+        return Masks(masks, np.ones(len(parts), np.float32), names, flags)
 
     def _masks(self, index: int, ids: Int32Array) -> Iterator[tuple[int, tuple[slice, slice], BoolArray]]:
         """Instance, window of the image and mask within the window, in order of instance."""

@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import json
 
+import cv2
+import numpy as np
+
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from tests.support.cli import RUN_FILES, listing, razer
 
 
-def test_demo_names_things_of_the_simulated_room(capsys, tmp_path):
+def test_demo_names_things_and_surfaces_and_asks(capsys, tmp_path):
     target = tmp_path / "demo"
     code, out, _ = razer(capsys, "demo", "-o", target, "--frames", 8, "--set", "voxels.voxel_size_m=0.05")
     assert code == 0
     assert "simulator" in out
-    named = {item["class"] for item in json.loads((target / "instances.json").read_text())["instances"]}
+    instances = json.loads((target / "instances.json").read_text())["instances"]
+    named = {item["class"] for item in instances}
     assert len(named - {None}) >= 3
     assert named - {None} <= set(SyntheticRoom(n_frames=1, width=16, height=12).classes.values())
-    assert set(listing(target)) == RUN_FILES
+    assert set(listing(target)) == RUN_FILES | {"demo.png"}
+    surfaces = {item["class"] for item in instances if item.get("stuff")}
+    assert {"wall", "floor"} <= surfaces <= {"wall", "floor", "ceiling"}
+    line = next(line for line in out.splitlines() if line.startswith("surfaces among them (stuff): "))
+    assert all(name in line for name in surfaces)
     answer = next(line for line in out.splitlines() if line.startswith('asked for "something to sit on": '))
     assert any(seat in answer for seat in ("chair", "couch"))
     assert "table" not in answer
+    picture = cv2.imread(str(target / "demo.png")).astype(int)
+    assert picture.shape == (590, 1920, 3)
+    colour = picture.max(axis=2) - picture.min(axis=2)
+    _, by_name, answer = np.split(colour[30:], 3, axis=1)
+    assert (by_name > 60).mean() > 3 * (answer > 60).mean() > 0  # of the answer nothing but seats is coloured

@@ -33,7 +33,17 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
     (line,) = process.stdout.splitlines()
     result = json.loads(line)
     account = {"frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked"}
-    assert set(result) == {"format", "run", "instances", "timings", "rgbd", "rgbd_applied", *account}
+    assert set(result) == {
+        "format",
+        "run",
+        "instances",
+        "timings",
+        "rgbd",
+        "rgbd_applied",
+        "segmenter",
+        "embedder",
+        *account,
+    }
     assert {key: result[key] for key in account} == result["timings"]["account"]
     assert (result["tracked"], result["asked"]) == (1.0, N_FRAMES)
     assert (result["format"], result["run"]) == (1, str(out))
@@ -77,7 +87,8 @@ def test_the_saved_config_is_the_one_that_was_used(finished, recording):
     assert config.voxels.voxel_size_m == 0.05
     assert config.run.device == "cpu"
     given = ["voxels.voxel_size_m=0.05", "run.device=cpu", "input.poses=given", f"input.folder={recording}"]
-    assert config == read_config(None, given, {})
+    models = ["segmenter.name=geometric", "embedder.name=appearance"]  # what "auto" stands for without weights
+    assert config == read_config(None, given + models, {})
 
 
 def test_mesh_and_instances_agree(finished):

@@ -57,7 +57,11 @@ INPUTS = {
         ("good", ("--config", "no-such.toml"), "no-such.toml"),
         ("good", ("--reader", "holograms"), "unknown reader 'holograms'"),
         ("good", ("--segmenter", "psychic"), "unknown segmenter 'psychic'"),
-        ("good", ("--set", "segmenter.options.nonsense=1"), "segmenter 'geometric' does not take"),
+        (
+            "good",
+            ("--segmenter", "geometric", "--set", "segmenter.options.nonsense=1"),
+            "segmenter 'geometric' does not take",
+        ),
         ("good", ("--intrinsics", "1,2"), "intrinsics"),
         ("good", ("--stride", "0"), "input.stride = 0"),
         ("good", ("--start", "5", "--end", "3"), "input.end = 3: should be greater than input.start, 5"),

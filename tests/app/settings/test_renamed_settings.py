@@ -37,7 +37,7 @@ def test_a_former_name_is_refused_with_the_new_one(tmp_path, old):
 
 @pytest.mark.parametrize("old", RENAMED)
 def test_a_run_folder_may_bear_any_former_name(tmp_path, old):
-    assert read_run_config(former_file(tmp_path, old)) == RunConfig()
+    assert read_run_config(former_file(tmp_path, old)) == read_run_config(None)
 
 
 def test_values_move_to_the_new_names(tmp_path):

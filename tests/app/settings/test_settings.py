@@ -77,7 +77,7 @@ def test_later_sources_win(tmp_path):
 def test_values_are_read_as_toml_or_else_as_text(text, value):
     config = read_config(None, [f"segmenter.options.x={text}"], {})
     assert config.segmenter.options == {"x": value}
-    assert config.segmenter.name == "geometric"
+    assert config.segmenter.name == "auto"
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from huggingface_hub import constants, file_download
 
 from app.commands.prepare.models import pull
 from razer.errors import BadInput
-from razer.models import make_segmenter
+from razer.models import EMBEDDERS, SEGMENTERS, make_segmenter
 from razer.models.hub import download
 from razer.models.hub.cache import cached_model
 from razer.models.hub.catalogue import CatalogueEntry, catalogue, entry
@@ -190,7 +190,7 @@ def test_ctrl_c_keeps_what_came(hub: Hub, monkeypatch: pytest.MonkeyPatch, capsy
         target.write(WEIGHTS[:10_000])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("app.commands.prepare.models.entry", lambda name: ONE)
+    monkeypatch.setattr("app.commands.prepare.models.entries_of", lambda name: (ONE,))
     with monkeypatch.context() as during:
         during.setattr(download, "http_get", stopped)
         assert pull("one") == 130
@@ -279,6 +279,9 @@ def test_every_entry_is_complete() -> None:
         assert each.megabytes > 0
         assert each.about
         assert "AGPL" not in each.licence or each.accept
+        assert each.page == f"https://huggingface.co/{each.repo}"
+        assert each.part in (SEGMENTERS if each.task == "segmenter" else EMBEDDERS)
+        assert each.needs in ("", "transformers", "tokenizers")
 
 
 def test_a_misspelt_name_is_refused_with_the_nearest() -> None:

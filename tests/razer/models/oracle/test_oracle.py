@@ -60,6 +60,17 @@ def test_without_noise_masks_are_the_ids() -> None:
     assert masks.scores.tolist() == [1.0] * 8
 
 
+def test_surfaces_are_flagged_as_stuff_where_that_is_asked_for() -> None:
+    frame = frame_of(grid(1, 3, 12))
+    frame.instance_classes.update({1: "wall", 2: "chair", 3: "floor"})
+    assert OracleSegmenter().segment(frame).stuff is None
+    masks = OracleSegmenter(stuff=True).segment(frame)
+    assert masks.class_names == ("wall", "chair", "floor")
+    assert masks.is_stuff.tolist() == [True, False, True]
+    with pytest.raises(BadInput, match="has its own errors and stuff"):
+        OracleSegmenter(stuff=True, profile="panoptic")
+
+
 def test_no_instance_in_view_gives_no_masks() -> None:
     assert len(OracleSegmenter("full").segment(frame_of(np.zeros((6, 8), np.int32)))) == 0
 

@@ -1,0 +1,1 @@
+"""Instance segmentation by RF-DETR models in ONNX format."""
