@@ -32,15 +32,15 @@ class SurfaceSegmentationSettings(Settings):
         "smaller segments; lower: things that touch are merged. From 0.55 to 0.7 AP50 is the same within 0.02.",
     )
     min_area_m2: float = Field(
-        0.004,
+        0.008,
         ge=0,
-        description="Least surface of a thing, square metres; a cup has 0.02. Larger: fewer specks, small things are "
-        "lost to what they stand on.",
+        description="Least surface of a thing, square metres; a cup has 0.02, of which half may be "
+        "seen. Larger: fewer specks along creases, and small things are lost.",
     )
     min_score: float = Field(
         0.15,
         ge=0,
         le=1,
         description="Least score of a thing, the probability that it is a whole one; what is below is nobody's. "
-        "Higher: fewer fragments, and things are lost. At 0.15 two of three fragments are gone, 95 % of the surface stays.",
+        "Higher: fewer fragments, and things are lost. At 0.15 most fragments go, and 95 % of the surface stays.",
     )
