@@ -36,8 +36,8 @@ MAIN_LIST = ""
 class InstanceResult:
     """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
     named: whether any prediction has an evaluated class. account: what became of each prediction; confidences, by id,
-    None where it has none. views: of each true instance that counts, None where not known. groups: class name -> split of the
-    vocabulary."""
+    None where it has none. views: of each true instance that counts, None where not known. groups: class name -> split
+    of the vocabulary."""
 
     agnostic: SceneOutcomes
     aware: Mapping[str, SceneOutcomes] | None
