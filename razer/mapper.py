@@ -13,7 +13,7 @@ from razer.config import MapperConfig
 from razer.detection.perception import Observation, Perception
 from razer.errors import BadInput
 from razer.frame import Frame
-from razer.models import Embedder, Segmenter, unrelated_cosine
+from razer.models import Embedder, Segmenter, prefers_fused_surface, unrelated_cosine
 from razer.models.model_choice import choose_models
 from razer.panoptic_map import PanopticMap
 from razer.query.text_queries import TextQueryEncoder
@@ -24,6 +24,7 @@ from razer.similarity.similarity_scale import SimilarityScale
 from razer.stages import stage
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
+from razer.surface_segmentation.segmented_map import segmented_map
 from razer.tracking.panoptic_integrator import PanopticIntegrator
 from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
@@ -112,11 +113,15 @@ class Mapper:
 
     def finish(self) -> PanopticMap:
         """Catch up with corrected poses, and a last pass over the tracks; after it labels are settled and boxes are
-        fresh. The finished map."""
+        fresh. The finished map; its instances are segments of its surface where `surface_segmentation` says so."""
         for _ in self.catch_up():
             pass
         self._integrator.finish(spare_confirmed=self._is_behind)
-        return self.snapshot()
+        panoptic, settings = self.snapshot(), self.config.surface_segmentation
+        if settings.use == "never" or (settings.use == "auto" and not prefers_fused_surface(self.perception.segmenter)):
+            return panoptic
+        voxel_size_m, newest_id = self.config.voxels.voxel_size_m, self.tracker.newest_id
+        return segmented_map(panoptic, settings, voxel_size_m=voxel_size_m, newest_id=newest_id)
 
     @property
     def _is_behind(self) -> bool:

@@ -53,8 +53,8 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     print_model_note(note, console)
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
-        _, recorder, _ = map_sequence(sequence, config, mapper, timeline, console, warp)
-        timeline.finish(mapper, mapper.snapshot())
+        _, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
+        timeline.finish(panoptic)
         timings = recorder.timings()
     n_blocks = mapper.voxels.n_blocks
     del mapper

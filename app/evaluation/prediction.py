@@ -77,7 +77,9 @@ def _of_run(
 ) -> PredictedScene:
     panoptic, config = open_map(folder, trust=trust)
     own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
-    needs_text = naming == "text" or (naming == "auto" and not own)
+    # Structure bears names where nothing else does: they say nothing about things.
+    has_named_things = any(o.class_name and not o.is_stuff for o in panoptic.objects)
+    needs_text = naming == "text" or (naming == "auto" and not has_named_things)
     by_text = _by_text(panoptic, class_names, template) if needs_text else None
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text encoder; use --names run")
@@ -86,7 +88,7 @@ def _of_run(
         instances=panoptic.mesh.instances,
         triangles=panoptic.mesh.triangles,
         scores={o.id: o.score for o in panoptic.objects},
-        class_names=own if by_text is None else by_text,
+        class_names=own if by_text is None else by_text if naming == "text" else by_text | own,
         trajectory=None if (own_poses := run_poses(folder)) is None else own_poses[0],
         own_frame=config.input.poses == "slam",
     )

@@ -77,7 +77,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
-            timeline.finish(mapper, panoptic)
+            timeline.finish(panoptic)
         save_run(folder, config, sequence.name, mapper, panoptic, accounting)
         save_camera(folder, sequence.intrinsics)
         save_registration(folder, registration)

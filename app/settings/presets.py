@@ -32,6 +32,7 @@ DEPARTURES: Mapping[str, Mapping[str, Any]] = {
     "map: no carving": {"voxels.carve_every": 0},
     "mesh: label of the nearest voxel": {"voxels.vertex_labels": "voxel"},
     "mesh: seams left": {"voxels.seam_rings": 0},
+    "mesh: surface not segmented": {"surface_segmentation.use": "never"},
 }
 PAPER: Mapping[str, Any] = {name: value for changes in DEPARTURES.values() for name, value in changes.items()}
 PRESETS: Mapping[str, Mapping[str, Any]] = {"paper": PAPER}

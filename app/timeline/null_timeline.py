@@ -35,7 +35,7 @@ class NullTimeline:
     def skipped(self, frame_index: int, reason: str) -> None:
         """Nothing."""
 
-    def finish(self, mapper: Mapper, panoptic: PanopticMap) -> None:
+    def finish(self, panoptic: PanopticMap) -> None:
         """Nothing."""
 
     def close(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +35,11 @@ from app.timeline.pose_estimation_log import PoseEstimationLog
 from app.timeline.rerun_log import RerunLog, run_layout
 from razer.arrays import Float64Array, Pose
 from razer.frame import Frame, Intrinsics
+from razer.map_object import MapObject
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
+from razer.tracking.track import Track
 from razer.volume.mesh_extraction import extract_points
 from slam.report import PoseReport
 
@@ -132,10 +134,10 @@ class Timeline:
         self._start_frame(frame_index)
         self._log.event(EVENTS, f"skipped frame {frame_index}: {reason}", "WARN")
 
-    def finish(self, mapper: Mapper, panoptic: PanopticMap) -> None:
+    def finish(self, panoptic: PanopticMap) -> None:
         """Log the finished map in place of the points, and open the recording on an overview of it."""
         self._start_frame(self._last_index + 1)
-        self._log_boxes(mapper, always=True)
+        self._log_instances(panoptic.objects)
         mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
         if not len(mesh.vertices):
             return
@@ -180,16 +182,18 @@ class Timeline:
         self._named_ids = min((highest // NAMED_IDS + 1) * NAMED_IDS, MAX_IDS)
         self._log.name_ids(WORLD, instance_colors(np.arange(self._named_ids)))
 
-    def _log_boxes(self, mapper: Mapper, always: bool = False) -> None:
-        if not (always or self._due(self._config.boxes_every)):
+    def _log_boxes(self, mapper: Mapper) -> None:
+        if not self._due(self._config.boxes_every):
             return
-        tracks = [track for track in mapper.tracks if track.confirmed]
-        if not tracks:
+        self._log_instances([track for track in mapper.tracks if track.confirmed])
+
+    def _log_instances(self, instances: Sequence[Track | MapObject]) -> None:
+        if not instances:
             self._log.clear(BOXES, recursive=False)
             return
-        colors = instance_colors(np.array([track.id for track in tracks]))
-        labels = [f"#{track.id} {track.class_name or ''}".rstrip() for track in tracks]
-        self._log.boxes(BOXES, [track.box for track in tracks], colors, labels)
+        colors = instance_colors(np.array([item.id for item in instances]))
+        labels = [f"#{item.id} {item.class_name or ''}".rstrip() for item in instances]
+        self._log.boxes(BOXES, [item.box for item in instances], colors, labels)
 
     def _log_events(self, step: StepResult) -> None:
         for event in step_events(step):

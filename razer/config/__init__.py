@@ -9,6 +9,7 @@ from razer.config.bank import BankSettings
 from razer.config.lifting import LiftingSettings, MaskSettings
 from razer.config.maintenance import MaintenanceSettings
 from razer.config.reintegration import ReintegrationSettings
+from razer.config.surface_segmentation import SurfaceSegmentationSettings
 from razer.config.volume import VoxelSettings
 from razer.plugins import EmbedderSettings, SegmenterSettings
 from razer.settings import Settings
@@ -21,6 +22,7 @@ __all__ = [
     "MapperConfig",
     "MaskSettings",
     "ReintegrationSettings",
+    "SurfaceSegmentationSettings",
     "VoxelSettings",
 ]
 
@@ -37,6 +39,7 @@ class MapperConfig(Settings):
     bank: BankSettings = BankSettings()
     maintenance: MaintenanceSettings = MaintenanceSettings()
     reintegration: ReintegrationSettings = ReintegrationSettings()
+    surface_segmentation: SurfaceSegmentationSettings = SurfaceSegmentationSettings()
     segmenter: SegmenterSettings = SegmenterSettings()
     embedder: EmbedderSettings = EmbedderSettings()
 

@@ -93,3 +93,9 @@ def embedder_of(settings: EmbedderSettings) -> Embedder:
 def unrelated_cosine(embedder: Embedder) -> float:
     """The cosine that vectors of unlike objects have in the embedder's space: its `unrelated_cosine`, else 0."""
     return float(getattr(embedder, "unrelated_cosine", 0.0))
+
+
+def prefers_fused_surface(segmenter: Segmenter) -> bool:
+    """Whether the surface of the finished map shows a segmenter what single frames do not: its `prefers_fused_surface`,
+    else no."""
+    return bool(getattr(segmenter, "prefers_fused_surface", False))

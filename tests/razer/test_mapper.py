@@ -8,11 +8,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from data_tools import open_sequence
-from razer.config import MapperConfig
+from razer.config import MapperConfig, SurfaceSegmentationSettings
 from razer.errors import UnusableFrame
 from razer.geometry import back_project, transform_points
 from razer.mapper import Mapper
 from razer.models import make_embedder, make_segmenter
+from razer.surface_segmentation.segmented_map import segmented_map
 
 LARGE_CELLS = 20  # smaller pieces of the geometric segmenter come and go from frame to frame
 
@@ -75,6 +76,20 @@ def test_a_kitchen_is_claimed_by_some_dozens_of_instances_none_of_them_a_whole_r
     assert 2.0 < max(np.prod(sorted(o.box.extent)[1:]) for o in panoptic.objects) < 3.5
     # 0.976; 0.933 without assignment, and 0 without votes.
     assert (panoptic.mesh.instances > 0).mean() > 0.95
+
+
+def test_segments_of_a_kitchens_surface_are_its_table_its_floor_and_its_cabinet(kitchen, real_data):
+    mapper, _ = kitchen
+    panoptic = segmented_map(mapper.snapshot(), SurfaceSegmentationSettings(), voxel_size_m=0.02)
+    sequence, tree, owners = open_sequence(real_data / "redkitchen"), cKDTree(panoptic.mesh.vertices), {}
+    for name, (index, polygon) in LARGE_THINGS.items():
+        distances_m, nearest = tree.query(points_under(sequence[index], polygon)[::7])
+        ids, counts = np.unique(panoptic.mesh.instances[nearest[distances_m < 0.05]], return_counts=True)
+        owners[name] = int(ids[counts.argmax()])
+        assert counts.max() > 0.95 * len(distances_m), name
+    names = {item.id: item.class_name for item in panoptic.objects}
+    assert [names[owners[name]] for name in ("table", "floor", "cabinet")] == [None, "floor", None]
+    assert len({*owners.values()}) == 3
 
 
 def test_every_detection_is_accounted_for(kitchen):

@@ -35,9 +35,9 @@ MAIN_LIST = ""
 @dataclass(frozen=True, slots=True)
 class InstanceResult:
     """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
-    named: whether any prediction has a class. account: what became of each prediction; confidences, by id, None where
-    it has none. views: of each true instance that counts, None where not known. groups: class name -> split of the
-    vocabulary."""
+    named: whether any prediction has an evaluated class. account: what became of each prediction; confidences, by id,
+    None where it has none. views: of each true instance that counts, None where not known. groups: class name -> split
+    of the vocabulary."""
 
     agnostic: SceneOutcomes
     aware: Mapping[str, SceneOutcomes] | None
@@ -199,7 +199,7 @@ def _instances(
     return InstanceResult(
         match_scene(scene, overlaps, preset.ap_settings),
         _aware(labels, overlaps, preset) if labels.truth_instance_classes else None,
-        bool(labels.predicted_instance_classes),
+        bool(things),
         summary._replace(duplicates=account.pieces),
         account,
         labels.scores or None,

@@ -49,7 +49,7 @@ class RegionGraph:
             next_pixel = pixel + (down * labels.shape[1] + right)
             pairs.append(np.stack([flat[pixel], flat[next_pixel]], axis=1).astype(np.int64))
             values.append(border.reshape(len(border), -1)[:, pixel].T.astype(np.float64))
-        return cls(sums, *_summed_pairs(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
+        return cls(sums, *summed_pairs(np.concatenate(pairs), np.concatenate(values), n), np.arange(n))
 
     def merged(self, cost: Callable[[RegionGraph], Float64Array]) -> RegionGraph:
         """The graph after merging regions into larger neighbours, each into its cheapest, until no pair's
@@ -68,11 +68,11 @@ class RegionGraph:
         sums[moved] = 0
         pairs = target[self.pairs]
         is_distinct = pairs[:, 0] != pairs[:, 1]
-        summed = _summed_pairs(pairs[is_distinct], self.boundary[is_distinct], len(target))
+        summed = summed_pairs(pairs[is_distinct], self.boundary[is_distinct], len(target))
         return RegionGraph(sums, *summed, target[self.region])
 
 
-def _summed_pairs(pairs: Int64Array, values: Float64Array, n: int) -> tuple[Int64Array, Float64Array]:
+def summed_pairs(pairs: Int64Array, values: Float64Array, n: int) -> tuple[Int64Array, Float64Array]:
     """The distinct unordered pairs, and their values (E, B) summed."""
     keys, index = np.unique(pairs.min(axis=1) * n + pairs.max(axis=1), return_inverse=True)
     sums = np.zeros((len(keys), values.shape[1]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -66,6 +67,8 @@ class GeometricSegmenter:
     colour_weight: float = 0.3
     piece_m: float = 0.2
     min_pixels: int = 200
+
+    prefers_fused_surface: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         for option in fields(self):

@@ -62,7 +62,7 @@ def record(path: Path, config: TimelineConfig, n_frames: int = 4) -> ScriptedMap
     for index in range(n_frames):
         timeline.show(frame(index), mapper.step(index), mapper, {"lift": 2.5, "vote": float(index)})
     timeline.skipped(n_frames, "the depth image is empty")
-    timeline.finish(mapper, SimpleNamespace(mesh=extract_mesh(mapper.voxels)))
+    timeline.finish(SimpleNamespace(objects=mapper.tracks[:1], mesh=extract_mesh(mapper.voxels)))
     timeline.close()
     return mapper
 
@@ -215,7 +215,7 @@ def test_empty_mesh_leaves_the_points(tmp_path):
     timeline.show(frame(0), mapper.step(0), mapper, {})
     none = np.zeros((0, 3), np.int32)
     mesh = LabelledMesh(none.astype(np.float32), none.astype(np.uint8), none[:, 0], none)
-    timeline.finish(mapper, SimpleNamespace(mesh=mesh))
+    timeline.finish(SimpleNamespace(objects=(), mesh=mesh))
     timeline.close()
     recording = chunks_of(tmp_path / "short.rrd")
     assert paths.MESH not in recording
