@@ -13,6 +13,7 @@ from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
+from razer.query.instance_names import InstanceNames
 from razer.query.kinds import NameSet
 from razer.query.naming import name_log_shares, ranked_names, set_shares
 from razer.query.ranking import PRESENT, TextRanking, image_scores
@@ -119,10 +120,24 @@ class PanopticMap:
         return self._answer(scores, rows, threshold, [None] * len(rows))
 
     def ranked_names(self, names: Float32Array) -> IndexArray:
-        """The names, as `text_vectors` (N, D), that suit each instance of `embedding_table`, the best first: their
-        numbers (M, N). Whatever gives instances names asks here. Raises BadInput for vectors of another embedder."""
+        """The names, as `text_vectors` (N, D), that the embeddings of each instance of `embedding_table` suit, the best
+        first: their numbers (M, N). Raises BadInput for vectors of another embedder."""
         self._check(names.shape[1])
         return ranked_names(self.embedding_table, names)
+
+    def name_probabilities(self, names: Sequence[str]) -> Float64Array:
+        """The probability (M, N) that each instance of `embedding_table` is called each of N names, which add up to 1:
+        by what the segmenter called it, from how many sides, and by its embeddings. Whatever gives instances names asks
+        here. Raises BadInput for a name that a table lacks, and for vectors of another embedder."""
+        self._check(self.text_vectors(names[:1]).shape[1])
+        return np.exp(self.instance_names.log_probabilities(names))
+
+    @cached_property
+    def instance_names(self) -> InstanceNames:
+        """What the instances of `embedding_table` may be called; raises BadInput where no embedder is known."""
+        votes = {o.id: o.class_votes for o in self.objects}
+        of_rows = [votes[i] for i in self.embedding_table.ids.tolist()]
+        return InstanceNames(self.embedding_table, of_rows, self._text_queries())
 
     def _guesses(self, rows: IndexArray) -> list[str]:
         """The negative prompt that suits each of some instances best, by their rows in `embedding_table`."""
@@ -193,4 +208,5 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         weights=weights,
         views=track.views,
         is_stuff=track.is_stuff,
+        class_votes=track.class_votes,
     )

@@ -1,0 +1,75 @@
+"""Probability of names: what a segmenter said of an instance and what its embeddings are like, in one currency.
+
+The logarithm of the probability of a name is, but for a constant, the sum of three parts: how often it was said, from
+how many sides; how alike it is to what was said; and how well the embeddings fit it, in units of how much the fits of
+names differ. So no unit of an embedder is left, and three weights are all there is to learn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from razer.arrays import Float32Array, Float64Array
+from razer.query.embedding_table import EmbeddingTable
+from razer.query.naming import name_log_shares
+from razer.query.vote_table import NameList, VoteTable
+
+# What all names of a list together are worth before anything is said, in views: a longer list has no more of it.
+NEVER_SAID_VIEWS = 3.0
+
+
+@dataclass(frozen=True)
+class NameWeights:
+    """Weights of the three parts. Fitted to the names of things of apartments 80 to 82 under errors `detector` by
+    `razer ablate --naming`: docs/queries.md has the figures."""
+
+    said: float = 0.98
+    alike: float = 1.24
+    vectors: float = 1.51
+
+
+@dataclass(frozen=True)
+class NameParts:
+    """For each of M instances and N names: said, the logarithm of how often it was, against never; alike, how much it
+    is like what was said; fit, how well the embeddings fit it."""
+
+    said: Float64Array
+    alike: Float64Array
+    fit: Float64Array
+
+    @classmethod
+    def of(
+        cls, hypotheses: EmbeddingTable, votes: VoteTable, names: NameList, others: Float32Array, by_name: bool = False
+    ) -> NameParts:
+        """The parts for the names of a list.
+
+        Args:
+            hypotheses: embeddings of the instances.
+            votes: for the same instances.
+            names: the list.
+            others: (P, D) unit vectors of names of all kinds, by which cosines are scaled.
+            by_name: whether embeddings are those of the names that were said, and so say nothing more.
+        """
+        never_said = NEVER_SAID_VIEWS / max(len(names.names), 1)
+        fit = _fit(hypotheses, names.vectors, others)
+        if by_name:
+            fit[votes.has_votes] = 0.0
+        return cls(np.log1p(votes.evidence_for(names) / never_said), votes.likeness_to(names, others), fit)
+
+    def log_probabilities(self, weights: NameWeights = NameWeights()) -> Float64Array:
+        """The logarithm (M, N) of the probability of each name of the list; those of an instance add up to 1."""
+        logits = weights.said * self.said + weights.alike * self.alike + weights.vectors * self.fit
+        above = logits - logits.max(axis=1, keepdims=True, initial=-np.inf)
+        log_probability: Float64Array = above - np.log(np.exp(above).sum(axis=1, keepdims=True))
+        return log_probability
+
+
+def _fit(hypotheses: EmbeddingTable, names: Float32Array, others: Float32Array) -> Float64Array:
+    """How well each name fits each instance (M, N), in standard deviations of how well `others` do."""
+    if not len(hypotheses):
+        return np.zeros((0, len(names)))
+    spread = float(np.median(name_log_shares(hypotheses, others).std(axis=1)))
+    fit: Float64Array = name_log_shares(hypotheses, names) / max(spread, 1e-6)
+    return fit
