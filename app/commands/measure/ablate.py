@@ -24,6 +24,7 @@ def ablate(
     exemplars: Path | None = None,
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     queries: Path | None = None,
+    naming: Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True)] = (),
     draws: int = 50,
     json: Flag = False,
 ) -> int:
@@ -51,6 +52,8 @@ def ablate(
     queries:
         Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings; 60 names of
         each draw are in the map, 60 are not.
+    naming:
+        Measure naming instead, on these finished runs of recordings with a truth, and fit its weights to them.
     draws:
         Number of random draws of names for --queries.
     json:
@@ -58,6 +61,8 @@ def ablate(
     """
     if queries is not None:
         return _ablate_queries(queries, draws, json)
+    if naming:
+        return _ablate_naming(naming, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
@@ -105,6 +110,17 @@ def _whole_numbers(option: str, text: str, least: int) -> list[int]:
     if not numbers or min(numbers) < least:
         raise BadInput(f"{option} {text}: give whole numbers from {least} on with commas between, such as 1,2,3")
     return numbers
+
+
+def _ablate_naming(runs: tuple[Path, ...], json: bool) -> int:
+    from app.ablation.naming_ablation import measure_naming, naming_table
+
+    rows = measure_naming(runs)
+    if json:
+        print(dumps({"naming": [str(run) for run in runs], "rules": rows}))
+    else:
+        result_console().print(naming_table(rows))
+    return 0
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:
