@@ -36,13 +36,15 @@ class MapObject:
 class Hit:
     """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
     name. Where the query stood for several names: the one that it was found by (`through`), and the kind that this
-    name belongs to, None if the name itself was asked for ("couch" as "seat")."""
+    name belongs to, None if the name itself was asked for ("couch" as "seat"). runner_up: what else it may be, with
+    the probability of that, if it is within reach."""
 
     object: MapObject
     score: float
     class_guess: str | None
     through: str | None = None
     kind: str | None = None
+    runner_up: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)

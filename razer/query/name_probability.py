@@ -18,6 +18,8 @@ from razer.query.vote_table import NameList, VoteTable
 
 # What all names of a list together are worth before anything is said, in views: a longer list has no more of it.
 NEVER_SAID_VIEWS = 3.0
+# From this share of the best name's probability on, the next best is worth telling.
+WITHIN_REACH = 0.5
 
 
 @dataclass(frozen=True)
@@ -40,22 +42,10 @@ class NameParts:
     fit: Float64Array
 
     @classmethod
-    def of(
-        cls, hypotheses: EmbeddingTable, votes: VoteTable, names: NameList, others: Float32Array, by_name: bool = False
-    ) -> NameParts:
-        """The parts for the names of a list.
-
-        Args:
-            hypotheses: embeddings of the instances.
-            votes: for the same instances.
-            names: the list.
-            others: (P, D) unit vectors of names of all kinds, by which cosines are scaled.
-            by_name: whether embeddings are those of the names that were said, and so say nothing more.
-        """
+    def of(cls, votes: VoteTable, fit: Float64Array, names: NameList, others: Float32Array) -> NameParts:
+        """The parts for the names of a list: fit (M, N), as above; others (P, D), unit vectors of names of all kinds,
+        which the likeness of names is measured by."""
         never_said = NEVER_SAID_VIEWS / max(len(names.names), 1)
-        fit = _fit(hypotheses, names.vectors, others)
-        if by_name:
-            fit[votes.has_votes] = 0.0
         return cls(np.log1p(votes.evidence_for(names) / never_said), votes.likeness_to(names, others), fit)
 
     def log_probabilities(self, weights: NameWeights = NameWeights()) -> Float64Array:
@@ -66,10 +56,7 @@ class NameParts:
         return log_probability
 
 
-def _fit(hypotheses: EmbeddingTable, names: Float32Array, others: Float32Array) -> Float64Array:
-    """How well each name fits each instance (M, N), in standard deviations of how well `others` do."""
-    if not len(hypotheses):
-        return np.zeros((0, len(names)))
-    spread = float(np.median(name_log_shares(hypotheses, others).std(axis=1)))
-    fit: Float64Array = name_log_shares(hypotheses, names) / max(spread, 1e-6)
-    return fit
+def fit_spread(hypotheses: EmbeddingTable, others: Float32Array) -> float:
+    """The unit of fits: how much the logarithms of the shares of names of all kinds (P, D) differ for one instance, as
+    their standard deviation, the median over the instances."""
+    return max(float(np.median(name_log_shares(hypotheses, others).std(axis=1))), 1e-6) if len(hypotheses) else 1.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array
+from razer.arrays import BoolArray, Float32Array, Float64Array
 from razer.class_votes import ClassVote, name_evidence, usual_score
 from razer.query.ranking import SAME_NAME
 
@@ -43,7 +43,7 @@ class VoteTable:
         return cls(NameList(names, stacked), rows.reshape(len(votes), len(names)))
 
     @property
-    def has_votes(self) -> np.ndarray:
+    def has_votes(self) -> BoolArray:
         """Whether anything was said of each instance (M,)."""
         return self.evidence.any(axis=1)
 
@@ -65,11 +65,12 @@ class VoteTable:
         likeness: Float64Array = self.evidence / total @ alike
         return likeness
 
-    def means(self, names: NameList) -> np.ndarray:
+    def means(self, names: NameList) -> BoolArray:
         """Whether each said name means each of N names (K, N): it is the same word, or, where no name of the list is,
         one of the same vector."""
         if not self.said.names:
             return np.zeros((0, len(names.names)), bool)
         same_word = np.array([[said == name for name in names.names] for said in self.said.names])
         same_vector = self.said.vectors @ names.vectors.T > SAME_NAME
-        return same_word | (same_vector & ~same_word.any(axis=1, keepdims=True))
+        means: BoolArray = same_word | (same_vector & ~same_word.any(axis=1, keepdims=True))
+        return means

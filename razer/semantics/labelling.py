@@ -10,10 +10,9 @@ import numpy as np
 from razer.arrays import Int32Array
 from razer.errors import BadInput
 from razer.panoptic_map import PanopticMap
+from razer.query.name_probability import WITHIN_REACH
 from razer.vocabulary import Category, Vocabulary
 from razer.volume.mesh_extraction import LabelledMesh
-
-WITHIN_REACH = 0.5  # of the best class's probability: the next best one is worth telling
 
 
 @dataclass(frozen=True)
