@@ -94,7 +94,9 @@ class LabelledRun:
         console.print(table)
         for label in self.labels:
             if label.is_ambiguous and label.runner_up is not None:
-                either = f"{label.category.name} {label.score:.2f}, or {label.runner_up.name} {label.runner_up_score:.2f}"
+                either = (
+                    f"{label.category.name} {label.score:.2f}, or {label.runner_up.name} {label.runner_up_score:.2f}"
+                )
                 console.print(f"{label.id} is ambiguous: {either}", soft_wrap=True)
         console.print(f"outputs: {self.queryable.folder}", soft_wrap=True)
 

@@ -45,7 +45,8 @@ class VoteTable:
     @property
     def has_votes(self) -> BoolArray:
         """Whether anything was said of each instance (M,)."""
-        return self.evidence.any(axis=1)
+        has_votes: BoolArray = np.any(self.evidence, axis=1)
+        return has_votes
 
     def evidence_for(self, names: NameList) -> Float64Array:
         """How often each of N names, or a synonym of it, was said of each instance, in views (M, N)."""

@@ -45,7 +45,7 @@ def test_more_frames_and_more_sides_are_more_evidence():
         name_evidence(counted(*frames).votes(), 0.8)["bed"]
         for frames in ([("bed", 0)], [("bed", 0)] * 2, [("bed", 0), ("bed", 1)])
     )
-    assert 1 == pytest.approx(one)
+    assert pytest.approx(one) == 1
     assert one < two < sides
     assert name_evidence(counted(*[("bed", 0)] * 1000).votes(), 0.8)["bed"] < 2
 

@@ -190,9 +190,11 @@ def test_an_ambiguous_label_names_the_runner_up():
     panoptic = a_map([(said, between), (sure, looks_like(Table(), "lamp"))])
     categories = [Category(number, word, 0, "", False) for number, word in enumerate(WORDS, start=1)]
     first, second = label(panoptic, categories)
-    assert first.is_ambiguous and {first.category.name, first.runner_up.name} == {"armchair", "couch"}
+    assert first.is_ambiguous
+    assert {first.category.name, first.runner_up.name} == {"armchair", "couch"}
     assert first.score + first.runner_up_score <= 1
-    assert second.category.name == "lamp" and not second.is_ambiguous
+    assert second.category.name == "lamp"
+    assert not second.is_ambiguous
 
 
 def test_a_query_says_what_else_a_hit_may_be():
@@ -201,9 +203,9 @@ def test_a_query_says_what_else_a_hit_may_be():
     panoptic = a_map([(said, between), *((votes((w, 0), (w, 1)), looks_like(Table(), w)) for w in ("lamp", "cup"))])
     armchair, couch = (panoptic.query(name, 0.2).hits[0] for name in ("armchair", "couch"))
     assert armchair.object.id == couch.object.id == 1
-    assert armchair.runner_up[0] == "couch" and couch.runner_up[0] == "armchair"
+    assert (armchair.runner_up[0], couch.runner_up[0]) == ("couch", "armchair")
     assert armchair.score == pytest.approx(couch.runner_up[1], abs=0.02)
     assert armchair.score + armchair.runner_up[1] <= 1
     lamp = panoptic.query("lamp").hits[0]
-    assert lamp.object.id == 2 and lamp.runner_up is None
+    assert (lamp.object.id, lamp.runner_up) == (2, None)
     assert not panoptic.query("window").found
