@@ -153,7 +153,7 @@ class PanopticMap:
         by what the segmenter called it, from how many sides, and by its embeddings. Whatever gives instances names asks
         here. Raises BadInput for a name that a table lacks, and for vectors of another embedder."""
         self._check(self.text_vectors(names[:1]).shape[1])
-        return np.exp(self.instance_names.log_probabilities(names))
+        return np.minimum(np.exp(self.instance_names.log_probabilities(names)), 1.0)
 
     @cached_property
     def instance_names(self) -> InstanceNames:
