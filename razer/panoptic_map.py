@@ -142,12 +142,6 @@ class PanopticMap:
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, [None] * len(rows))
 
-    def ranked_names(self, names: Float32Array) -> IndexArray:
-        """The names, as `text_vectors` (N, D), that the embeddings of each instance of `embedding_table` suit, the best
-        first: their numbers (M, N). Raises BadInput for vectors of another embedder."""
-        self._check(names.shape[1])
-        return ranked_names(self.embedding_table, names)
-
     def name_probabilities(self, names: Sequence[str]) -> Float64Array:
         """The probability (M, N) that each instance of `embedding_table` is called each of N names, which add up to 1:
         by what the segmenter called it, from how many sides, and by its embeddings. Whatever gives instances names asks

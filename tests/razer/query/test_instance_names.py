@@ -11,6 +11,7 @@ from razer.class_votes import ClassVote
 from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
+from razer.query.naming import ranked_names
 from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import best_names, label
 from razer.vocabulary import Category
@@ -179,7 +180,7 @@ def test_without_votes_names_are_those_of_the_embeddings_alone():
     table = Table()
     rng = np.random.default_rng(4)
     panoptic = a_map([((), looks_like(table, WORDS[rng.integers(12)], 0.5, i)) for i in range(9)])
-    order = panoptic.ranked_names(panoptic.text_vectors(WORDS))
+    order = ranked_names(panoptic.embedding_table, panoptic.text_vectors(WORDS))
     assert [WORDS[row[0]] for row in order] == list(best_names(panoptic, WORDS).values())
 
 
