@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from razer.arrays import Float32Array, Float64Array
 from razer.boxes.oriented_box import OrientedBox
+from razer.class_votes import ClassVote
 from razer.detection.best_views import BestView
 
 
@@ -13,7 +14,7 @@ from razer.detection.best_views import BestView
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
     length with weights (J,) adding up to 1; views, the frames that show it best, the best first; is_stuff, whether it
-    is a surface that is not counted, such as a floor."""
+    is a surface that is not counted, such as a floor; class_votes, what it was called from which side."""
 
     id: int
     class_name: str | None
@@ -28,19 +29,22 @@ class MapObject:
     weights: Float64Array
     views: tuple[BestView, ...] = ()
     is_stuff: bool = False
+    class_votes: tuple[ClassVote, ...] = ()
 
 
 @dataclass(frozen=True)
 class Hit:
     """An instance that a query means, with the probability that it does; class_guess, its class or else the nearest
     name. Where the query stood for several names: the one that it was found by (`through`), and the kind that this
-    name belongs to, None if the name itself was asked for ("couch" as "seat")."""
+    name belongs to, None if the name itself was asked for ("couch" as "seat"). runner_up: what else it may be, with
+    the probability of that, if it is within reach."""
 
     object: MapObject
     score: float
     class_guess: str | None
     through: str | None = None
     kind: str | None = None
+    runner_up: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,12 @@ from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
 from razer.query.embedding_table import EmbeddingTable
+from razer.query.instance_names import InstanceNames, NameChances
 from razer.query.kinds import NameSet
 from razer.query.naming import name_log_shares, ranked_names, set_shares
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
+from razer.query.vote_table import NameList
 from razer.storage.map_folder import SavedParts, save_map
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
@@ -75,20 +77,36 @@ class PanopticMap:
         queries = self._text_queries()
         meaning = queries.meaning(text)
         if meaning is None or (queries.knows(text) and self._is_there(text)):
-            return self._query_vector(queries.query_vector(text), threshold)
+            queries.query_vector(text)  # tells of kinds, where the text means nothing
+            return self._query_text(text, threshold)
         return self._query_names(meaning, threshold)
 
-    def _query_vector(self, vector: Float32Array, threshold: float) -> Answer:
-        """The instances that a text's vector (1, D) means."""
+    def _query_text(self, text: str, threshold: float) -> Answer:
+        """The instances that a text means."""
+        scores, chances = self._text_scores(text)
+        rows = _above(scores, threshold)
+        answer = self._answer(scores, rows, threshold, self._guesses(rows))
+        if chances is None:
+            return answer
+        hits = [
+            replace(hit, runner_up=chances.runner_up(row)) for hit, row in zip(answer.hits, rows.tolist(), strict=True)
+        ]
+        return Answer(tuple(hits), threshold)
+
+    def _text_scores(self, text: str) -> tuple[Float64Array, NameChances | None]:
+        """The probability (M,) that each instance is what a text means, by what was said of it where anything was and
+        the text is a name, else by its embeddings alone; and all that competed, None where votes do not bear on it."""
         ranking = self.text_ranking
         if not len(self.embedding_table):
-            return Answer((), threshold)
-        scores = ranking.scores(vector)[:, 0]
-        rows = _above(scores, threshold)
-        return self._answer(scores, rows, threshold, self._guesses(rows))
+            return np.zeros(0), None
+        scores = ranking.scores(self.text_vectors([text]))[:, 0]
+        chances = self.instance_names.asked(text)
+        if chances is not None:
+            scores = np.where(chances.has_votes, chances.probabilities[:, 0], scores)
+        return scores, chances
 
     def _is_there(self, name: str) -> bool:
-        return bool(self.text_ranking.scores(self.text_vectors([name])).max(initial=0.0) >= PRESENT)
+        return bool(self._text_scores(name)[0].max(initial=0.0) >= PRESENT)
 
     def _query_names(self, meaning: NameSet, threshold: float) -> Answer:
         """The instances whose name is one of a set."""
@@ -99,8 +117,14 @@ class PanopticMap:
         # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
         present = ranking.set_scores(choices.vectors[members])
         scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
+        best = name_log_shares(self.embedding_table, choices.vectors)[:, members]
+        chances = self.instance_names.asked_any(NameList([choices.names[i] for i in members], choices.vectors[members]))
+        if chances is not None:
+            voted = chances.has_votes
+            scores = np.where(voted, chances.probabilities.sum(axis=1).clip(max=1), scores)
+            best = np.where(voted[:, None], chances.probabilities, best)
         rows = _above(scores, threshold)
-        best = name_log_shares(self.embedding_table, choices.vectors, rows)[:, members].argmax(axis=1)
+        best = best[rows].argmax(axis=1)
         answer = self._answer(scores, rows, threshold, self._guesses(rows))
         hits = [
             replace(hit, through=choices.names[members[number]], kind=meaning.kinds[number])
@@ -118,11 +142,19 @@ class PanopticMap:
         rows = _above(scores, threshold)
         return self._answer(scores, rows, threshold, [None] * len(rows))
 
-    def ranked_names(self, names: Float32Array) -> IndexArray:
-        """The names, as `text_vectors` (N, D), that suit each instance of `embedding_table`, the best first: their
-        numbers (M, N). Whatever gives instances names asks here. Raises BadInput for vectors of another embedder."""
-        self._check(names.shape[1])
-        return ranked_names(self.embedding_table, names)
+    def name_probabilities(self, names: Sequence[str]) -> Float64Array:
+        """The probability (M, N) that each instance of `embedding_table` is called each of N names, which add up to 1:
+        by what the segmenter called it, from how many sides, and by its embeddings. Whatever gives instances names asks
+        here. Raises BadInput for a name that a table lacks, and for vectors of another embedder."""
+        self._check(self.text_vectors(names[:1]).shape[1])
+        return np.minimum(np.exp(self.instance_names.log_probabilities(names)), 1.0)
+
+    @cached_property
+    def instance_names(self) -> InstanceNames:
+        """What the instances of `embedding_table` may be called; raises BadInput where no embedder is known."""
+        votes = {o.id: o.class_votes for o in self.objects}
+        of_rows = [votes[i] for i in self.embedding_table.ids.tolist()]
+        return InstanceNames(self.embedding_table, of_rows, self._text_queries())
 
     def _guesses(self, rows: IndexArray) -> list[str]:
         """The negative prompt that suits each of some instances best, by their rows in `embedding_table`."""
@@ -193,4 +225,5 @@ def _frozen(track: Track, n_vertices: int) -> MapObject:
         weights=weights,
         views=track.views,
         is_stuff=track.is_stuff,
+        class_votes=track.class_votes,
     )

@@ -22,7 +22,7 @@ from razer.models import TextEncoder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
 from razer.query.text_queries import TextQueryEncoder
-from razer.semantics.labelling import best_names, known_names
+from razer.semantics.labelling import known_names, probable_names
 from razer.storage.file_names import is_map_folder
 
 Naming = Literal["auto", "run", "text"]
@@ -80,7 +80,8 @@ def _of_run(
     # Structure bears names where nothing else does: they say nothing about things.
     has_named_things = any(o.class_name and not o.is_stuff for o in panoptic.objects)
     needs_text = naming == "text" or (naming == "auto" and not has_named_things)
-    by_text = _by_text(panoptic, class_names, template) if needs_text else None
+    named = _by_text(panoptic, class_names, template) if needs_text else None
+    by_text = None if named is None else {i: name for i, (name, _) in named.items()}
     if naming == "text" and by_text is None:
         raise BadInput(f"--names text: the embedder of {folder} has no text encoder; use --names run")
     return PredictedScene(
@@ -89,14 +90,19 @@ def _of_run(
         triangles=panoptic.mesh.triangles,
         scores={o.id: o.score for o in panoptic.objects},
         class_names=own if by_text is None else by_text if naming == "text" else by_text | own,
+        name_probabilities={
+            i: probability for i, (_, probability) in (named or {}).items() if naming == "text" or i not in own
+        },
         trajectory=None if (own_poses := run_poses(folder)) is None else own_poses[0],
         own_frame=config.input.poses == "slam",
     )
 
 
-def _by_text(panoptic: PanopticMap, class_names: Sequence[str], template: str | None) -> dict[int, str] | None:
-    """The class that `razer label` would choose among those of the truth, by instance; None where the embedder knows
-    no text. template: the only prompt, instead of those of `razer query`."""
+def _by_text(
+    panoptic: PanopticMap, class_names: Sequence[str], template: str | None
+) -> dict[int, tuple[str, float]] | None:
+    """The class that `razer label` would choose among those of the truth, and its probability, by instance; None where
+    the embedder knows no text. template: the only prompt, instead of those of `razer query`."""
     assert panoptic.text_queries is not None
     embedder = panoptic.text_queries.embedder
     if not isinstance(embedder, TextEncoder):
@@ -106,7 +112,7 @@ def _by_text(panoptic: PanopticMap, class_names: Sequence[str], template: str | 
     known = known_names(panoptic, class_names, "of the truth")
     if n_unknown := len(class_names) - len(known):
         print_notes([f"the embedder does not know {n_unknown} of the truth's {len(class_names)} names: left out"])
-    return best_names(panoptic, known)
+    return probable_names(panoptic, known)
 
 
 def _of_submission(path: Path, numbers: ClassNumbers, n_vertices: int) -> PredictedScene:

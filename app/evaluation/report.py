@@ -66,11 +66,21 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
     if result.calibration is not None:
         error = format_number(result.calibration["ece"])
         console.print(f"confidences differ from the share that is right by {error} on average (ECE)", soft_wrap=True)
+    _print_naming(result.naming, console)
     _print_ids(result, console)
     _print_classes(result, console)
     _print_worst(result, console)
     if pictures is not None:
         console.print(f"pictures: {pictures}", soft_wrap=True)
+
+
+def _print_naming(naming: Mapping[str, Any] | None, console: Console) -> None:
+    if naming is None:
+        return
+    error = naming["ece"]
+    calibrated = "" if error is None else f"; their probabilities are off by {format_number(error)} on average (ECE)"
+    words = f"names of matched instances: {format_number(naming['accuracy'])} of {naming['n']} right{calibrated}"
+    console.print(words, soft_wrap=True)
 
 
 def counts_in_words(result: Evaluation) -> str:

@@ -28,6 +28,8 @@ def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
         "class": hit.class_guess,
         "through": hit.through,
         "kind": hit.kind,
+        "runner_up": hit.runner_up and hit.runner_up[0],
+        "runner_up_score": hit.runner_up and round(hit.runner_up[1], 4),
         **box_entry(hit.object.box),
         "best_frames": crops.of(hit.object) if crops else [],
     }
@@ -64,4 +66,5 @@ def _row(hit: dict[str, Any], by_kind: bool) -> tuple[str, ...]:
     size = " x ".join(f"{value:.2f}" for value in sorted(hit["extent"], reverse=True))
     frames = ", ".join(str(frame["frame"]) for frame in hit["best_frames"])
     found_as = [", as ".join(filter(None, (hit["through"], hit["kind"])))] if by_kind else []
-    return str(hit["id"]), f"{hit['score']:.2f}", hit["class"] or "-", *found_as, centre, size, frames
+    runner_up = f", or {hit['runner_up']} {hit['runner_up_score']:.2f}" if hit["runner_up"] else ""
+    return str(hit["id"]), f"{hit['score']:.2f}", f"{hit['class'] or '-'}{runner_up}", *found_as, centre, size, frames

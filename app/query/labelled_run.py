@@ -72,6 +72,7 @@ class LabelledRun:
                 "class": label.category.name,
                 "score": round(label.score, 4),
                 "runner_up": label.runner_up.name if label.runner_up else None,
+                "runner_up_score": round(label.runner_up_score, 4) if label.runner_up else None,
             }
             for label in self.labels
         ]
@@ -80,7 +81,7 @@ class LabelledRun:
         return {"vocabulary": self.vocabulary, "instances": instances, "stuff": stuff}
 
     def report(self) -> None:
-        """Print the number of instances of each class, and where the files lie."""
+        """Print the number of instances of each class, which of them are ambiguous, and where the files lie."""
         table = Table()
         table.add_column("class")
         table.add_column("instances", justify="right")
@@ -91,6 +92,12 @@ class LabelledRun:
             table.add_row(name, str(count), ids)
         console = result_console()
         console.print(table)
+        for label in self.labels:
+            if label.is_ambiguous and label.runner_up is not None:
+                either = (
+                    f"{label.category.name} {label.score:.2f}, or {label.runner_up.name} {label.runner_up_score:.2f}"
+                )
+                console.print(f"{label.id} is ambiguous: {either}", soft_wrap=True)
         console.print(f"outputs: {self.queryable.folder}", soft_wrap=True)
 
     def _mesh(self) -> LabelledMesh:

@@ -17,6 +17,7 @@ from razer.detection.best_views import Region
 from razer.detection.dbscan import cluster
 from razer.detection.detection_parts import cluster_parts, fit_box
 from razer.detection.observed_surface import ObservedSurface
+from razer.detection.view_sector import view_sector
 from razer.frame import Frame, Masks
 
 REFERENCE_PIXELS = 640 * 480
@@ -27,7 +28,8 @@ CUT_DOUBT = 0.75  # how much less a view is trusted that the image border cuts a
 class Detection:
     """One cluster of one mask: mask, index into the frame's masks; cells (n,), rows of the observed cells;
     pixels (p,), indices of the observed surface's readings; quality in [0, 1], how far its embedding is to be trusted;
-    region, where the image shows it, None where that is not known."""
+    region, where the image shows it, None where that is not known; sector, from which side it is seen
+    (`razer.detection.view_sector`)."""
 
     mask: int
     cells: Int32Array
@@ -40,6 +42,7 @@ class Detection:
     class_name: str | None
     region: Region | None = None
     is_stuff: bool = False
+    sector: int = 0
 
     @property
     def n_cells(self) -> int:
@@ -203,6 +206,7 @@ def _detection(
         class_name=None if masks.class_names is None else masks.class_names[mask] or None,
         region=Region.of(rows, columns, surface.depth.shape, surface.stride),
         is_stuff=bool(masks.is_stuff[mask]),
+        sector=view_sector(moments.mean, surface.world_from_camera[:3, 3]),
     )
 
 

@@ -67,7 +67,8 @@ class PredictedScene:
     labels on the truth's vertices: vertices None, instances (V,) and/or classes (V,);
     masks on the truth's vertices: masks, instance id -> vertex numbers (M,) or truth values (V,), which may overlap.
 
-    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids, empty for none.
+    Instance ids are >= 1, 0 is none. scores: of the ids (1 where missing). class_names: of the ids, empty for none;
+    name_probabilities, where they are known.
     classes: semantic classes per vertex, 0 for none, named by vertex_class_names; where None, each vertex has the class
     of its instance. names_of_truth: class names given to the truth's own masks, by true instance id (retrieval i).
     own_frame: whether the surface lies in the frame of the estimated trajectory, so that it has to be moved first, by
@@ -88,6 +89,7 @@ class PredictedScene:
     own_frame: bool = False
     views_of_truth: Callable[[FloatArray], Mapping[int, int]] | None = None
     relations: Sequence[tuple[int, str, int]] | None = None
+    name_probabilities: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         labels = [part for part in (self.instances, self.classes) if part is not None]

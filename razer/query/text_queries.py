@@ -64,6 +64,11 @@ class TextQueryEncoder:
         """Whether only the names of a table are known, whose vectors are at hand."""
         return isinstance(self.text_encoder, NameTable) and not getattr(self.text_encoder, "takes_any_name", False)
 
+    @property
+    def embeds_names(self) -> bool:
+        """Whether the vectors of masks are those of their names, and so say what these say once more."""
+        return bool(getattr(self.embedder, "embeds_names", False))
+
     def vectors(self, texts: Sequence[str]) -> Float32Array:
         """Unit vectors (N, D) of texts; raises BadInput for a text that a table of names does not have."""
         side = self.text_encoder

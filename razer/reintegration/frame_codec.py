@@ -24,6 +24,7 @@ from razer.detection.detection_parts import fit_box
 from razer.detection.lifting import Detection, Lifted, occupied_cells
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
+from razer.detection.view_sector import view_sector
 from razer.frame import Frame, Intrinsics
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
@@ -145,6 +146,7 @@ def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -
             class_name,
             region,
             is_stuff,
+            view_sector(moments.mean, surface.world_from_camera[:3, 3]),
         )
         detections.append(Detection(*fields))
     masks = np.array([mask for mask, *_ in kept.properties], np.int32)

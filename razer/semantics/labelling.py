@@ -10,18 +10,26 @@ import numpy as np
 from razer.arrays import Int32Array
 from razer.errors import BadInput
 from razer.panoptic_map import PanopticMap
+from razer.query.name_probability import WITHIN_REACH
 from razer.vocabulary import Category, Vocabulary
 from razer.volume.mesh_extraction import LabelledMesh
 
 
 @dataclass(frozen=True)
 class Label:
-    """The class of an instance, the probability that its name fits, and the next best class, if there are two."""
+    """The class of an instance, the probability that it is this one of the classes given, and the next best class with
+    its probability, if there are two."""
 
     id: int
     category: Category
     score: float
     runner_up: Category | None
+    runner_up_score: float = 0.0
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether the next best class is within reach."""
+        return self.runner_up is not None and self.runner_up_score >= WITHIN_REACH * self.score
 
 
 @dataclass(frozen=True)
@@ -52,24 +60,32 @@ def known_names(panoptic: PanopticMap, names: Sequence[str], whose: str) -> list
 
 def label(panoptic: PanopticMap, categories: list[Category]) -> list[Label]:
     """The best of the given classes for each instance that has an embedding, by id. Raises BadInput."""
-    texts = panoptic.text_vectors([category.name for category in categories])
-    order = panoptic.ranked_names(texts)
-    if not len(order):
+    if not len(panoptic.embedding_table):
         return []
-    scores = panoptic.text_ranking.scores(texts)
+    chances = panoptic.name_probabilities([category.name for category in categories])
+    order = np.argsort(-chances, axis=1, kind="stable")
     labels = []
     for row, instance in enumerate(panoptic.embedding_table.ids.tolist()):
         best, *others = order[row, :2].tolist()
-        second = categories[others[0]] if others else None
-        labels.append(Label(instance, categories[best], float(scores[row, best]), second))
+        chance, *second = chances[row, order[row, :2]].tolist()
+        runner_up = (categories[others[0]], second[0]) if others else (None, 0.0)
+        labels.append(Label(instance, categories[best], chance, *runner_up))
     return sorted(labels, key=lambda label: label.id)
 
 
 def best_names(panoptic: PanopticMap, names: Sequence[str]) -> dict[int, str]:
-    """The name that `label` gives each instance that has an embedding, by id, without the probability that it fits,
-    which needs the negative prompts. Raises BadInput."""
-    order = panoptic.ranked_names(panoptic.text_vectors(names))
-    return {int(i): names[int(row[0])] for i, row in zip(panoptic.embedding_table.ids, order, strict=True)}
+    """The name that `label` gives each instance that has an embedding, by id. Raises BadInput."""
+    return {i: name for i, (name, _) in probable_names(panoptic, names).items()}
+
+
+def probable_names(panoptic: PanopticMap, names: Sequence[str]) -> dict[int, tuple[str, float]]:
+    """The name that `label` gives each instance that has an embedding, with its probability, by id. Raises BadInput."""
+    ids = panoptic.embedding_table.ids.tolist()
+    if not ids:
+        return {}
+    chances = panoptic.name_probabilities(names)
+    best = chances.argmax(axis=1).tolist()
+    return {i: (names[k], float(row[k])) for i, k, row in zip(ids, best, chances, strict=True)}
 
 
 def segments(labels: list[Label]) -> list[Segment]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, FloatArray
 from razer.boxes.oriented_box import OrientedBox
+from razer.class_votes import ClassVote
 from razer.detection.best_views import BestView, Region
 from razer.map_object import MapObject
 
@@ -79,7 +80,15 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
         weights=np.zeros(0),
         views=tuple(_view(view) for view in entry.get("best_views", ())),
         is_stuff=bool(entry.get("stuff", False)),
+        class_votes=tuple(_vote(vote) for vote in entry.get("class_votes", ())),
     )
+
+
+def _vote(entry: Mapping[str, Any]) -> ClassVote:
+    frames, weight, score = int(entry["frames"]), float(entry["weight"]), float(entry["score"])
+    if not isinstance(entry["class"], str) or frames < 1 or not 0 <= weight < np.inf or not abs(score) < np.inf:
+        raise ValueError(f"{dict(entry)} is no vote for a class")
+    return ClassVote(entry["class"], int(entry["sector"]), frames, weight, score)
 
 
 def _view(entry: Mapping[str, Any]) -> BestView:
@@ -100,7 +109,18 @@ def _instance_entry(item: MapObject, stamps: Mapping[int, float]) -> dict[str, o
         "observations": item.observations,
         "first_frame": item.first_frame,
         "last_frame": item.last_frame,
+        **({"class_votes": [_vote_entry(vote) for vote in item.class_votes]} if item.class_votes else {}),
         "best_views": [_view_entry(view, stamps.get(view.frame, view.stamp)) for view in item.views],
+    }
+
+
+def _vote_entry(vote: ClassVote) -> dict[str, object]:
+    return {
+        "class": vote.name,
+        "sector": vote.sector,
+        "frames": vote.frames,
+        "weight": round(vote.weight, 4),
+        "score": round(vote.score, 4),
     }
 
 

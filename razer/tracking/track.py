@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-
 import numpy as np
 
 from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.class_votes import ClassVote, VoteCount, best_name
 from razer.config import BankSettings, MaintenanceSettings
 from razer.detection.best_views import BestView, best_views
 from razer.detection.lifting import Detection
@@ -60,15 +59,19 @@ class Track:
         self._rivalry = 0.0
         self._settings = maintenance
         self._typical_cells = float(detection.n_cells)
-        self._class_votes: dict[str, float] = defaultdict(float)
+        self._votes = VoteCount()
         self.observe(detection, frame_index, 1.0)
 
     @property
     def class_name(self) -> str | None:
-        """The name that the best observations carried, if the models name what they find: each counts by the quality of
-        the view, and by how far its embedding agrees with those before."""
-        best = min(self._class_votes.items(), key=lambda item: (-item[1], item[0]), default=None)
-        return best[0] if best else None
+        """The name that the best observations carried, if the models name what they find: by sides and scores, each by
+        the quality of the view, and by how far its embedding agrees with those before (`razer.class_votes`)."""
+        return best_name(self.class_votes)
+
+    @property
+    def class_votes(self) -> tuple[ClassVote, ...]:
+        """What it was called, from which side."""
+        return self._votes.votes()
 
     @property
     def confirmed(self) -> bool:
@@ -105,7 +108,8 @@ class Track:
         if detection.region is not None:
             self.views = best_views([*self.views, BestView(frame_index, detection.region)])
         if detection.class_name is not None:
-            self._class_votes[detection.class_name] += detection.quality * looks_like_itself
+            weight = detection.quality * looks_like_itself
+            self._votes.add(detection.class_name, detection.sector, weight, detection.score)
 
     def count_hit(self, score: float, novelty: float) -> None:
         """Note a later frame in which it was detected; an unsure detection is in part a miss."""
@@ -140,8 +144,7 @@ class Track:
         self.existence.absorb(other.existence)
         self.n_voxels += other.n_voxels
         self.views = best_views([*self.views, *other.views])
-        for name, weight in other._class_votes.items():
-            self._class_votes[name] += weight
+        self._votes.absorb(other._votes)
 
     def _grow(self, other: OrientedBox) -> None:
         """Renew the box after the moments: where they are sums it follows from them, else it holds the other too."""

@@ -33,6 +33,7 @@ def test_a_run_of_format_1_opens():
     saved = razer.load_map(FORMAT_1)
     assert [(o.id, o.class_name) for o in saved.objects][:4] == [(4, "chair"), (5, "chair"), (7, "chair"), (8, "table")]
     assert len(saved.objects) == 9
+    assert {o.class_votes for o in saved.objects} == {()}  # there were none then
     assert saved.mesh.vertices.shape == (117, 3)
     np.testing.assert_allclose(saved.up, [0, 0, 1], atol=0.01)
     assert saved.volume.n_blocks == 13

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,20 @@ from app.settings.oracle_options import OracleErrors, OracleOptions, oracle_opti
 from razer.errors import BadInput
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OtherAblations:
+    """What is measured instead of maps."""
+
+    queries: Path | None = None
+    """Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings; 60 names of each
+    draw are in the map, 60 are not."""
+    draws: int = 50
+    """Number of random draws of names for --queries."""
+    naming: Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True)] = ()
+    """Measure naming instead, on these finished runs of recordings with a truth, and fit its weights to them."""
+
+
 def ablate(
     *,
     scene: str = "apartment",
@@ -23,8 +38,7 @@ def ablate(
     noise: OracleErrors = "full",
     exemplars: Path | None = None,
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
-    queries: Path | None = None,
-    draws: int = 50,
+    instead: OtherAblations = OtherAblations(),
     json: Flag = False,
 ) -> int:
     """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
@@ -48,16 +62,13 @@ def ablate(
         An npz as --queries takes: embeddings of masks are those of images in it, with CLIP's errors.
     variants:
         Only these variants.
-    queries:
-        Measure retrieval by text instead, on this npz with names, synonyms, text and image embeddings; 60 names of
-        each draw are in the map, 60 are not.
-    draws:
-        Number of random draws of names for --queries.
     json:
         One line of JSON.
     """
-    if queries is not None:
-        return _ablate_queries(queries, draws, json)
+    if instead.queries is not None:
+        return _ablate_queries(instead.queries, instead.draws, json)
+    if instead.naming:
+        return _ablate_naming(instead.naming, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
@@ -105,6 +116,17 @@ def _whole_numbers(option: str, text: str, least: int) -> list[int]:
     if not numbers or min(numbers) < least:
         raise BadInput(f"{option} {text}: give whole numbers from {least} on with commas between, such as 1,2,3")
     return numbers
+
+
+def _ablate_naming(runs: tuple[Path, ...], json: bool) -> int:
+    from app.ablation.naming_ablation import measure_naming, naming_table
+
+    rows = measure_naming(runs)
+    if json:
+        print(dumps({"naming": [str(run) for run in runs], "rules": rows}))
+    else:
+        result_console().print(naming_table(rows))
+    return 0
 
 
 def _ablate_queries(path: Path, draws: int, json: bool) -> int:

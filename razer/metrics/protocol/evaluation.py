@@ -28,8 +28,8 @@ class Evaluation:
     duplicates, missed, n_...: instances, regardless of class, at an overlap of 0.5; n_true (also n_truth) = n_matched
     + missed; n_predicted = n_matched + duplicates + n_parts + n_uncounted + n_invented, as in `PredictionAccount`;
     n_judged = n_predicted - n_uncounted.
-    recall_by_views, calibration: of the same matches. curves: precision over recall at 0.5 by class, "any" for all
-    merged. confusion: names (C,), "" for none, and counts, C rows of C, true by predicted class. scenes: the same
+    recall_by_views, calibration, naming: of the same matches. curves: precision over recall at 0.5 by class, "any" for
+    all merged. confusion: names (C,), "" for none, and counts, C rows of C, true by predicted class. scenes: the same
     metrics of each scene, with the ids of matches, duplicates, inventions and misses. warnings: what makes the numbers
     doubtful, in words."""
 
@@ -52,6 +52,7 @@ class Evaluation:
     n_judged: int | None = None
     recall_by_views: Sequence[Metrics] | None = None
     calibration: Metrics | None = None
+    naming: Metrics | None = None
     retrieval: Metrics | None = None
     relations: Metrics | None = None
     confusion: Metrics | None = None
@@ -92,6 +93,7 @@ def _scene_metrics(result: SceneResult, preset: Preset) -> Metrics:
     metrics: dict[str, Any] = {name: _without_tables(getattr(evaluation, name)) for name in _SCENE_METRICS}
     counts = {name: getattr(evaluation, name) for name in _SCENE_COUNTS}
     views = {"recall_by_views": evaluation.recall_by_views, "calibration": evaluation.calibration}
+    views["naming"] = evaluation.naming
     overlap = None if result.overlap is None else result.overlap._asdict()
     return metrics | counts | views | {"overlap": overlap} | _ids(result)
 
@@ -130,6 +132,7 @@ def _summary(results: Sequence[SceneResult], preset: Preset, scenes: Mapping[str
         **instance_aggregation.prediction_counts(instances),
         recall_by_views=instance_aggregation.views_table(instances, max((r.n_frames for r in results), default=0)),
         calibration=instance_aggregation.calibration_of(instances),
+        naming=instance_aggregation.naming_of(instances),
         retrieval=scene_aggregation.retrieval(
             [r.retrieval_given for r in results if r.retrieval_given is not None],
             [r.retrieval_partners for r in results if r.retrieval_partners is not None],

@@ -17,6 +17,7 @@ from razer.metrics.instances.instance_ap import (
     pooled_ap,
     pooled_outcomes,
 )
+from razer.metrics.instances.name_outcomes import naming_metrics
 from razer.metrics.instances.panoptic_quality import PanopticCounts, panoptic_quality
 from razer.metrics.instances.precision_recall import Curve, precision_recall
 from razer.metrics.instances.prediction_account import PredictionAccount
@@ -161,6 +162,13 @@ def calibration_of(results: Sequence[InstanceResult]) -> Metrics | None:
         for number in (*r.account.matched, *r.account.wrong)
     ]
     return calibration(np.array([c for c, _ in pairs], np.float64), np.array([right for _, right in pairs], np.bool_))
+
+
+def naming_of(results: Sequence[InstanceResult]) -> Metrics | None:
+    """Accuracy and calibration of the names of matched instances; None where a prediction names nothing."""
+    if not results or not any(r.named for r in results):
+        return None
+    return naming_metrics([outcome for r in results for outcome in r.names])
 
 
 def views_table(results: Sequence[InstanceResult], n_frames: int) -> list[Metrics] | None:

@@ -18,7 +18,8 @@ from razer.metrics.scene_pair import PredictedScene, TruthScene
 class SceneLabels:
     """V evaluated vertices. truth_instances, truth_classes (V,); predicted_instances as ids or masks, None where the
     prediction has none; predicted_classes (V,), None where it names none; classes are numbers of the table, 0 for none.
-    The classes of true and predicted instances are given by id, the unknown ones left out. scores by predicted id."""
+    The classes of true and predicted instances are given by id, the unknown ones left out. scores, and
+    name_probabilities where they are known, by predicted id."""
 
     table: ClassTable
     truth_instances: Int64Array
@@ -28,6 +29,7 @@ class SceneLabels:
     predicted_classes: Int64Array | None
     predicted_instance_classes: Mapping[int, int]
     scores: Mapping[int, float]
+    name_probabilities: Mapping[int, float]
 
     @property
     def single_instances(self) -> Int64Array:
@@ -64,6 +66,7 @@ def labels_on_truth(truth: TruthScene, predicted: PredictedScene, preset: Preset
         classes,
         own_classes,
         _scores(instances, own_classes, predicted.scores, preset),
+        predicted.name_probabilities,
     )
 
 

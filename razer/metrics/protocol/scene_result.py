@@ -13,6 +13,7 @@ from razer.arrays import Int64Array
 from razer.metrics.instances.instance_ap import Scene, SceneOutcomes, match_scene, scores_of
 from razer.metrics.instances.match_summary import MatchSummary, summarize_matches
 from razer.metrics.instances.matching import Overlaps
+from razer.metrics.instances.name_outcomes import NameOutcome, name_outcomes
 from razer.metrics.instances.panoptic_quality import PanopticCounts, count_segments, merge_stuff
 from razer.metrics.instances.prediction_account import PredictionAccount, account_for
 from razer.metrics.instances.recall_by_views import ViewedInstance
@@ -37,7 +38,7 @@ class InstanceResult:
     """Instances of one scene. agnostic: all classes merged. aware: by list of classes, the preset's own under "".
     named: whether any prediction has an evaluated class. account: what became of each prediction; confidences, by id,
     None where it has none. views: of each true instance that counts, None where not known. groups: class name -> split
-    of the vocabulary."""
+    of the vocabulary. names: of the matches."""
 
     agnostic: SceneOutcomes
     aware: Mapping[str, SceneOutcomes] | None
@@ -52,6 +53,7 @@ class InstanceResult:
     panoptic_aware: Mapping[Any, PanopticCounts] | None
     groups: Mapping[str, str]
     worst: tuple[WorstInstance, ...]
+    names: tuple[NameOutcome, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,6 +218,9 @@ def _instances(
             {i: names[c] for i, c in labels.predicted_instance_classes.items()},
             preset.min_region,
             preset.worst,
+        ),
+        name_outcomes(
+            summary.matches, labels.truth_instance_classes, labels.predicted_instance_classes, labels.name_probabilities
         ),
     )
 

@@ -33,6 +33,8 @@ class NamesEmbedder:
         BadInput: unless there is one of the two sources, and it can be used.
     """
 
+    embeds_names = True  # votes for names say as much
+
     def __init__(
         self,
         table: str | Path | Sequence[str | Path] | None = None,

@@ -75,6 +75,9 @@ def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
     assert 0 <= result["calibration"]["ece"] <= 1
     assert result["n_judged"] == result["n_predicted"] - result["n_uncounted"]
     assert sum(part["n"] for part in result["calibration"]["bins"]) == result["n_judged"]
+    assert result["naming"]["n"] == result["n_matched"]
+    assert result["naming"]["accuracy"] > 0.9
+    assert result["naming"]["ece"] is None  # the run says no probabilities
     assert result["warnings"] == []
     assert sum(part["n"] for part in result["recall_by_views"]) == result["n_true"]
     assert 6 < max(part["views"][1] for part in result["recall_by_views"]) <= 24

@@ -66,7 +66,7 @@ def test_labels_follow_the_contract_and_fill_the_run(capsys, run):
     assert result["vocabulary"] == "nyu40"
     names = vocabulary("nyu40").by_name
     for entry in result["instances"]:
-        assert set(entry) == {"id", "class", "score", "runner_up"}
+        assert set(entry) == {"id", "class", "score", "runner_up", "runner_up_score"}
         assert entry["class"] in names
         assert entry["runner_up"] in names
         assert entry["runner_up"] != entry["class"]

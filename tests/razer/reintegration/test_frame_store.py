@@ -80,6 +80,7 @@ def test_detections_come_back_as_they_were_and_lie_where_the_new_pose_puts_them(
             other.class_name,
         )
         assert (one.pixels == other.pixels).all()
+        assert one.sector == other.sector  # the pose is moved, not turned
         assert one.embedding @ other.embedding > 0.9999
         np.testing.assert_allclose(other.moments.mean - one.moments.mean, (1.0, -2.0, 0.5), atol=0.01)
         assert other.n_cells == pytest.approx(one.n_cells, rel=0.15, abs=5)

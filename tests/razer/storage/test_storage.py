@@ -12,6 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import razer.volume.blocks.block_pages
+from razer.class_votes import ClassVote
 from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.storage.embeddings_npz import write_embeddings_npz
@@ -268,6 +269,21 @@ def test_stuff_is_said_of_stuff_alone(tmp_path: Path) -> None:
     content = json.loads((tmp_path / "instances.json").read_text(encoding="utf-8"))
     assert [entry.get("stuff") for entry in content["instances"]] == [None, True]
     assert [o.is_stuff for o in read_instances_json(tmp_path / "instances.json")[0]] == [False, True]
+
+
+def test_votes_for_classes_come_back_and_are_not_needed(tmp_path: Path) -> None:
+    votes = (ClassVote("armchair", 3, 40, 12.5, 0.62), ClassVote("couch", 5, 2, 0.75, 0.8125))
+    path = tmp_path / "instances.json"
+    write_instances_json(path, (replace(some_object(1, "couch"), class_votes=votes), some_object(2)))
+    assert [o.class_votes for o in read_instances_json(path)[0]] == [votes, ()]
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert "class_votes" not in content["instances"][1]
+    for key, value in (("frames", 0), ("weight", -1), ("score", float("nan")), ("class", 7)):
+        spoilt = json.loads(path.read_text(encoding="utf-8"))
+        spoilt["instances"][0]["class_votes"][0][key] = value
+        (tmp_path / "spoilt.json").write_text(json.dumps(spoilt), encoding="utf-8")
+        with pytest.raises(ValueError, match="no vote"):
+            read_instances_json(tmp_path / "spoilt.json")
 
 
 def test_instances_of_an_empty_map_with_an_unknown_up(tmp_path: Path) -> None:
