@@ -13,7 +13,7 @@ from razer.detection.best_views import BestView
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
     length with weights (J,) adding up to 1; views, the frames that show it best, the best first; is_stuff, whether it
-    is a surface that is not counted, such as a floor."""
+    is a surface that is not counted, such as a floor; part_of, the id of its whole, None for wholes."""
 
     id: int
     class_name: str | None
@@ -28,6 +28,7 @@ class MapObject:
     weights: Float64Array
     views: tuple[BestView, ...] = ()
     is_stuff: bool = False
+    part_of: int | None = None
 
 
 @dataclass(frozen=True)

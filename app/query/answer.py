@@ -24,6 +24,7 @@ def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
     rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,
+        "part_of": hit.object.part_of,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
         "through": hit.through,
@@ -64,4 +65,5 @@ def _row(hit: dict[str, Any], by_kind: bool) -> tuple[str, ...]:
     size = " x ".join(f"{value:.2f}" for value in sorted(hit["extent"], reverse=True))
     frames = ", ".join(str(frame["frame"]) for frame in hit["best_frames"])
     found_as = [", as ".join(filter(None, (hit["through"], hit["kind"])))] if by_kind else []
-    return str(hit["id"]), f"{hit['score']:.2f}", hit["class"] or "-", *found_as, centre, size, frames
+    whole = "" if hit["part_of"] is None else f" of {hit['part_of']}"
+    return f"{hit['id']}{whole}", f"{hit['score']:.2f}", hit["class"] or "-", *found_as, centre, size, frames

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, IntArray
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array, IntArray
 from razer.detection.observed_surface import BLOCK, Cells
 
 MAJORITY = 0.5  # share of the times a cell was seen that it has to be in the mask

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from razer.arrays import Float32Array, Int32Array, IndexArray
+from razer.arrays import Float32Array, IndexArray, Int32Array
 from razer.config import MapperConfig
-from razer.tracking.parts.cell_votes import MAJORITY, CellVotes
+from razer.tracking.parts.cell_votes import MAJORITY
 from razer.tracking.parts.part_track import PartTrack
 from razer.tracking.track import Track
 
