@@ -26,7 +26,8 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     """Print what a run mapped and where it lies: tables, or one line of JSON (format 1)."""
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
-        print(dumps(run_json(folder, accounting, len(panoptic.objects), timings) | _rgbd_json(result.registration)))
+        content = run_json(folder, accounting, len(panoptic.objects), timings) | {"parts": len(panoptic.parts)}
+        print(dumps(content | _rgbd_json(result.registration)))
         return
     console = result_console()
     print_instances(panoptic, console)
@@ -73,6 +74,9 @@ def print_instances(panoptic: PanopticMap, console: Console) -> None:
     console.print(table)
     if len(largest) > _MAX_ROWS:
         console.print(f"and {len(largest) - _MAX_ROWS} smaller ones")
+    if panoptic.parts:
+        n_wholes = len({part.part_of for part in panoptic.parts})
+        console.print(f"{len(panoptic.parts)} parts of {n_wholes} instances")
 
 
 def _row(item: MapObject) -> tuple[str, ...]:

@@ -61,10 +61,8 @@ class PanopticIntegrator:
             overlap = LabelOverlap.gather(self.voxels, surface.cells, lifted)
             novelty = self._novelty.of(frame.pose)
             decisions = self.tracker.update(lifted.detections, overlap, frame.index, novelty, spare_confirmed)
-            found = lifted.detections
-            self.parts.update(
-                PartFrame(frame.index, surface.cells, found, decisions, overlap, novelty, spare_confirmed)
-            )
+            found = surface.cells, lifted.detections, decisions
+            self.parts.update(PartFrame(frame.index, *found, overlap, novelty, spare_confirmed))
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)

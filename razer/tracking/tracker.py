@@ -200,10 +200,8 @@ class Tracker:
         enough = self.config.maintenance.fuse_log_odds
         for part, whole, views in parts if self.config.maintenance.fuse_duplicates else ():
             a, b = self._latest(part, fused), self._latest(whole, fused)
-            is_pair = (
-                a != b and {a, b} <= self.tracks.keys() and not (self.tracks[a].is_stuff or self.tracks[b].is_stuff)
-            )
-            if is_pair and views + self._semantic_log_odds(b, a) >= enough:
+            are_things = a != b and all(i in self.tracks and not self.tracks[i].is_stuff for i in (a, b))
+            if are_things and views + self._semantic_log_odds(b, a) >= enough:
                 fused[a] = self._fuse(b, a)[1]
         return list(fused.items())
 

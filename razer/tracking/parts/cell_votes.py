@@ -1,4 +1,4 @@
-"""Votes of lattice cells for one part of a thing, sparse: how often each cell was in its mask, of how often it was seen.
+"""Votes of lattice cells for a part of a thing, sparse: how often each was in its mask, of how often it was seen.
 
 A voxel's histogram keeps few ids and gives each vote to one of them; a cell may be of a part and of its whole."""
 
@@ -47,8 +47,8 @@ def _merged(runs: Int64Array) -> Int64Array:
 
 
 class CellVotes:
-    """keys (n,) int64 ascending, of all cells seen in the blocks that masks of the part reached; votes (n,) float32, the
-    views in which each was in the mask; views (n,) float32, those that showed it and the part."""
+    """keys (n,) int64 ascending, of all cells seen in blocks that masks of the part reached; votes (n,) float32,
+    the views in which each was in the mask; views (n,) float32, those that showed it and the part."""
 
     def __init__(self) -> None:
         self.keys: Int64Array = np.zeros(0, np.int64)

@@ -55,8 +55,8 @@ class PartTrack:
         return self._own[rows_in(observed, self._own)[1]]
 
     def visible_iou(self, in_mask: Int64Array, visible: Int64Array) -> float:
-        """IoU of a mask with what the same frame shows of the part, both as keys of cells; those never seen together
-        with the part count for neither side. 0 where next to nothing is shared."""
+        """IoU of a mask with what the same frame shows of the part, both as keys of cells; those never seen near the
+        part, as depth noise gives new ones in each view, count for neither side. 0 where next to nothing is shared."""
         shared = int(rows_in(in_mask, visible)[1].sum())
         if shared < MIN_VISIBLE_CELLS:
             return 0.0
