@@ -6,10 +6,11 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 
-# A part looks much as its whole does, and its vectors are fewer and noisier: asked for a chair, its seat is an answer
-# only if it is far more likely one than the chair. Natural logarithm of the ratio of odds; figures in docs/queries.md.
-FITS_BETTER = 2.0
-_SUREST = 1e-12
+# A part looks much as its whole does, and its vectors are fewer and noisier: asked for a chair, its seat is no answer
+# because it is a little surer, nor because it is sure to the ninth digit and the chair to the third. Natural logarithm
+# of the ratio of odds, and the doubt below which both are certain; figures in docs/queries.md.
+FITS_BETTER = 1.0
+CERTAIN = 0.01
 
 
 def better_parts(parts: Float64Array, wholes: Float64Array, threshold: float) -> IndexArray:
@@ -20,6 +21,6 @@ def better_parts(parts: Float64Array, wholes: Float64Array, threshold: float) ->
 
 
 def _log_odds(scores: Float64Array) -> Float64Array:
-    likely = np.clip(scores, _SUREST, 1 - _SUREST)
+    likely = np.clip(scores, CERTAIN, 1 - CERTAIN)
     odds: Float64Array = np.log(likely / (1 - likely))
     return odds

@@ -15,6 +15,8 @@ from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
+from razer.query.part_answers import better_parts
+from razer.query.ranking import PRESENT
 from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import Segment
 from razer.semantics.scene_graph import scene_graph
@@ -139,6 +141,12 @@ def test_a_part_is_an_answer_where_it_fits_better_than_its_whole(furnished):
     assert hits["lamp"] == []
     image = furnished.query_image(np.array([0.3, 1.0, 0, 0], np.float32) / np.float32(np.hypot(0.3, 1)))
     assert image.hits[0].object.part_of == 1
+
+
+def test_of_two_that_are_certain_the_whole_is_meant():
+    scores = np.array([0.95, 0.95, 1 - 1e-9, 0.5, 0.7])
+    of_wholes = np.array([0.93, 0.8, 0.995, 0.0, 0.0])
+    assert better_parts(scores, of_wholes, PRESENT).tolist() == [1, 4]
 
 
 def test_parts_change_no_score_of_wholes(furnished):
