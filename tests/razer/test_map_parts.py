@@ -69,6 +69,25 @@ def test_parts_lie_on_their_wholes(mapped):
         assert inside.mean() > 0.9
 
 
+def test_parts_follow_corrected_poses(mapped):
+    """All frames are moved by a metre, and so is each part."""
+    shift = np.array([1.0, 0, 0])
+    settings = {"voxels": {"voxel_size_m": 0.05}, "reintegration": {"enabled": True}}
+    mapper = razer.Mapper(razer.MapperConfig.model_validate(settings), WholesAndParts(), "oracle")
+    room, poses = SyntheticRoom(0, 12, 160, 120), {}
+    for index in range(len(room)):
+        mapper.step(room[index])
+        poses[index] = room[index].pose.copy()
+        poses[index][:3, 3] += shift
+    mapper.move(poses)
+    moved, expected = mapper.finish(), mapped[0]
+    centers = np.array([part.box.center for part in expected.parts]) + shift
+    nearest = [np.linalg.norm(centers - part.box.center, axis=1).min() for part in moved.parts]
+    assert len(moved.parts) >= 0.8 * len(expected.parts)
+    assert np.median(nearest) < 0.03
+    assert {part.part_of for part in moved.parts} <= {o.id for o in moved.objects}
+
+
 def test_at_the_granularity_of_parts_they_are_instances(mapped):
     wholes, parts = mapped
     assert parts.parts == ()

@@ -37,7 +37,18 @@ def test_the_json_of_a_query_is_the_contract(capsys, run):
     assert 0 < len(answer["hits"]) <= 3
     known = {entry["id"]: entry for entry in instances_of(run)}
     for hit in answer["hits"]:
-        assert set(hit) == {"id", "score", "class", "through", "kind", "center", "extent", "rotation", "best_frames"}
+        assert set(hit) == {
+            "id",
+            "score",
+            "class",
+            "part_of",
+            "through",
+            "kind",
+            "center",
+            "extent",
+            "rotation",
+            "best_frames",
+        }
         assert hit["through"] is hit["kind"] is None
         assert hit["class"] == known[hit["id"]]["class"] == "chair"
         assert answer["threshold"] <= hit["score"] <= 1

@@ -33,7 +33,7 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
     (line,) = process.stdout.splitlines()
     result = json.loads(line)
     account = {"frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked"}
-    assert set(result) == {"format", "run", "instances", "timings", "rgbd", "rgbd_applied", *account}
+    assert set(result) == {"format", "run", "instances", "parts", "timings", "rgbd", "rgbd_applied", *account}
     assert {key: result[key] for key in account} == result["timings"]["account"]
     assert (result["tracked"], result["asked"]) == (1.0, N_FRAMES)
     assert (result["format"], result["run"]) == (1, str(out))
