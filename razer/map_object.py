@@ -14,7 +14,8 @@ from razer.detection.best_views import BestView
 class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
     length with weights (J,) adding up to 1; views, the frames that show it best, the best first; is_stuff, whether it
-    is a surface that is not counted, such as a floor; class_votes, what it was called from which side."""
+    is a surface that is not counted, such as a floor; class_votes, what it was called from which side; part_of, the id
+    of its whole, None for wholes."""
 
     id: int
     class_name: str | None
@@ -30,6 +31,7 @@ class MapObject:
     views: tuple[BestView, ...] = ()
     is_stuff: bool = False
     class_votes: tuple[ClassVote, ...] = ()
+    part_of: int | None = None
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
 from razer.surface_segmentation.segmented_map import segmented_map
 from razer.tracking.panoptic_integrator import PanopticIntegrator
+from razer.tracking.parts.part_surface import part_surfaces
 from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
 from razer.tracking.tracker import Tracker
@@ -129,12 +130,16 @@ class Mapper:
         return self.reintegrator is not None and self.reintegrator.is_behind
 
     def snapshot(self) -> PanopticMap:
-        """The map as it is now: confirmed instances and the labelled mesh."""
+        """The map as it is now: confirmed instances, their parts and the labelled mesh."""
         mesh = extract_mesh(self.voxels)
         up = up_direction(mesh, self._camera_up)
-        panoptic = PanopticMap.of([t for t in self.tracks if t.confirmed], mesh, self._text_queries)
+        confirmed = {track.id: track for track in self.tracks if track.confirmed}
+        parts = {whole: parts for whole, parts in self._integrator.parts.parts.items() if whole in confirmed}
+        surfaces = part_surfaces(parts, mesh.vertices, mesh.instances, self.config)
+        size_m = self.config.voxels.voxel_size_m
+        panoptic = PanopticMap.of([*confirmed.values()], mesh, self._text_queries, surfaces, size_m)
         return replace(
-            panoptic,
+            panoptic.in_parts() if self.config.granularity == "part" else panoptic,
             up=up if up.any() else None,
             config_text=toml_text(list_settings(self.config), "Settings of a map."),
             open_volume=partial(self._volume_of, self._n_frames),

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, IndexArray
+from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
+from razer.map_parts import frozen, frozen_parts, parts_as_instances
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.instance_names import InstanceNames, NameChances
 from razer.query.kinds import NameSet
 from razer.query.naming import name_log_shares, ranked_names, set_shares
+from razer.query.part_answers import better_parts
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.query.vote_table import NameList
 from razer.storage.map_folder import SavedParts, save_map
+from razer.tracking.parts.part_surface import PartSurface
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
 from razer.volume.voxel_map import VoxelMap
@@ -30,7 +33,8 @@ class PanopticMap:
     """Objects by id, the mesh whose vertices bear their ids, and what encodes the texts they are queried by.
 
     up (3,): the world's upward direction, where it is known; stamps: seconds of frames by index; config_text: the
-    settings that it was made with, as TOML; open_volume: what gives its voxel volume."""
+    settings that it was made with, as TOML; open_volume: what gives its voxel volume; parts: those of the objects, by
+    id, with ids above all of theirs; vertex_parts (V,): the part that each vertex is of, 0 = none, None without any."""
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
@@ -39,18 +43,46 @@ class PanopticMap:
     stamps: Mapping[int, float] = field(default_factory=dict)
     config_text: str = ""
     open_volume: Callable[[], VoxelMap] | None = field(default=None, repr=False, compare=False)
+    parts: tuple[MapObject, ...] = ()
+    vertex_parts: Int32Array | None = None
 
     @classmethod
     def of(
-        cls, tracks: Sequence[Track], mesh: LabelledMesh, text_queries: TextQueryEncoder | None = None
+        cls,
+        tracks: Sequence[Track],
+        mesh: LabelledMesh,
+        text_queries: TextQueryEncoder | None = None,
+        surfaces: Sequence[PartSurface] = (),
+        voxel_size_m: float = 0.02,
     ) -> PanopticMap:
-        """Freeze tracks and mesh; vertices of ids that are no object become nobody's."""
+        """Freeze tracks, the surfaces of their parts, and mesh; vertices of ids that are no object become nobody's."""
         known = np.array(sorted(track.id for track in tracks), dtype=np.int32)
         instances = np.where(np.isin(mesh.instances, known), mesh.instances, 0).astype(np.int32)
         counts = np.bincount(instances, minlength=1)
-        objects = [_frozen(t, int(counts[t.id]) if t.id < len(counts) else 0) for t in tracks]
+        objects = [frozen(t, int(counts[t.id]) if t.id < len(counts) else 0) for t in tracks]
         mesh = LabelledMesh(mesh.vertices, mesh.colors, instances, mesh.triangles)
-        return cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, text_queries)
+        panoptic = cls(tuple(sorted(objects, key=lambda o: o.id)), mesh, text_queries)
+        parts, labels = frozen_parts(surfaces, mesh, int(known.max(initial=0)), voxel_size_m)
+        return replace(panoptic, parts=parts, vertex_parts=labels) if parts else panoptic
+
+    def in_parts(self) -> PanopticMap:
+        """The same at the granularity of parts: each is an instance, beside what is left of the wholes."""
+        if self.vertex_parts is None:
+            return self
+        objects, mesh = parts_as_instances(self.objects, self.parts, self.mesh, self.vertex_parts)
+        return replace(self, objects=objects, mesh=mesh, parts=(), vertex_parts=None)
+
+    def parts_of(self, object_id: int) -> tuple[MapObject, ...]:
+        """The parts of an instance."""
+        return tuple(part for part in self.parts if part.part_of == object_id)
+
+    def mesh_of(self, shown: Collection[int]) -> LabelledMesh:
+        """The mesh with some objects shown, by their ids: vertices of a part among them bear its id."""
+        if self.vertex_parts is None:
+            return self.mesh
+        is_shown = np.isin(self.vertex_parts, [part.id for part in self.parts if part.id in shown])
+        instances = np.where(is_shown, self.vertex_parts, self.mesh.instances).astype(np.int32)
+        return replace(self.mesh, instances=instances)
 
     @cached_property
     def volume(self) -> VoxelMap:
@@ -65,15 +97,19 @@ class PanopticMap:
         return np.array([0.0, 0.0, 1.0]) if self.up is None else self.up
 
     def save(self, folder: str | Path) -> None:
-        """Write instances.json, mesh.ply, embeddings.npz, config.toml and, where the volume is at hand, map.npz;
-        `razer.load_map` opens them. Raises BadInput if the folder holds something else, or cannot be written."""
+        """Write instances.json, mesh.ply, embeddings.npz, config.toml and, where there are parts, parts.npz, where the
+        volume is at hand, map.npz; `razer.load_map` opens them. Raises BadInput if the folder holds something else, or
+        cannot be written."""
         volume = None if self.open_volume is None else self.volume
-        save_map(Path(folder), SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume))
+        parts = self.parts, self.vertex_parts
+        saved = SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume, *parts)
+        save_map(Path(folder), saved)
 
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (RAZER section IV-I). Where only names are known, kinds, purposes and
         enumerations ("furniture", "something to sit on", "cups and plates") stand for their names, unless something is
-        there of exactly that name. Raises BadInput where the embedder cannot tell."""
+        there of exactly that name. A part is an answer where it fits better than its whole, but to no kind. Raises
+        BadInput where the embedder cannot tell."""
         queries = self._text_queries()
         meaning = queries.meaning(text)
         if meaning is None or (queries.knows(text) and self._is_there(text)):
@@ -86,12 +122,18 @@ class PanopticMap:
         scores, chances = self._text_scores(text)
         rows = _above(scores, threshold)
         answer = self._answer(scores, rows, threshold, self._guesses(rows))
-        if chances is None:
-            return answer
-        hits = [
-            replace(hit, runner_up=chances.runner_up(row)) for hit, row in zip(answer.hits, rows.tolist(), strict=True)
-        ]
-        return Answer(tuple(hits), threshold)
+        if chances is not None:
+            hits = zip(answer.hits, rows.tolist(), strict=True)
+            answer = replace(answer, hits=tuple(replace(hit, runner_up=chances.runner_up(row)) for hit, row in hits))
+        return answer if not self.parts else self._with_parts_of_text(answer, text, scores)
+
+    def _with_parts_of_text(self, answer: Answer, text: str, scores: Float64Array) -> Answer:
+        """The same with parts that a text means rather than their wholes, which have `scores` (M,): whether by what was
+        said of a whole or by its embeddings, as of parts nothing was said."""
+        vector = self.text_vectors([text])
+        of_wholes = np.maximum(scores, self.text_ranking.scores(vector)[:, 0])
+        ranking = TextRanking(self.part_table, self._text_queries().negatives, self.embedding_table)
+        return self._with_parts(answer, ranking.scores(vector)[:, 0], of_wholes)
 
     def _text_scores(self, text: str) -> tuple[Float64Array, NameChances | None]:
         """The probability (M,) that each instance is what a text means, by what was said of it where anything was and
@@ -104,6 +146,17 @@ class PanopticMap:
         if chances is not None:
             scores = np.where(chances.has_votes, chances.probabilities[:, 0], scores)
         return scores, chances
+
+    def _with_parts(self, answer: Answer, scores: Float64Array, of_wholes: Float64Array) -> Answer:
+        """An answer with the parts that fit better than their wholes, by the scores of `part_table` and of
+        `embedding_table`."""
+        part_by_id = {part.id: part for part in self.parts}
+        parts = [part_by_id[int(i)] for i in self.part_table.ids]
+        score_of = dict(zip(self.embedding_table.ids.tolist(), of_wholes.tolist(), strict=True))
+        wholes = np.array([score_of.get(part.part_of, 0.0) for part in parts])
+        rows = better_parts(scores, wholes, answer.threshold)
+        hits = [Hit(parts[row], float(scores[row]), parts[row].class_name) for row in rows.tolist()]
+        return replace(answer, hits=tuple(sorted([*answer.hits, *hits], key=lambda hit: -hit.score)))
 
     def _is_there(self, name: str) -> bool:
         return bool(self._text_scores(name)[0].max(initial=0.0) >= PRESENT)
@@ -140,7 +193,10 @@ class PanopticMap:
             return Answer((), threshold)
         scores = image_scores(self.embedding_table, vector)
         rows = _above(scores, threshold)
-        return self._answer(scores, rows, threshold, [None] * len(rows))
+        answer = self._answer(scores, rows, threshold, [None] * len(rows))
+        if not self.parts:
+            return answer
+        return self._with_parts(answer, image_scores(self.part_table, vector, self.embedding_table), scores)
 
     def name_probabilities(self, names: Sequence[str]) -> Float64Array:
         """The probability (M, N) that each instance of `embedding_table` is called each of N names, which add up to 1:
@@ -166,6 +222,11 @@ class PanopticMap:
     def embedding_table(self) -> EmbeddingTable:
         """The embeddings of all objects."""
         return EmbeddingTable.of({o.id: (o.embeddings, o.weights) for o in self.objects})
+
+    @cached_property
+    def part_table(self) -> EmbeddingTable:
+        """The embeddings of all parts."""
+        return EmbeddingTable.of({part.id: (part.embeddings, part.weights) for part in self.parts})
 
     @cached_property
     def text_ranking(self) -> TextRanking:
@@ -207,23 +268,3 @@ def _above(scores: Float64Array, threshold: float) -> IndexArray:
     """Rows of the scores (M,) that reach a threshold, the best first."""
     order = np.argsort(-scores, kind="stable")
     return order[scores[order] >= threshold]
-
-
-def _frozen(track: Track, n_vertices: int) -> MapObject:
-    embeddings, weights = track.bank.settled()
-    return MapObject(
-        id=track.id,
-        class_name=track.class_name,
-        score=track.confidence,
-        box=track.box,
-        n_voxels=track.n_voxels,
-        n_vertices=n_vertices,
-        observations=track.hits,
-        first_frame=track.first_frame,
-        last_frame=track.last_frame,
-        embeddings=embeddings,
-        weights=weights,
-        views=track.views,
-        is_stuff=track.is_stuff,
-        class_votes=track.class_votes,
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 import zipfile
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,17 +13,21 @@ from typing import Any
 
 import numpy as np
 
+from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.errors import BadInput, one_line
+from razer.map_object import MapObject
 from razer.models import Embedder, embedder_of, make_embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.embeddings_npz import read_embeddings_npz
-from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS, is_map_folder
-from razer.storage.instances_json import read_instances_json
+from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS, is_map_folder
+from razer.storage.instances_json import read_instances_json, read_parts_json
+from razer.storage.parts_npz import read_parts_npz
 from razer.storage.ply import read_mesh_ply
 from razer.storage.volume_npz import load_voxels
 
+Bank = tuple[Float32Array, Float64Array]
 _DAMAGED = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile)
 
 
@@ -56,25 +60,34 @@ def load_map(
     try:
         objects, up = read_instances_json(folder / INSTANCES)
         banks = read_embeddings_npz(folder / EMBEDDINGS)
+        parts = read_parts_json(folder / INSTANCES)
+        vertex_parts = read_parts_npz(folder / PARTS, len(mesh.vertices)) if parts else None
     except (*_DAMAGED, AttributeError, RecursionError) as error:
-        problem = f"{INSTANCES} or {EMBEDDINGS} is missing or damaged ({one_line(error)})"
+        problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({one_line(error)})"
         raise BadInput(f"{folder}: {problem}; run again") from error
-    n_vertices = Counter(mesh.instances.tolist())
-    nothing = (np.zeros((0, 0), np.float32), np.zeros(0))
-    completed = []
-    for item in objects:
-        embeddings, weights = banks.get(item.id, nothing)
-        completed.append(replace(item, n_vertices=n_vertices[item.id], embeddings=embeddings, weights=weights))
     known = np.isin(mesh.instances, [item.id for item in objects])
     trust = FULL_TRUST if trust_plugins else NO_TRUST
     return PanopticMap(
-        tuple(completed),
+        _completed(objects, mesh.instances, banks),
         replace(mesh, instances=np.where(known, mesh.instances, 0).astype(np.int32)),
         TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust)),
         up=up,
         config_text=_config_text(folder),
         open_volume=partial(_open_volume, folder, device),
+        parts=parts if vertex_parts is None else _completed(parts, vertex_parts, banks),
+        vertex_parts=vertex_parts,
     )
+
+
+def _completed(objects: Sequence[MapObject], labels: Int32Array, banks: Mapping[int, Bank]) -> tuple[MapObject, ...]:
+    """Objects with the number of vertices that bear their id (V,), and with their embeddings."""
+    n_vertices = Counter(labels.tolist())
+    nothing = (np.zeros((0, 0), np.float32), np.zeros(0))
+    completed = []
+    for item in objects:
+        embeddings, weights = banks.get(item.id, nothing)
+        completed.append(replace(item, n_vertices=n_vertices[item.id], embeddings=embeddings, weights=weights))
+    return tuple(completed)
 
 
 def _embedder(

@@ -27,8 +27,8 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     """Print what a run mapped and where it lies: tables, or one line of JSON (format 1)."""
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
-        line = run_json(folder, accounting, len(panoptic.objects), timings)
-        print(dumps(line | _rgbd_json(result.registration) | _models_json(result.config)))
+        content = run_json(folder, accounting, len(panoptic.objects), timings) | {"parts": len(panoptic.parts)}
+        print(dumps(content | _rgbd_json(result.registration) | _models_json(result.config)))
         return
     console = result_console()
     print_instances(panoptic, console)
@@ -85,6 +85,9 @@ def print_instances(panoptic: PanopticMap, console: Console) -> None:
         console.print(f"and {len(largest) - _MAX_ROWS} smaller ones")
     if surfaces := [f"{item.class_name or '-'} {item.id}" for item in largest if item.is_stuff]:
         console.print(f"surfaces among them (stuff): {', '.join(surfaces[:_MAX_ROWS])}", soft_wrap=True)
+    if panoptic.parts:
+        n_wholes = len({part.part_of for part in panoptic.parts})
+        console.print(f"{len(panoptic.parts)} parts of {n_wholes} instances")
 
 
 def _row(item: MapObject) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
     rotation world from box, the frames that show it best."""
     return {
         "id": hit.object.id,
+        "part_of": hit.object.part_of,
         "score": round(hit.score, 4),
         "class": hit.class_guess,
         "through": hit.through,
@@ -67,4 +68,6 @@ def _row(hit: dict[str, Any], by_kind: bool) -> tuple[str, ...]:
     frames = ", ".join(str(frame["frame"]) for frame in hit["best_frames"])
     found_as = [", as ".join(filter(None, (hit["through"], hit["kind"])))] if by_kind else []
     runner_up = f", or {hit['runner_up']} {hit['runner_up_score']:.2f}" if hit["runner_up"] else ""
-    return str(hit["id"]), f"{hit['score']:.2f}", f"{hit['class'] or '-'}{runner_up}", *found_as, centre, size, frames
+    whole = "" if hit["part_of"] is None else f" of {hit['part_of']}"
+    named = f"{hit['class'] or '-'}{runner_up}"
+    return f"{hit['id']}{whole}", f"{hit['score']:.2f}", named, *found_as, centre, size, frames

@@ -36,9 +36,13 @@ class MappedRun:
         """The same run in another frame."""
         mesh = self.panoptic.mesh
         vertices = transform_points(target_from_own, mesh.vertices.astype(np.float64)).astype(np.float32)
-        objects = tuple(replace(o, box=_moved_box(target_from_own, o.box)) for o in self.panoptic.objects)
+        objects, parts = (
+            tuple(replace(o, box=_moved_box(target_from_own, o.box)) for o in group)
+            for group in (self.panoptic.objects, self.panoptic.parts)
+        )
         up = None if self.panoptic.up is None else target_from_own[:3, :3] @ self.panoptic.up
-        panoptic = PanopticMap(objects, replace(mesh, vertices=vertices), up=up)
+        moved_mesh, vertex_parts = replace(mesh, vertices=vertices), self.panoptic.vertex_parts
+        panoptic = PanopticMap(objects, moved_mesh, up=up, parts=parts, vertex_parts=vertex_parts)
         trajectory = self.trajectory
         moved = None if trajectory is None else moved_poses(target_from_own, trajectory)
         return MappedRun(self.name, panoptic, moved, self.account)

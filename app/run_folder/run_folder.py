@@ -15,6 +15,7 @@ from razer.storage.file_names import CONFIG as CONFIG
 from razer.storage.file_names import EMBEDDINGS as EMBEDDINGS
 from razer.storage.file_names import INSTANCES as INSTANCES
 from razer.storage.file_names import MESH_PLY as MESH_PLY
+from razer.storage.file_names import PARTS as PARTS
 from razer.storage.file_names import VOXELS as VOXELS
 
 RGBD_CALIBRATION = "rgbd_calibration.json"

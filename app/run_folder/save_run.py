@@ -23,6 +23,7 @@ from razer.panoptic_map import PanopticMap
 from razer.semantics.gravity import up_direction
 from razer.storage.embeddings_npz import write_embeddings_npz
 from razer.storage.instances_json import write_instances_json
+from razer.storage.parts_npz import write_parts_npz
 from razer.storage.ply import write_mesh_ply
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
@@ -45,8 +46,11 @@ def save_run(
     up = up_direction(panoptic.mesh, camera_up(accounting.poses))
     stamps = dict(zip(accounting.indices, accounting.stamps, strict=True))
     folder.write(names.MESH_GLB, lambda path: _write_glb(path, panoptic, up))
-    folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps))
-    folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, panoptic.objects))
+    parts = panoptic.parts
+    folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps, parts))
+    folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, [*panoptic.objects, *parts]))
+    if (vertex_parts := panoptic.vertex_parts) is not None:
+        folder.write(names.PARTS, lambda path: write_parts_npz(path, vertex_parts))
     folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import model_validator
+from typing import Literal
+
+from pydantic import Field, model_validator
 
 from razer.config.association import AssociationSettings
 from razer.config.bank import BankSettings
@@ -32,6 +34,11 @@ MAX_EPS_VOXELS = 16  # clustering looks into adjacent blocks, not beyond
 class MapperConfig(Settings):
     """All settings of the method."""
 
+    granularity: Literal["object", "part"] = Field(
+        "object",
+        description="What an instance of the map is: a whole thing, of which parts are kept as children; or each part "
+        "that masks showed view after view, and what is left of its whole: more instances, and chairs in pieces.",
+    )
     voxels: VoxelSettings = VoxelSettings()
     masks: MaskSettings = MaskSettings()
     lifting: LiftingSettings = LiftingSettings()

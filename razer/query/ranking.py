@@ -44,9 +44,12 @@ class NegativePrompts:
 class TextRanking:
     """The instances of a map, ready for queries by text."""
 
-    def __init__(self, hypotheses: EmbeddingTable, negatives: NegativePrompts) -> None:
+    def __init__(
+        self, hypotheses: EmbeddingTable, negatives: NegativePrompts, all_of: EmbeddingTable | None = None
+    ) -> None:
+        """`all_of`, the instances whose common part is taken out, if other than those that are ranked."""
         self._hypotheses, self._negatives = hypotheses, negatives
-        self._common = COMMON_SHARE * common_part(hypotheses)
+        self._common = COMMON_SHARE * common_part(hypotheses if all_of is None else all_of)
         self._prior = SHARE_POWER * np.log(hypotheses.relative_shares)
         self._negative_logits = self._log_sum_exp()
 
@@ -95,10 +98,10 @@ class TextRanking:
         return result
 
 
-def image_scores(hypotheses: EmbeddingTable, query: Float32Array) -> Float64Array:
+def image_scores(hypotheses: EmbeddingTable, query: Float32Array, all_of: EmbeddingTable | None = None) -> Float64Array:
     """How alike each instance (M,) is to an image vector (D,), in [0, 1]: the cosine of what sets both apart from
-    what all instances have in common. `PRESENT` or more counts as present."""
-    common = common_part(hypotheses)
+    what all instances have in common. `PRESENT` or more counts as present; `all_of` as above."""
+    common = common_part(hypotheses if all_of is None else all_of)
     own, queried = hypotheses.vectors - common, query - common
     lengths = np.linalg.norm(own, axis=1) * np.linalg.norm(queried)
     cosines = (own @ queried) / np.maximum(lengths, 1e-9)

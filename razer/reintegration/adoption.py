@@ -25,8 +25,8 @@ def adopt_volume(
     fused = []
     min_shared = integrator.config.reintegration.fuse_shared_votes
     while duplicates := integrator.tracker.fuse_alike(find_duplicates(rebuilt, owners, min_shared)):
-        for gone, survivor in duplicates:
-            rebuilt.replace(gone, survivor)
+        for pair in duplicates:
+            integrator.replace(*pair)
         fused += duplicates
     integrator.refresh_tracks()
     return fused
@@ -51,12 +51,12 @@ def adopt_tracks(
     matched_ids = match_ids(before, after)
     successor.tracker.rename(matched_ids)
     for new_id, old_id in matched_ids.items():
-        voxels.replace(new_id, old_id)
+        successor.replace(new_id, old_id)
     # An id without a match is read as the one that most of it went to, if any.
     majority = majority_ids(before, _resolved(voxels, after))
     for gone in set(integrator.tracker.tracks) - set(matched_ids.values()):
         voxels.replace(gone, majority.get(gone, 0))
-    integrator.tracker = successor.tracker
+    integrator.tracker, integrator.parts = successor.tracker, successor.parts
 
 
 def _resolved(voxels: VoxelMap, ids: Int32Array) -> Int32Array:

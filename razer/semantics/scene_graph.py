@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
+from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Segment
 from razer.semantics.normals import vertex_normals
@@ -22,7 +23,8 @@ from razer.vocabulary import Category
 
 def scene_graph(panoptic: PanopticMap, segments: list[Segment], up: Float64Array) -> dict[str, Any]:
     """{nodes, edges}: a node for each segment with the boxes of its instances in the world, in metres; edges {from, to,
-    relation, distance_m} as of `relations`, `up` (3,) pointing upwards."""
+    relation, distance_m} as of `relations`, `up` (3,) pointing upwards. Parts are nodes, too, each "part of" its
+    whole."""
     segment_of = {instance: segment for segment in segments for instance in segment.instances}
     nearest: dict[tuple[int, int, str], float] = {}
     category_of = {instance: segment.category for instance, segment in segment_of.items()}
@@ -35,7 +37,25 @@ def scene_graph(panoptic: PanopticMap, segments: list[Segment], up: Float64Array
         {"from": source, "to": target, "relation": relation, "distance_m": round(distance_m, 3)}
         for (source, target, relation), distance_m in sorted(nearest.items())
     ]
-    return {"nodes": [_node(panoptic, segment) for segment in segments], "edges": edges}
+    wholes = {part.id: segment_of[part.part_of] for part in panoptic.parts if part.part_of in segment_of}
+    parts = [part for part in panoptic.parts if part.id in wholes and not wholes[part.id].category.stuff]
+    nodes = [_node(panoptic, segment) for segment in segments] + [_part_node(p, wholes[p.id]) for p in parts]
+    edges += [{"from": p.id, "to": wholes[p.id].id, "relation": "part of", "distance_m": 0.0} for p in parts]
+    return {"nodes": nodes, "edges": edges}
+
+
+def _part_node(part: MapObject, whole: Segment) -> dict[str, Any]:
+    """The node of a part, which the vocabulary has no name for: that of its whole, and its own where it has one."""
+    own = part.class_name if part.class_name != whole.category.name else None
+    return {
+        "id": part.id,
+        "class": f"{whole.category.name} {own or 'part'}",
+        "score": round(part.score, 4),
+        "stuff": False,
+        "part_of": whole.id,
+        "instances": [{"id": part.id, **box_entry(part.box)}],
+        **box_entry(part.box),
+    }
 
 
 def _node(panoptic: PanopticMap, segment: Segment) -> dict[str, Any]:

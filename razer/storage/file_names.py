@@ -8,8 +8,9 @@ CONFIG = "config.toml"
 EMBEDDINGS = "embeddings.npz"
 INSTANCES = "instances.json"
 MESH_PLY = "mesh.ply"
+PARTS = "parts.npz"
 VOXELS = "map.npz"
-FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, VOXELS}
+FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS}
 
 
 def is_map_folder(folder: Path) -> bool:

@@ -21,18 +21,25 @@ _MAX_NUMBER = 1e7  # metres: what is farther is no place
 
 
 def write_instances_json(
-    path: Path, objects: Sequence[MapObject], up: Float64Array | None = None, stamps: Mapping[int, float] | None = None
+    path: Path,
+    objects: Sequence[MapObject],
+    up: Float64Array | None = None,
+    stamps: Mapping[int, float] | None = None,
+    parts: Sequence[MapObject] = (),
 ) -> None:
-    """Write all instances with their boxes.
+    """Write all instances with their boxes, and their parts, if there are any.
 
     Args:
         path: the file.
         objects: the instances, by id.
         up: the world's upward direction (3,), where it is known.
         stamps: seconds of frames by their index; others keep the stamp that their view has.
+        parts: of the instances, by id.
     """
     header = {"format": FORMAT, "frame": "world, metres, right-handed", "up": None if up is None else _rounded(up)}
     content = {**header, "instances": [_instance_entry(o, stamps or {}) for o in objects]}
+    if parts:
+        content["parts"] = [_instance_entry(part, stamps or {}) for part in parts]
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
@@ -45,6 +52,12 @@ def read_instances_json(path: Path) -> tuple[tuple[MapObject, ...], Float64Array
     up = content.get("up")
     objects = tuple(_object(entry) for entry in content["instances"])
     return objects, None if up is None else _unit(_numbers(up, (3,)))
+
+
+def read_parts_json(path: Path) -> tuple[MapObject, ...]:
+    """The parts of the instances in the same file, which has none if it is of an older map; raises as above."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return tuple(_object(entry) for entry in content.get("parts", ()))
 
 
 def _numbers(value: Any, shape: tuple[int, ...]) -> Float64Array:
@@ -81,6 +94,7 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
         views=tuple(_view(view) for view in entry.get("best_views", ())),
         is_stuff=bool(entry.get("stuff", False)),
         class_votes=tuple(_vote(vote) for vote in entry.get("class_votes", ())),
+        part_of=None if entry.get("part_of") is None else int(entry["part_of"]),
     )
 
 
@@ -102,6 +116,7 @@ def _instance_entry(item: MapObject, stamps: Mapping[int, float]) -> dict[str, o
         "id": item.id,
         "class": item.class_name,
         **({"stuff": True} if item.is_stuff else {}),
+        **({} if item.part_of is None else {"part_of": item.part_of}),
         "score": round(item.score, 4),
         **box_entry(item.box),
         "n_voxels": item.n_voxels,

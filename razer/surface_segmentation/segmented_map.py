@@ -58,7 +58,7 @@ def segmented_map(
         objects.append(replace(item, class_name=name, is_stuff=True) if name else item)
     labels = np.concatenate([[0], ids]).astype(np.int32)[segments.labels]
     ordered = tuple(sorted(objects, key=lambda item: item.id))
-    return replace(panoptic, objects=ordered, mesh=replace(mesh, instances=labels))
+    return replace(panoptic, objects=ordered, mesh=replace(mesh, instances=labels), parts=(), vertex_parts=None)
 
 
 def _members(labels: Int32Array, n_segments: int) -> list[IndexArray]:

@@ -17,6 +17,7 @@ from razer.stages import stage
 from razer.tracking.evidence.pair_counts import Pair
 from razer.tracking.evidence.view_novelty import ViewNovelty
 from razer.tracking.label_overlap import LabelOverlap
+from razer.tracking.parts.part_tracker import PartFrame, PartTracker
 from razer.tracking.step_result import StepResult
 from razer.tracking.stuff import meeting_pairs
 from razer.tracking.track import Track
@@ -39,6 +40,7 @@ class PanopticIntegrator:
         self.config = config
         self.voxels = voxels
         self.tracker = tracker
+        self.parts = PartTracker(config, tracker.scale)
         self._surface = SurfaceCache()
         self._novelty = ViewNovelty()
         by_support = config.maintenance.pruning == "support"
@@ -62,6 +64,8 @@ class PanopticIntegrator:
             overlap = LabelOverlap.gather(self.voxels, surface.cells, lifted)
             novelty = self._novelty.of(frame.pose)
             decisions = self.tracker.update(lifted.detections, overlap, frame.index, novelty, spare_confirmed)
+            found = surface.cells, lifted.detections, decisions
+            self.parts.update(PartFrame(frame.index, *found, overlap, novelty, spare_confirmed))
         with stage("vote"):
             owners = np.array([decision.track_id for decision in decisions], np.int32)
             self.voxels.admit(self.tracker.newest_id)
@@ -114,14 +118,20 @@ class PanopticIntegrator:
         pruned tracks."""
         fused = [*self.tracker.fuse_stuff(sorted(self._meeting)), *self.tracker.fuse_duplicates()]
         self._meeting.clear()
-        for gone, survivor in fused:
-            self.voxels.replace(gone, survivor)
+        for pair in fused:
+            self.replace(*pair)
         self.refresh_tracks(grown={survivor for _, survivor in fused})
         pruned = self._prune(spare_confirmed)
         for gone in pruned:
-            self.voxels.replace(gone, 0)
+            self.replace(gone, 0)
+        self.parts.prune()
         self.tracker.detected.clear()
         return fused, pruned
+
+    def replace(self, gone: int, survivor: int) -> None:
+        """The voxels and parts of a track are another's from now on; survivor 0 forgets them."""
+        self.voxels.replace(gone, survivor)
+        self.parts.replace(gone, survivor)
 
     def _note_meetings(self, surface: ObservedSurface) -> None:
         """Remember which stuff tracks of one class meet in this frame."""
@@ -164,8 +174,11 @@ class PanopticIntegrator:
     def finish(self, *, spare_confirmed: bool = False) -> None:
         """A last pass over the tracks; after it only instances are left, labels are settled and boxes are fresh."""
         self._clean_up(spare_confirmed)
+        for pair in (fused := self.tracker.fuse_parts(self.parts.tracked_parts())):
+            self.replace(*pair)
+        self.refresh_tracks(grown={survivor for _, survivor in fused})
         for gone in self.tracker.drop_unconfirmed():
-            self.voxels.replace(gone, 0)
+            self.replace(gone, 0)
         self.voxels.settle()
         self.refresh_tracks()
 

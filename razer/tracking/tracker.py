@@ -193,6 +193,18 @@ class Tracker:
                 fused[gone] = survivor
         return list(fused.items())
 
+    def fuse_parts(self, parts: Iterable[tuple[int, int, float]]) -> list[tuple[int, int]]:
+        """Fuse tracks that are parts of others, given as (part, whole, log-odds by all masks), the surest first, unless
+        their embeddings speak against it; returns (gone, survivor) in order."""
+        fused: dict[int, int] = {}
+        enough = self.config.maintenance.fuse_log_odds
+        for part, whole, views in parts if self.config.maintenance.fuse_duplicates else ():
+            a, b = self._latest(part, fused), self._latest(whole, fused)
+            are_things = a != b and all(i in self.tracks and not self.tracks[i].is_stuff for i in (a, b))
+            if are_things and views + self._semantic_log_odds(b, a) >= enough:
+                fused[a] = self._fuse(b, a)[1]
+        return list(fused.items())
+
     @staticmethod
     def _latest(track_id: int, fused: Mapping[int, int]) -> int:
         while track_id in fused:

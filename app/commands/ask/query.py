@@ -108,7 +108,8 @@ def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:
 
     from app.render.highlight import highlight_hits
 
-    picture = highlight_hits(queryable.panoptic.mesh, queryable.up, answer.hits)
+    mesh = queryable.panoptic.mesh_of([hit.object.id for hit in answer.hits])
+    picture = highlight_hits(mesh, queryable.up, answer.hits)
     try:
         written = cv2.imwrite(str(target), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
     except cv2.error:

@@ -24,6 +24,12 @@ TWO_MASKS_LOG_ODDS = -2.0
 MAX_MASK_LOG_ODDS = 6.0
 
 
+def nested_log_odds(nested: float, beside: float) -> float:
+    """ln P(a part and its whole) / P(two things), from the views in which the one's mask lay within the other's, and
+    those in which it lay beside it."""
+    return min(ONE_MASK_LOG_ODDS * nested + TWO_MASKS_LOG_ODDS * beside, MAX_MASK_LOG_ODDS)
+
+
 class ViewConsensus:
     """For pairs of tracks: the log-odds that they are one thing, by the masks of the views so far."""
 

@@ -38,7 +38,7 @@ def test_the_json_of_a_query_is_the_contract(capsys, run):
     known = {entry["id"]: entry for entry in instances_of(run)}
     for hit in answer["hits"]:
         assert set(hit) == {
-            "id", "score", "class", "through", "kind", "runner_up", "runner_up_score",
+            "id", "score", "class", "part_of", "through", "kind", "runner_up", "runner_up_score",
             "center", "extent", "rotation", "best_frames",
         }  # fmt: skip
         assert (hit["runner_up"] is None) == (hit["runner_up_score"] is None)

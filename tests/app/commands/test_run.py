@@ -37,6 +37,7 @@ def test_the_last_line_of_a_json_run_is_the_contract(finished, recording):
         "format",
         "run",
         "instances",
+        "parts",
         "timings",
         "rgbd",
         "rgbd_applied",

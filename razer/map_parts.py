@@ -1,0 +1,70 @@
+"""Parts of a map: tracks and their parts frozen to objects, and a map whose instances are parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from razer.arrays import Float64Array, Int32Array
+from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.map_object import MapObject
+from razer.tracking.parts.part_surface import PartSurface
+from razer.tracking.track import Track
+from razer.volume.mesh_extraction import LabelledMesh
+
+BOX_TRIM = 0.01  # share of the vertices beyond each face, as for the boxes of tracks
+
+
+def frozen(track: Track, n_vertices: int) -> MapObject:
+    """A track as the map holds it."""
+    embeddings, weights = track.bank.settled()
+    return MapObject(
+        id=track.id,
+        class_name=track.class_name,
+        score=track.confidence,
+        box=track.box,
+        n_voxels=track.n_voxels,
+        n_vertices=n_vertices,
+        observations=track.hits,
+        first_frame=track.first_frame,
+        last_frame=track.last_frame,
+        embeddings=embeddings,
+        weights=weights,
+        views=track.views,
+        is_stuff=track.is_stuff,
+        class_votes=track.class_votes,
+    )
+
+
+def frozen_parts(
+    surfaces: Sequence[PartSurface], mesh: LabelledMesh, newest_id: int, voxel_size_m: float
+) -> tuple[tuple[MapObject, ...], Int32Array]:
+    """Parts with ids above `newest_id`, in the order of their surfaces, and the part (V,) of each vertex, 0 = none."""
+    labels = np.zeros(len(mesh.vertices), np.int32)
+    parts = []
+    for part_id, surface in enumerate(surfaces, start=newest_id + 1):
+        labels[surface.vertices] = part_id
+        points = mesh.vertices[surface.vertices].astype(np.float64)
+        part = replace(frozen(surface.track, len(points)), id=part_id, part_of=surface.whole, box=_box_around(points))
+        cells = np.unique(np.rint(points / voxel_size_m).astype(np.int64), axis=0)
+        parts.append(replace(part, n_voxels=len(cells)))
+    return tuple(parts), labels
+
+
+def _box_around(points: Float64Array) -> OrientedBox:
+    return OrientedBox.around(points, PointMoments.of(points).axes, trim=BOX_TRIM)
+
+
+def parts_as_instances(
+    objects: Sequence[MapObject], parts: Sequence[MapObject], mesh: LabelledMesh, vertex_parts: Int32Array
+) -> tuple[tuple[MapObject, ...], LabelledMesh]:
+    """Objects and mesh at the granularity of parts: each part an instance, and what is left of wholes. A whole of which
+    nothing is left is none."""
+    instances = np.where(vertex_parts > 0, vertex_parts, mesh.instances).astype(np.int32)
+    wholes = {part.part_of for part in parts}
+    left = np.bincount(instances, minlength=max((o.id for o in objects), default=0) + 1)
+    kept = [replace(o, n_vertices=int(left[o.id])) if o.id in wholes else o for o in objects]
+    kept = [o for o in kept if o.n_vertices or o.id not in wholes]
+    return (*kept, *parts), replace(mesh, instances=instances)
