@@ -62,6 +62,7 @@ def test_estimate_poses(recording, tmp_path):
     assert start == [0.0, 0.0, 0.0]  # the first camera is the world
 
 
+@pytest.mark.full
 def test_own_segmenter(recording, tmp_path):
     assert "dark things" in run("own_segmenter.py", recording, cwd=tmp_path)
 
@@ -85,6 +86,7 @@ def test_query_a_map(tmp_path):
     assert run("query_a_map.py", FORMAT_1, "a submarine", cwd=tmp_path) == "not in this map\n"
 
 
+@pytest.mark.full
 def test_map_live(recording, tmp_path):
     assert run("map_live.py", recording, cwd=tmp_path).splitlines()[-1].endswith("things")
 

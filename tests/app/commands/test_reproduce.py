@@ -45,7 +45,12 @@ def reproduce(capsys, table, data, out, *more):
     return code, json.loads(captured.out.splitlines()[-1]) if code == 0 else captured.err, captured.err
 
 
-@pytest.mark.parametrize("table", SCENES)
+SLOW = {"replica", "scannet200"}  # a table of one kind stands for all in the quick tier
+
+
+@pytest.mark.parametrize(
+    "table", [pytest.param(table, marks=[pytest.mark.full] if table in SLOW else []) for table in SCENES]
+)
 def test_each_layout_gives_a_row_as_long_as_the_papers(data, tmp_path, capsys, table):
     code, result, _ = reproduce(capsys, table, data, tmp_path / "out")
     assert code == 0
