@@ -12,7 +12,6 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit, MapObject
-from razer.map_parts import frozen, frozen_parts, parts_as_instances
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.instance_names import InstanceNames, NameChances
 from razer.query.kinds import NameSet
@@ -22,6 +21,7 @@ from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.query.vote_table import NameList
 from razer.storage.map_folder import SavedParts, save_map
+from razer.tracking.parts.frozen_parts import frozen, frozen_parts, parts_as_instances
 from razer.tracking.parts.part_surface import PartSurface
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh

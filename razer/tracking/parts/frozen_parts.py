@@ -1,4 +1,4 @@
-"""Parts of a map: tracks and their parts frozen to objects, and a map whose instances are parts."""
+"""Tracks and their parts frozen to objects of the map, and a map whose instances are parts."""
 
 from __future__ import annotations
 
