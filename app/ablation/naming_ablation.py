@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.table import Table
 from scipy.optimize import minimize
 
-from app.evaluation.evaluate_run import truth_for, truth_scene
-from app.evaluation.prediction import read_prediction
-from app.query.queryable_map import open_map
+from app.ablation.matched_run import MatchedRun
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.errors import BadInput
 from razer.metrics.instances.calibration import calibration
-from razer.metrics.presets import PRESETS
-from razer.metrics.protocol.scene_result import evaluate_scene
 from razer.query.name_probability import NameParts, NameWeights
-from razer.semantics.labelling import known_names
 
 # What is left of the weights in each rule; None: fitted.
 RULES: Mapping[str, NameWeights | None] = {
@@ -42,26 +36,13 @@ class NamedThings:
     right: IndexArray
 
     @classmethod
-    def of_run(cls, run: Path) -> NamedThings:
-        """Those of a finished run whose recording has a truth; raises BadInput."""
-        panoptic, config = open_map(run)
-        if config.input.folder is None:
-            raise BadInput(f"{run} does not say which recording it was made of: run again")
-        truth = truth_for(Path(config.input.folder), PRESETS["default"])
-        names = known_names(panoptic, sorted(set(truth.class_names.values())), "of the truth")
-        scene = truth_scene(truth)
-        predicted = read_prediction(run, truth.class_names, len(truth.vertices), naming="run")
-        result = evaluate_scene(run.name, scene, predicted, PRESETS["default"]).instances
-        assert result is not None
-        row = {int(i): number for number, i in enumerate(panoptic.embedding_table.ids)}
-        column = {name: number for number, name in enumerate(names)}
-        found = [
-            (row[match.predicted], column[name])
-            for match in result.match_summary.matches
-            if match.predicted in row and (name := truth.instance_classes.get(match.truth, "")) in column
-        ]
+    def of(cls, run: MatchedRun) -> NamedThings:
+        """Those of a finished run."""
+        row = {int(i): number for number, i in enumerate(run.panoptic.embedding_table.ids)}
+        column = {name: number for number, name in enumerate(run.names)}
+        found = [(row[i], column[name]) for i, name in run.true_names.items()]
         rows, right = np.array(found, np.intp).reshape(-1, 2).T
-        whole = panoptic.instance_names.parts(names)
+        whole = run.panoptic.instance_names.parts(run.names)
         return cls(NameParts(whole.said[rows], whole.alike[rows], whole.fit[rows]), right)
 
     def outcome(self, weights: NameWeights) -> tuple[Float64Array, Float64Array, BoolArray]:
@@ -71,12 +52,17 @@ class NamedThings:
         return logs[np.arange(len(logs)), self.right], np.exp(logs.max(axis=1)), logs.argmax(axis=1) == self.right
 
 
-def measure_naming(runs: Sequence[Path]) -> dict[str, dict[str, Any]]:
-    """Figures of each rule over the things of all runs; raises BadInput."""
-    things = [NamedThings.of_run(run) for run in runs]
+def measure_naming(runs: Sequence[MatchedRun]) -> dict[str, dict[str, Any]]:
+    """Figures of each rule over the things of all runs, and, where embeddings were simulated, what the rule that is
+    used has with embeddings free of noise; raises BadInput."""
+    things = [NamedThings.of(run) for run in runs]
     if not sum(len(each.right) for each in things):
         raise BadInput("no instance of these runs stands for a true one with a name: give others")
-    return {name: _row(things, weights or fitted(things)) for name, weights in RULES.items()}
+    rows = {name: _row(things, weights or fitted(things)) for name, weights in RULES.items()}
+    exact = [run.with_exemplars() for run in runs]
+    if None not in exact:
+        rows["with embeddings free of noise"] = _row([NamedThings.of(run) for run in exact if run], NameWeights())
+    return rows
 
 
 def fitted(things: Sequence[NamedThings]) -> NameWeights:

@@ -119,13 +119,20 @@ def _whole_numbers(option: str, text: str, least: int) -> list[int]:
 
 
 def _ablate_naming(runs: tuple[Path, ...], json: bool) -> int:
+    from app.ablation.matched_run import MatchedRun
     from app.ablation.naming_ablation import measure_naming, naming_table
+    from app.ablation.text_questions import measure_questions
 
-    rows = measure_naming(runs)
+    opened = [MatchedRun.open(run) for run in runs]
+    rows, questions = measure_naming(opened), measure_questions(opened)
     if json:
-        print(dumps({"naming": [str(run) for run in runs], "rules": rows}))
-    else:
-        result_console().print(naming_table(rows))
+        print(dumps({"naming": [str(run) for run in runs], "rules": rows, "questions": questions}))
+        return 0
+    result_console().print(naming_table(rows))
+    result_console().print(
+        "asked for {n_there} classes that are there: {top1:.1%} of the best answers are right; present or not, with "
+        "{n_absent} others: precision {present_precision:.1%}, recall {present_recall:.1%}".format(**questions)
+    )
     return 0
 
 
