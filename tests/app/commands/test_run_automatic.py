@@ -59,8 +59,10 @@ def test_without_weights_one_line_says_what_is_used_and_the_folder_repeats_it(ca
 
 
 @pytest.mark.full
-def test_with_the_starter_a_run_has_things_surfaces_and_words(capsys, cache, tmp_path, room) -> None:
+def test_with_the_starter_a_run_has_things_surfaces_and_words(capsys, cache, tmp_path) -> None:
     put_starter(cache)
+    # Models without training are unsure of what they see, so that a few frames of it are no evidence.
+    room = write_small_room(tmp_path / "recording", n_frames=12)
     code, _, err = razer(capsys, "run", room, "-o", tmp_path / "run", *QUICK, "--no-timeline")
     assert code == 0
     assert next(line for line in err.splitlines() if line.startswith("auto: ")) == (
