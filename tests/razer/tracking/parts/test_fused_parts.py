@@ -52,4 +52,6 @@ def test_stuff_is_no_part_and_without_fusion_nothing_is() -> None:
 def test_views_of_one_within_the_other_weigh_as_those_of_both_beside_each_other() -> None:
     assert nested_log_odds(2, 2) == 0
     assert nested_log_odds(2, 1) == -nested_log_odds(1, 2) == pytest.approx(2)
+    assert nested_log_odds(0.5, 0.25) == pytest.approx(0.5)  # views that repeat another count for less than one
+    assert nested_log_odds(3, 1.5) == pytest.approx(3)
     assert nested_log_odds(100, 0) == MAX_MASK_LOG_ODDS
