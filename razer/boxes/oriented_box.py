@@ -9,6 +9,7 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array
 
+SURFACE_TRIM = 0.01  # share of surface points that may lie beyond either face: labels stray at borders
 UNIT_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
@@ -70,6 +71,11 @@ class OrientedBox:
         if trim > 0:
             low, high = np.quantile(along, [trim, 1 - trim], axis=0)
         return cls(axes @ ((low + high) / 2), axes, high - low)
+
+    @classmethod
+    def of_surface(cls, points: Float64Array) -> OrientedBox:
+        """The box along the principal axes of surface points (N, 3), but for the outermost hundredth of them."""
+        return cls.around(points, PointMoments.of(points).axes, SURFACE_TRIM)
 
     @classmethod
     def of_moments(cls, moments: PointMoments) -> OrientedBox:

@@ -23,10 +23,15 @@ def face_normals(mesh: LabelledMesh) -> Float64Array:
 
 def vertex_normals(mesh: LabelledMesh) -> Float64Array:
     """Unit normals (V, 3): adjacent triangles' normals weighted by area; (0, 1, 0) where there are none."""
-    normals = face_normals(mesh)
-    sums = np.zeros((len(mesh.vertices), 3))
-    for corners in mesh.triangles.T:
-        for axis in range(3):
-            sums[:, axis] += np.bincount(corners, normals[:, axis], len(sums))
+    sums = sums_at_vertices(mesh, face_normals(mesh))
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.where(lengths > 0, sums / np.where(lengths > 0, lengths, 1.0), (0.0, 1.0, 0.0))
+
+
+def sums_at_vertices(mesh: LabelledMesh, values: Float64Array) -> Float64Array:
+    """The sums (V, C) of values (T, C) over the triangles around each vertex."""
+    sums = np.zeros((len(mesh.vertices), values.shape[1]))
+    for corners in mesh.triangles.T:
+        for column in range(values.shape[1]):
+            sums[:, column] += np.bincount(corners, values[:, column], len(sums))
+    return sums

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array, Int64Array
-from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.boxes.oriented_box import OrientedBox
 from razer.config.surface_segmentation import SurfaceSegmentationSettings
 from razer.detection.best_views import best_views
 from razer.map_object import MapObject
@@ -16,7 +16,6 @@ from razer.panoptic_map import PanopticMap
 from razer.surface_segmentation.segmentation import segment_surface
 
 _HYPOTHESES = 3  # embeddings of an instance, as in a bank
-_BOX_TRIM = 0.01  # share of the points beyond either end of a box
 _VOXELS_OF_SUPERVOXEL = 3  # less, and normals are those of single triangles
 
 
@@ -92,7 +91,7 @@ def _object(number: int, points: Float64Array, sources: Sequence[_Source], voxel
         id=number,
         class_name=parts[0].item.class_name if parts else None,
         score=0.0,
-        box=OrientedBox.around(points, PointMoments.of(points).axes, trim=_BOX_TRIM),
+        box=OrientedBox.of_surface(points),
         n_voxels=len(np.unique(np.rint(points / voxel_size_m), axis=0)),
         n_vertices=len(points),
         observations=max((p.item.observations for p in parts), default=0),

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from razer.arrays import Float64Array, Int64Array
 from razer.surface_segmentation.level_planes import CEILING, FLOOR, level_plane
+from razer.surface_segmentation.supervoxels import areas_m2, borders
 from razer.surface_segmentation.surface import Surface, color_distance
 from razer.surface_segmentation.wall_planes import wall_patches
 
@@ -38,10 +39,9 @@ class Pieces:
     def of(cls, surface: Surface, supervoxel: Int64Array, colors: Float64Array) -> Pieces:
         """Those of a surface whose vertices (V,) name their supervoxel, -1 for none."""
         is_in, n = supervoxel >= 0, len(colors)
-        ends = supervoxel[surface.edges]
-        ends = ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]
-        areas = np.bincount(supervoxel[is_in], surface.areas[is_in], n).astype(np.float64)
-        return cls(colors, np.bincount(supervoxel[is_in], minlength=n), areas, np.concatenate([ends, ends[:, ::-1]]))
+        ends = borders(surface, supervoxel)
+        sizes, areas = np.bincount(supervoxel[is_in], minlength=n), areas_m2(surface, supervoxel, n)
+        return cls(colors, sizes, areas, np.concatenate([ends, ends[:, ::-1]]))
 
     def inside(self, supervoxel: Int64Array, members: Int64Array) -> Int64Array:
         """The supervoxels of which most lies among some vertices (M,)."""
@@ -94,9 +94,8 @@ def _rooms(pieces: Pieces, alike: Int64Array, found: Int64Array) -> Int64Array:
     is_alike, is_found = np.isin(np.arange(n), alike), np.isin(np.arange(n), found)
     a, b = pieces.borders[is_alike[pieces.borders[:, 0]]].T
     within = is_alike[b]
-    region = connected_components(coo_matrix((np.ones(within.sum()), (a[within], b[within])), (n, n)), directed=False)[
-        1
-    ]
+    graph = coo_matrix((np.ones(within.sum()), (a[within], b[within])), (n, n))
+    _, region = connected_components(graph, directed=False)
     outline = np.bincount(region[a[~within]], minlength=n)
     on_found = np.bincount(region[a[~within]], is_found[b[~within]], minlength=n)
     area = np.bincount(region[alike], pieces.areas[alike], minlength=n)

@@ -7,6 +7,7 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
 from razer.models.geometric.region_graph import RegionGraph, summed_pairs
+from razer.surface_segmentation.supervoxels import areas_m2, borders
 from razer.surface_segmentation.surface import Surface, unit
 
 # Columns of RegionGraph.sums: square metres, and what is weighted by them; and of RegionGraph.boundary: edges of the
@@ -38,17 +39,15 @@ def supervoxel_graph(
     n = len(colors)
     normals = unit(supervoxel_means(surface.normals, supervoxel, n))
     middles = supervoxel_means(surface.positions, supervoxel, n)
-    ends = supervoxel[surface.edges]
-    ends = ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]
+    ends = borders(surface, supervoxel)
     a, b = ends[is_thing[ends].all(axis=1)].T
     bend = np.degrees(np.arccos(np.clip((normals[a] * normals[b]).sum(axis=1), -1, 1)))
     opens = ((normals[b] - normals[a]) * (middles[b] - middles[a])).sum(axis=1) < 0
-    borders = np.stack([np.ones(len(a)), np.where(opens, bend, 0)], axis=1)
-    is_in = supervoxel >= 0
-    areas = np.bincount(supervoxel[is_in], surface.areas[is_in], n) * is_thing
+    creases = np.stack([np.ones(len(a)), np.where(opens, bend, 0)], axis=1)
+    areas = areas_m2(surface, supervoxel, n) * is_thing
     squares = supervoxel_means((surface.positions**2).sum(axis=1, keepdims=True), supervoxel, n)
     sums = areas[:, None] * np.concatenate([np.ones((n, 1)), colors, middles, squares], axis=1)
-    return RegionGraph(sums, *summed_pairs(np.stack([a, b], axis=1), borders, n), np.arange(n))
+    return RegionGraph(sums, *summed_pairs(np.stack([a, b], axis=1), creases, n), np.arange(n))
 
 
 def size_m(sums: Float64Array) -> Float64Array:

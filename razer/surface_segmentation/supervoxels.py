@@ -30,6 +30,18 @@ def supervoxels(surface: Surface, size_m: float) -> tuple[Int64Array, int]:
     return number[np.where(source >= 0, source, len(surface))], len(seeds)
 
 
+def borders(surface: Surface, supervoxel: Int64Array) -> Int64Array:
+    """The two supervoxels (B, 2) at each edge of the mesh between two of them; supervoxel (V,), -1 for none."""
+    ends = supervoxel[surface.edges]
+    return ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]
+
+
+def areas_m2(surface: Surface, supervoxel: Int64Array, n: int) -> Float64Array:
+    """Square metres (N,) of each of n supervoxels."""
+    is_in = supervoxel >= 0
+    return np.bincount(supervoxel[is_in], surface.areas[is_in], n).astype(np.float64)
+
+
 def _edge_lengths(surface: Surface) -> Float64Array:
     a, b = surface.edges.T
     length = np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity
 
 from razer.arrays import Float64Array, FloatArray, Int64Array
-from razer.semantics.normals import face_normals
+from razer.semantics.normals import face_normals, sums_at_vertices
 from razer.volume.mesh_extraction import LabelledMesh
 
 _SMOOTHING_ROUNDS = 3  # of normals over neighbours: beyond the noise of a voxel, below the size of a cup
@@ -81,10 +81,6 @@ def _neighbourhood(edges: Int64Array, n: int) -> csr_matrix:
 
 def _normals(mesh: LabelledMesh) -> tuple[Float64Array, Float64Array]:
     """Unit normals (V, 3) by area, and a third of the area of the triangles around each vertex (V,)."""
-    faces, corners = face_normals(mesh), mesh.triangles.reshape(-1)
-    n = len(mesh.vertices)
-    normals = np.zeros((n, 3))
-    for axis in range(3):
-        normals[:, axis] = np.bincount(corners, np.repeat(faces[:, axis], 3), n)
-    areas = np.bincount(corners, np.repeat(np.linalg.norm(faces, axis=1), 3), n) / 6
-    return unit(normals), areas
+    faces = face_normals(mesh)
+    areas = sums_at_vertices(mesh, np.linalg.norm(faces, axis=1, keepdims=True)) / 6
+    return unit(sums_at_vertices(mesh, faces)), areas[:, 0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from razer.arrays import Float64Array
-from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.boxes.oriented_box import SURFACE_TRIM, OrientedBox, PointMoments
 from razer.class_votes import ClassVote, VoteCount, best_name
 from razer.config import BankSettings, MaintenanceSettings
 from razer.detection.best_views import BestView, best_views
@@ -123,13 +123,13 @@ class Track:
         chance = min(1.0, visible_cells / max(1.0, ENOUGH_OF_TYPICAL * typical_cells))
         self.existence.count(0.0, novelty * chance)
 
-    def refresh(self, points: Float64Array, axes_trim: float = 0.01) -> None:
+    def refresh(self, points: Float64Array) -> None:
         """Count the track's own voxels (N, 3), and take moments and box from them, which forget what was corrected
         since, unless moments are sums."""
         self.n_voxels = len(points)
         if len(points) >= 4 and self._settings.moments == "voxels":
             self.moments = PointMoments.of(points)
-            self.box = OrientedBox.around(points, self.moments.axes, trim=axes_trim)
+            self.box = OrientedBox.around(points, self.moments.axes, SURFACE_TRIM)
 
     def absorb(self, other: Track) -> None:
         """Become one with a duplicate, which is then forgotten."""

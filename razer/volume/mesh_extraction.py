@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from razer.arrays import Float32Array, IndexArray, Int32Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array, Uint8Array
 from razer.detection.observed_surface import Cells, cells_of
 from razer.volume.marching_cubes import color_bytes, marching_cubes
 from razer.volume.voxel_map import VoxelMap
@@ -18,6 +18,7 @@ from razer.volume.voxel_map import VoxelMap
 # Neighbours of a vertex on the lattice, as x, y, z steps from its lower corner.
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int32)
 
+LEAST_WEIGHT = 0.02  # of a corner of a lattice cube
 POINTS_AT_ONCE = 20_000  # of votes around points, some 2 KB each
 
 
@@ -81,13 +82,19 @@ def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
     size = voxels.settings.voxel_size_m
     result = [np.zeros(0, np.int32)]
     for part in np.array_split(points, len(points) // POINTS_AT_ONCE + 1):
-        low = np.floor(part / size + 1e-4).astype(np.int32)
-        inside = part / size - low
-        corners = (low[:, None] + CORNERS).reshape(-1, 3)
-        weights = np.where(CORNERS[None] == 1, inside[:, None], 1 - inside[:, None]).prod(axis=2)
-        cells, row = cells_of(corners, size)
+        corners, weights = lattice_cubes(part, size)
+        cells, row = cells_of(corners.reshape(-1, 3), size)
         result.append(_most_voted(voxels, cells, row.reshape(-1, 8), weights))
     return np.concatenate(result)
+
+
+def lattice_cubes(points: Float32Array | Float64Array, size_m: float) -> tuple[Int32Array, NDArray]:
+    """The corners (N, 8, 3) of the lattice cube around each point (N, 3), metres, and their weights (N, 8) in trilinear
+    interpolation; none weighs nothing, as a point on an edge of the lattice sees the cells on both sides."""
+    low = np.floor(points / size_m + 1e-4).astype(np.int32)
+    inside = (points / size_m - low)[:, None]
+    weights = np.where(CORNERS == 1, inside, 1 - inside).prod(axis=2)
+    return low[:, None] + CORNERS, np.maximum(weights, LEAST_WEIGHT)
 
 
 def nearest_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
@@ -127,7 +134,7 @@ def _most_voted(voxels: VoxelMap, cells: Cells, corner: Int32Array, weights: NDA
     slots = ids.shape[1]
     near_ids = ids[row].reshape(len(corner), 8 * slots)
     # Whole numbers add up the same in any order.
-    share = torch.from_numpy(np.rint(np.maximum(weights, 0.02) * 1024)).to(ids.device).long()
+    share = torch.from_numpy(np.rint(weights * 1024)).to(ids.device).long()
     near_votes = (counts[row] * share[:, :, None]).reshape(len(corner), 8 * slots)
     total = torch.zeros_like(near_votes)
     for slot in range(8 * slots):

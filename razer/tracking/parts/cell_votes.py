@@ -8,12 +8,11 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float32Array, Float64Array, Int64Array, IntArray
 from razer.detection.observed_surface import BLOCK, Cells
+from razer.volume.mesh_extraction import lattice_cubes
 
 MAJORITY = 0.5  # share of the times a cell was seen that it has to be in the mask
 _AXIS_BITS, _LOCAL_BITS = 17, 12  # of a block's coordinate and of a place in it: 63 in all
 _CENTER = 1 << (_AXIS_BITS - 1)
-_CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.int64)
-_LEAST_WEIGHT = 0.02  # of a corner, as where vertices are labelled: one on an edge of the lattice sees both sides
 
 
 def cell_keys(cells: Cells) -> Int64Array:
@@ -95,10 +94,8 @@ class CellVotes:
     def hold(self, points: Float64Array, voxel_size_m: float) -> BoolArray:
         """Which points (N, 3), metres, are of the part: the cells of the lattice cube around each add their votes,
         weighted as in trilinear interpolation."""
-        low = np.floor(points / voxel_size_m + 1e-4).astype(np.int64)
-        inside = (points / voxel_size_m - low)[:, None]
-        weight = np.maximum(np.where(_CORNERS == 1, inside, 1 - inside).prod(axis=2), _LEAST_WEIGHT)
-        rows, known = rows_in(self.keys, lattice_keys((low[:, None] + _CORNERS).reshape(-1, 3)))
+        corners, weight = lattice_cubes(points, voxel_size_m)
+        rows, known = rows_in(self.keys, lattice_keys(corners.reshape(-1, 3)))
         weight *= known.reshape(weight.shape)
         if not len(self.keys):
             return np.zeros(len(points), bool)

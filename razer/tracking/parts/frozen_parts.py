@@ -7,14 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from razer.arrays import Float64Array, Int32Array
-from razer.boxes.oriented_box import OrientedBox, PointMoments
+from razer.arrays import Int32Array
+from razer.boxes.oriented_box import OrientedBox
 from razer.map_object import MapObject
 from razer.tracking.parts.part_surface import PartSurface
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import LabelledMesh
-
-BOX_TRIM = 0.01  # share of the vertices beyond each face, as for the boxes of tracks
 
 
 def frozen(track: Track, n_vertices: int) -> MapObject:
@@ -47,14 +45,10 @@ def frozen_parts(
     for part_id, surface in enumerate(surfaces, start=newest_id + 1):
         labels[surface.vertices] = part_id
         points = mesh.vertices[surface.vertices].astype(np.float64)
-        part = replace(frozen(surface.track, len(points)), id=part_id, part_of=surface.whole, box=_box_around(points))
-        cells = np.unique(np.rint(points / voxel_size_m).astype(np.int64), axis=0)
-        parts.append(replace(part, n_voxels=len(cells)))
+        box, cells = OrientedBox.of_surface(points), np.unique(np.rint(points / voxel_size_m), axis=0)
+        part = frozen(surface.track, len(points))
+        parts.append(replace(part, id=part_id, part_of=surface.whole, box=box, n_voxels=len(cells)))
     return tuple(parts), labels
-
-
-def _box_around(points: Float64Array) -> OrientedBox:
-    return OrientedBox.around(points, PointMoments.of(points).axes, trim=BOX_TRIM)
 
 
 def parts_as_instances(
