@@ -42,6 +42,15 @@ class Intrinsics:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedColor:
+    """The picture of a colour camera beside the depth camera, as it took it: rgb (h, w, 3) uint8; pixel (H, W) int32,
+    where in it each pixel of the depth image lies, row by row."""
+
+    rgb: Uint8Array
+    pixel: Int32Array
+
+
+@dataclass(frozen=True, slots=True)
 class Frame:
     """One registered RGB-D image: colour and depth share one pixel grid.
 
@@ -50,7 +59,8 @@ class Frame:
     unknown; instance_ids (H, W) int32, 0 = nobody, with instance_classes naming them, only where the
     source knows them (synthetic rooms, annotated data); notes say what a reader had to repair; has_color (H, W) bool
     is false where a colour camera beside the depth camera does not see what depth shows, None = everywhere true;
-    part_ids (H, W) uint8 number the parts of each instance from 1, 0 = of no part, only where the source knows them.
+    part_ids (H, W) uint8 number the parts of each instance from 1, 0 = of no part, only where the source knows them;
+    recorded_color, the picture that rgb was brought onto depth from, None where that is rgb itself.
     """
 
     index: int
@@ -64,6 +74,7 @@ class Frame:
     notes: tuple[str, ...] = ()
     has_color: BoolArray | None = None
     part_ids: Uint8Array | None = None
+    recorded_color: RecordedColor | None = None
 
     def __post_init__(self) -> None:
         shape = (self.intrinsics.height, self.intrinsics.width)

@@ -13,7 +13,7 @@ from razer.config import MapperConfig
 from razer.detection.perception import Observation, Perception
 from razer.errors import BadInput
 from razer.frame import Frame
-from razer.models import Embedder, Segmenter, prefers_fused_surface, unrelated_cosine
+from razer.models import Embedder, Segmenter, prefers_fused_surface, tells_instances, unrelated_cosine
 from razer.models.model_choice import choose_models
 from razer.panoptic_map import PanopticMap
 from razer.query.text_queries import TextQueryEncoder
@@ -25,6 +25,7 @@ from razer.stages import stage
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
 from razer.surface_segmentation.segmented_map import segmented_map
+from razer.surface_segmentation.structure_claims import with_claimed_structure
 from razer.tracking.panoptic_integrator import PanopticIntegrator
 from razer.tracking.parts.part_surface import part_surfaces
 from razer.tracking.step_result import StepResult
@@ -114,15 +115,18 @@ class Mapper:
 
     def finish(self) -> PanopticMap:
         """Catch up with corrected poses, and a last pass over the tracks; after it labels are settled and boxes are
-        fresh. The finished map; its instances are segments of its surface where `surface_segmentation` says so."""
+        fresh. The finished map; where `surface_segmentation` says so, its instances are segments of its surface, or its
+        planes of structure belong to the stuff that has most of them."""
         for _ in self.catch_up():
             pass
         self._integrator.finish(spare_confirmed=self._is_behind)
         panoptic, settings = self.snapshot(), self.config.surface_segmentation
-        if settings.use == "never" or (settings.use == "auto" and not prefers_fused_surface(self.perception.segmenter)):
-            return panoptic
-        voxel_size_m, newest_id = self.config.voxels.voxel_size_m, self.tracker.newest_id
-        return segmented_map(panoptic, settings, voxel_size_m=voxel_size_m, newest_id=newest_id)
+        segmenter, voxel_size_m = self.perception.segmenter, self.config.voxels.voxel_size_m
+        if settings.use == "always" or (settings.use == "auto" and prefers_fused_surface(segmenter)):
+            return segmented_map(panoptic, settings, voxel_size_m=voxel_size_m, newest_id=self.tracker.newest_id)
+        if settings.structure == "always" or (settings.structure == "auto" and not tells_instances(segmenter)):
+            return with_claimed_structure(panoptic, settings, voxel_size_m=voxel_size_m)
+        return panoptic
 
     @property
     def _is_behind(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame
 from razer.models import make_segmenter
+from razer.models.recorded_view import masks_of
 
 FORMAT = 1
 
@@ -35,7 +37,7 @@ def measure_masks(folder: Path, config: RunConfig) -> dict[str, Any]:
     sequence = open_recording(folder, config.input, console)
     require_poses(sequence)
     print_model_note(note, console)
-    statistics = MaskConsistency.of(_views(sequence, config, segmenter.segment, console))
+    statistics = MaskConsistency.of(_views(sequence, config, partial(masks_of, segmenter), console))
     return {"format": FORMAT, "name": sequence.name, "segmenter": chosen.name} | statistics.to_json()
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
-from razer.arrays import BoolArray, Float32Array, Uint8Array
-from razer.frame import Frame, Intrinsics
+from razer.arrays import BoolArray, Float32Array, Int32Array, Uint8Array
+from razer.frame import Frame, Intrinsics, RecordedColor
 
 # What lies behind something nearer by more than this, in the colour camera's view, is hidden from it: what sensors err
 # by and smooth surfaces span within a cell stays below.
@@ -22,11 +22,12 @@ _CELL_SPACINGS = 1.5  # cells of the depth buffer, in distances between neighbou
 
 @dataclass(frozen=True)
 class RegisteredColor:
-    """Colour (H, W, 3) uint8 on the grid of depth, black where the colour camera sees nothing of it, and where it sees
-    it, `is_seen` (H, W)."""
+    """Colour (H, W, 3) uint8 on the grid of depth, black where the colour camera sees nothing of it; where it sees it,
+    `is_seen` (H, W); and the picture it is from."""
 
     rgb: Uint8Array
     is_seen: BoolArray
+    recorded: RecordedColor
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class ColorWarp:
         x, y, is_seen = self._lookup(_without_gaps(depth), depth > 0, (rgb.shape[1], rgb.shape[0]))
         colors = cv2.remap(rgb, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         colors[~is_seen] = 0
-        return RegisteredColor(colors, is_seen)
+        return RegisteredColor(colors, is_seen, RecordedColor(rgb, _nearest_pixel(x, y, rgb.shape)))
 
     def nearest(self, ids: NDArray, depth: Float32Array) -> NDArray:
         """Ids of the colour image on the grid of a depth image (H, W), metres: that of the nearest pixel, never one
@@ -84,7 +85,14 @@ class ColorWarp:
     def registered(self, frame: Frame) -> Frame:
         """A frame with its colour brought onto its depth."""
         color = self.apply(frame.rgb, frame.depth)
-        return replace(frame, rgb=color.rgb, has_color=color.is_seen)
+        return replace(frame, rgb=color.rgb, has_color=color.is_seen, recorded_color=color.recorded)
+
+
+def _nearest_pixel(x: Float32Array, y: Float32Array, shape: tuple[int, ...]) -> Int32Array:
+    """The pixel of an image of that shape, row by row, at which each of some places lies."""
+    height, width = shape[:2]
+    row, column = (np.rint(np.clip(where, 0, end - 1)).astype(np.int32) for where, end in ((y, height), (x, width)))
+    return row * np.int32(width) + column
 
 
 def _without_gaps(depth: Float32Array) -> Float32Array:

@@ -96,11 +96,11 @@ class RecordedSequence(FrameIteration):
         depth = self._depth(index)
         rgb = self.images.color(index)
         self._check_size(index, "colour", size_of(rgb), self.rgbd_alignment.color_size)
-        rgb, has_color = self.rgbd_alignment.color(rgb, depth)
+        rgb, has_color, recorded = self.rgbd_alignment.color(rgb, depth)
         ids = self._instance_ids(index, depth)
         names = self.class_names if ids is not None else {}
         stamp, parts = self.images.stamp(index), self._part_ids(index)
-        return Frame(index, stamp, rgb, depth, self.intrinsics, pose, ids, names, notes, has_color, parts)
+        return Frame(index, stamp, rgb, depth, self.intrinsics, pose, ids, names, notes, has_color, parts, recorded)
 
     def _depth(self, index: int) -> Float32Array:
         depth = self.images.depth(index)

@@ -13,7 +13,7 @@ from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from razer.arrays import BoolArray, Float32Array, Int16Array, Uint8Array, Uint16Array
 from razer.errors import BadInput
-from razer.frame import Intrinsics
+from razer.frame import Intrinsics, RecordedColor
 
 Size = tuple[int, int]
 """(width, height) in pixels."""
@@ -60,17 +60,18 @@ class RgbdAlignment:
     depth_map: PixelMap | None = None
     warp: ColorWarp | None = None
 
-    def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None]:
-        """Colour on the grid of the aligned `depth`, and which pixels have one; None = all."""
+    def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None, RecordedColor | None]:
+        """Colour on the grid of the aligned `depth`, which pixels have one, None = all, and the picture that it was
+        looked up in, None = this one."""
         if self.warp is None and self.color_size != self.depth_size:
             shrinks = self.color_size[0] > self.depth_size[0]
             rgb = cv2.resize(rgb, self.depth_size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
         if self.color_map is not None:
             rgb = self.color_map.smooth(rgb)
         if self.warp is None:
-            return rgb, None
+            return rgb, None, None
         registered = self.warp.apply(rgb, depth)
-        return registered.rgb, registered.is_seen
+        return registered.rgb, registered.is_seen, registered.recorded
 
     def on_depth_grid(self, image: NDArray) -> NDArray:
         """A depth or id image of the depth camera, undistorted."""

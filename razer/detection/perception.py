@@ -12,6 +12,7 @@ from razer.detection.lifting import Lifted, filter_masks, lift
 from razer.detection.observed_surface import ObservedSurface
 from razer.frame import Frame, Masks
 from razer.models import Embedder, Segmenter
+from razer.models.recorded_view import masks_of, vectors_of
 from razer.stages import stage
 
 
@@ -38,13 +39,14 @@ class Perception:
         with stage("lift"):
             surface = ObservedSurface.of(frame, settings.voxel_size_m, settings.depth_min_m, settings.depth_max_m)
         with stage("segment"):
-            masks = filter_masks(frame, _where_colored(frame, self.segmenter.segment(frame)), self.config.masks)
+            masks = filter_masks(frame, _where_colored(frame, masks_of(self.segmenter, frame)), self.config.masks)
             masks = in_order_of_content(masks)
         with stage("embed"):
-            embeddings = self.embedder.embed(frame, masks)
+            embeddings = vectors_of(self.embedder, frame, masks)
         with stage("lift"):
             lifted = lift(surface, masks, embeddings, self.config.lifting, self.config.masks.shrink_pixels)
-        return Observation(frame, surface.prepared(settings.truncation_m), lifted)
+        mapped = replace(frame, recorded_color=None)  # nothing looks at it any more, and frames wait in queues
+        return Observation(mapped, surface.prepared(settings.truncation_m), lifted)
 
 
 def in_order_of_content(masks: Masks) -> Masks:

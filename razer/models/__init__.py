@@ -95,6 +95,12 @@ def unrelated_cosine(embedder: Embedder) -> float:
     return float(getattr(embedder, "unrelated_cosine", 0.0))
 
 
+def tells_instances(segmenter: Segmenter) -> bool:
+    """Whether each mask of a thing is one thing, with its own border; not where masks are pieces of a class map, be it
+    in one part of a combination."""
+    return bool(getattr(segmenter, "tells_instances", True))
+
+
 def prefers_fused_surface(segmenter: Segmenter) -> bool:
     """Whether the surface of the finished map shows a segmenter what single frames do not: its `prefers_fused_surface`,
     else no."""

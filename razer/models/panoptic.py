@@ -29,6 +29,8 @@ class PanopticSegmenter:
     image is covered, with more errors. device: auto, cpu or cuda. Raises BadInput.
     """
 
+    looks_at_color_alone = True
+
     def __init__(self, weights: str | Path, confidence: float = 0.5, device: Device = "auto") -> None:
         if not 0 <= confidence <= 1:
             raise BadInput(f"segmenter option confidence is from 0 to 1, not {confidence}")

@@ -66,6 +66,16 @@ def segment_surface(mesh: LabelledMesh, up: Float64Array, settings: SurfaceSegme
     return SurfaceSegments(labels.astype(np.int32), np.array(scores, np.float64), tuple(names))
 
 
+def structure_pieces(mesh: LabelledMesh, up: Float64Array, settings: SurfaceSegmentationSettings) -> list[Int64Array]:
+    """The vertices of each connected plane of structure of a mesh: walls, floors, ceilings."""
+    if not len(mesh.triangles):
+        return []
+    surface = Surface.of(mesh, up)
+    supervoxel, n = supervoxels(surface, settings.supervoxel_m)
+    kinds = np.append(structure(surface, supervoxel, supervoxel_means(surface.lab, supervoxel, n)), 0)[supervoxel]
+    return [piece for kind in range(1, len(STRUCTURE)) for piece in _pieces(surface, np.flatnonzero(kinds == kind))]
+
+
 def _pieces(surface: Surface, members: Int64Array) -> list[Int64Array]:
     """The connected parts of structure that are large enough; those that touch nearly are one."""
     if not len(members):

@@ -25,13 +25,14 @@ NESTED = 0.9  # share of a mask's cells within another that makes it a part of t
 class LabelOverlap:
     """Counts of observed cells: `shared` {(detection, track): cells}, `labelled` {detection: cells with any
     label}, `visible` {track: cells in the frame}, `in_mask` {(mask, track): cells}; `nested`, (inner, outer) pairs of
-    masks."""
+    masks; `stuff`, the masks of stuff."""
 
     shared: Mapping[tuple[int, int], int]
     labelled: Mapping[int, int]
     visible: Mapping[int, int]
     in_mask: Mapping[tuple[int, int], int]
     nested: frozenset[tuple[int, int]] = frozenset()
+    stuff: frozenset[int] = frozenset()
 
     @classmethod
     def gather(cls, voxels: VoxelMap, cells: Cells, lifted: Lifted) -> LabelOverlap:
@@ -49,7 +50,9 @@ class LabelOverlap:
         for (detection, _), n in shared.items():
             labelled[detection] += n
         nested = nested_masks(lifted.member_mask, lifted.member_cell, {d.mask: d.class_name for d in detections})
-        return cls(shared, labelled, {track: n for (_, track), n in in_frame.items()}, in_mask, nested)
+        visible = {track: n for (_, track), n in in_frame.items()}
+        stuff = frozenset(d.mask for d in detections if d.is_stuff)
+        return cls(shared, labelled, visible, in_mask, nested, stuff)
 
     def visible_iou(self, detection: int, track: int) -> float:
         """IoU of a detection with the track's voxels as this frame sees them. Cells without a label count

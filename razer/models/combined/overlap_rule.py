@@ -52,8 +52,8 @@ def combine(parts: Sequence[PartMasks], iou: float) -> Masks:
     3. Stuff of segmenters that tell things apart, and masks that step 1 called stuff, are left where no thing is: they
        have finer borders than pieces of classes.
     4. A piece of a thing's class, from a segmenter that does not tell things apart, is left where none of these is and
-       no such piece of an earlier segmenter, nor the rim of a thing that it covers by more than half; what is left of
-       it falls into connected pieces.
+       no such piece of an earlier segmenter, nor the rim or a hole of a thing that it covers by more than half (what
+       lies on a table is not another one); what is left of it falls into connected pieces.
     5. All other stuff is what is left of it. Stuff of one class that touches is one mask, whoever saw it.
 
     Args:
@@ -137,10 +137,14 @@ def _best_of_several(parts: Sequence[Masks], names_itself: Sequence[bool], iou: 
     return things.select(is_kept)
 
 
-def _grown(taken: BoolArray) -> BoolArray:
-    """What is taken (H, W), with its rim."""
+def _grown(masks: BoolArray) -> BoolArray:
+    """What masks (N, H, W) take of an image (H, W), with their rims and with what each encloses."""
+    taken = np.zeros(masks.shape[1:], np.uint8)
+    for mask in masks:
+        outlines, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(taken, outlines, -1, 1, cv2.FILLED)
     size = 2 * round(RIM_PIXELS * len(taken) / 480) + 1
-    return cv2.dilate(taken.view(np.uint8), np.ones((size, size), np.uint8)).astype(np.bool_)
+    return cv2.dilate(taken, np.ones((size, size), np.uint8)).astype(np.bool_)
 
 
 def _outside(pieces: Masks, others: Masks, enough: int) -> Masks:
@@ -153,7 +157,7 @@ def _outside(pieces: Masks, others: Masks, enough: int) -> Masks:
     for number, piece in enumerate(pieces.masks):
         left = [piece]
         if (piece & taken).any():
-            rims = _grown(np.any(others.masks[is_covered[:, number]], axis=0))
+            rims = _grown(others.masks[is_covered[:, number]])
             left = connected_pieces(piece & ~taken & ~rims, enough)
         sources += [number] * len(left)
         masks += left

@@ -7,9 +7,10 @@ from typing import Any
 
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
-from razer.models import Segmenter, make_segmenter
+from razer.models import Segmenter, make_segmenter, tells_instances
 from razer.models.combined.overlap_rule import PartMasks, combine
 from razer.models.combined.part_names import part_names, part_options
+from razer.models.recorded_view import masks_of
 
 
 class CombinedSegmenter:
@@ -33,9 +34,14 @@ class CombinedSegmenter:
         self.parts = _made(parts, options) if isinstance(parts, str) else dict(parts)
         self.iou = iou
 
+    @property
+    def tells_instances(self) -> bool:
+        """Whether all parts do."""
+        return all(tells_instances(part) for part in self.parts.values())
+
     def segment(self, frame: Frame) -> Masks:
         """The masks of one frame, things first, then pieces of classes, then stuff; stuff is flagged."""
-        found = [PartMasks(part.segment(frame), getattr(part, "tells_instances", True)) for part in self.parts.values()]
+        found = [PartMasks(masks_of(part, frame), tells_instances(part)) for part in self.parts.values()]
         return combine(found, self.iou)
 
 

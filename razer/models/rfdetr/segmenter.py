@@ -32,6 +32,8 @@ class RfDetrSegmenter:
         BadInput: for impossible options, and a file that is no RF-DETR segmentation model.
     """
 
+    looks_at_color_alone = True
+
     def __init__(
         self,
         weights: str | Path,

@@ -36,6 +36,8 @@ class SamSegmenter:
         BadInput: for impossible options, or where there is no such model.
     """
 
+    looks_at_color_alone = True
+
     def __init__(
         self,
         weights: str | Path,

@@ -43,6 +43,7 @@ class SemanticSegmenter:
     """
 
     tells_instances = False
+    looks_at_color_alone = True
     """A piece of a class may be several things that touch."""
 
     def __init__(

@@ -29,6 +29,8 @@ class YoloSegmenter:
         BadInput: for impossible options, and a file that is no YOLO segmentation model.
     """
 
+    looks_at_color_alone = True
+
     def __init__(
         self,
         weights: str | Path,

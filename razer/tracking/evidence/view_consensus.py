@@ -43,6 +43,8 @@ class ViewConsensus:
         mask_of = self._covering_masks(overlap, born)
         for pair in combinations(sorted(mask_of), 2):
             masks = mask_of[pair[0]], mask_of[pair[1]]
+            if masks[0] == masks[1] and masks[0] in overlap.stuff:
+                continue  # a wall's mask covers the pictures that were missed: they are not one for that
             is_one = masks[0] == masks[1] or not overlap.nested.isdisjoint({masks, masks[::-1]})
             counts = self._together if is_one else self._apart
             counts[pair] += novelty

@@ -21,9 +21,10 @@ BARREL = (0.25, -0.6, 0.003, -0.002, 0.4)
 def test_equal_sizes_without_distortion_pass_untouched() -> None:
     registration = make_rgbd_alignment(Declared(Camera(10, 10, 3.5, 2.5)), (8, 6), (8, 6))
     rgb, metres = colour(), depth().astype(np.float32)
-    color, has_color = registration.color(rgb, metres)
+    color, has_color, recorded = registration.color(rgb, metres)
     assert color is rgb
     assert has_color is None
+    assert recorded is None, "this is the picture as it was recorded"
     assert registration.on_depth_grid(metres) is metres
 
 
@@ -91,8 +92,12 @@ def test_each_pixel_is_moved_by_its_own_depth() -> None:
     metres[:3] = 1.0
     metres[5] = 0.0  # as far as the nearest pixel that has a depth
     metres[2] = 2.0
-    rgb, has_color = registration.color(colour(), metres)
+    rgb, has_color, recorded = registration.color(colour(), metres)
     assert has_color is not None
+    assert recorded is not None
+    np.testing.assert_array_equal(recorded.rgb, colour())
+    row, column = np.divmod(recorded.pixel, 8)
+    np.testing.assert_array_equal(rgb[has_color], recorded.rgb[row, column][has_color])  # moved by whole pixels
     np.testing.assert_array_equal(has_color[3], np.arange(8) < 7)  # moved by 1 pixel: the last is not seen
     np.testing.assert_array_equal(rgb[0, :6, 1], np.arange(2, 8))
     np.testing.assert_array_equal(rgb[3, :7, 1], np.arange(1, 8))

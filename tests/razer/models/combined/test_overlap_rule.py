@@ -67,6 +67,17 @@ def test_nested_things_stay_whole_and_one_detector_is_left_alone() -> None:
     assert combine([twice, detector()], 0.5).class_names == ("chair", "couch")
 
 
+def test_what_a_thing_encloses_is_no_other_thing_of_a_class_map() -> None:
+    """A magazine on a table: the detector leaves it out, the class map does not know it."""
+    magazine = box(20, 30, 28, 40)
+    table = box(10, 10, 40, 60) & ~magazine
+    whole, beside = box(10, 10, 40, 60), box(42, 10, 47, 30)
+    masks = combine([detector(("table", 0.9, table)), semantic(("table", whole), ("table", beside))], 0.5)
+    assert named(masks) == [("table", int(table.sum())), ("table", int(beside.sum()))]
+    hollow = combine([detector(("frame", 0.9, table)), semantic(("picture", magazine))], 0.5)
+    assert named(hollow)[1] == ("picture", int(magazine.sum())), "a piece that does not cover the thing is its own"
+
+
 def test_what_a_suppressed_thing_overlapped_stays() -> None:
     # a beats b, which would beat c: c is compared with what stays.
     a, b, c = box(10, 10, 20, 30), box(10, 13, 20, 33), box(10, 20, 20, 40)

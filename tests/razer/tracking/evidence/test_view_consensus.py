@@ -52,6 +52,14 @@ def test_fragments_under_one_mask_agree() -> None:
     assert agreed(consensus_of(TOGETHER, TOGETHER)) == [(1, 2)]
 
 
+def test_two_things_under_one_mask_of_stuff_are_not_one_for_that() -> None:
+    """A wall's mask covers the pictures that the detector missed in this frame."""
+    wall_over_both = replace(TOGETHER, stuff=frozenset({0}))
+    assert consensus_of(*[wall_over_both] * 9).log_odds((1, 2)) == 0.0
+    one_missed = replace(APART, stuff=frozenset({1}))
+    assert consensus_of(one_missed).log_odds((1, 2)) == pytest.approx(-2.0), "one was seen without the other"
+
+
 def test_a_frame_weighs_as_the_share_of_a_view_that_it_is() -> None:
     parts = consensus_of(*[TOGETHER, APART, TOGETHER] * 4, novelty=0.1)
     assert parts.log_odds((1, 2)) == pytest.approx(0.8)
