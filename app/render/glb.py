@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from app.render.palette import tinted
 from razer.arrays import Float64Array, IntArray, Uint8Array, Uint16Array
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import vertex_normals
-from razer.volume.mesh_extraction import LabelledMesh
 
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
