@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from razer.edits.edit import Delete, Merge, MoveBorder, Relabel, Rename, Split
 from razer.edits.log import EditLog, Entry, Reversal
@@ -37,16 +37,30 @@ def what_happened(log: EditLog, entry: Entry, instance: int) -> str:
     return f"{entry.called(instance)} {_past(entry, instance)} by edit {entry.number}"
 
 
+def account(log: EditLog, entry: Entry) -> str:
+    """What an entry did: "chair #12 was merged into #7"."""
+    if isinstance(entry.change, Reversal):
+        return f"edit {entry.change.edit} was {'undone' if entry.kind == 'undo' else 'done again'}: " + account(
+            log, log.entry(entry.change.edit)
+        )
+    first = entry.touched[0]
+    return f"{entry.called(first)} {_past(entry, first)}"
+
+
 def _past(entry: Entry, instance: int) -> str:
     match entry.change:
         case Rename(name=name) | Relabel(class_name=name):
             return f"was named {name}"
-        case Merge(instances=[kept, *_]):
-            return f"was merged into #{kept}" if instance != kept else "took in others"
+        case Merge(instances=[kept, *others]):
+            return f"was merged into #{kept}" if instance != kept else f"took in {_numbers(others)}"
         case Delete():
             return "was deleted"
         case Split(new=new):
-            return "was split" if instance != new else "was split off"
+            return f"was split, into itself and #{new}" if instance != new else "was split off"
         case MoveBorder(source=source, target=target):
             return f"gave surface to #{target}" if instance == source else f"took surface of #{source}"
     return "was changed"
+
+
+def _numbers(ids: Sequence[int]) -> str:
+    return ", ".join(f"#{i}" for i in ids)

@@ -128,6 +128,16 @@ class EditLog:
         """The number of entries: that of the map as they leave it."""
         return len(self.entries)
 
+    def listed(self) -> list[dict[str, Any]]:
+        """The entries as people and programs see them: without what instances are known again by, and with `undone`."""
+        in_force = {entry.number for entry in self.in_force}
+        listed = []
+        for entry in self.entries:
+            content = {key: value for key, value in entry.to_json().items() if key not in ("map", "about")}
+            is_undone = not isinstance(entry.change, Reversal) and entry.number not in in_force
+            listed.append(content | {"undone": is_undone})
+        return listed
+
     def appended(self, entry: Entry) -> EditLog:
         """With one entry more."""
         return EditLog((*self.entries, entry))
