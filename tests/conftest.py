@@ -20,3 +20,14 @@ def real_data() -> Path:
     if not root:
         pytest.skip("RAZER_TEST_DATA is not set: no real recordings to test on")
     return Path(root) / "data"
+
+
+@pytest.fixture(scope="session")
+def cuda() -> str:
+    """The CUDA device, as Open3D names it."""
+    import open3d.core as o3c
+    import torch
+
+    if not (o3c.cuda.is_available() and torch.cuda.is_available()):
+        pytest.skip("needs a CUDA device, and builds of Open3D and torch that use it")
+    return "CUDA:0"
