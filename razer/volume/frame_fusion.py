@@ -24,7 +24,6 @@ from razer.frame import Frame
 from razer.geometry import inverse
 from razer.volume.blocks.block_pages import BlockPages
 
-
 # Of the focal length, for colour; at the corner of an image of 4096 pixels it moves a projection by a fifth of one.
 DRAWN_IN = 1e-4
 
@@ -99,7 +98,7 @@ class FrameFusion:
 def _drawn_in(matrix: Float64Array) -> Float64Array:
     """The camera matrix (3, 3) with which Open3D looks a pixel's colour up. It takes the pixel to a ray and back, which
     rounding can take just off the image: with one matrix for both, and most of all on CUDA, voxels behind the first row
-    and column had weight and no colour, and grew dark. Pixels are looked up by rounding, so that this finds the same."""
+    and column had weight and no colour, and grew dark. Pixels are looked up by rounding: this finds the same ones."""
     result = matrix.copy()
     result[[0, 1], [0, 1]] *= 1 - DRAWN_IN
     return result
