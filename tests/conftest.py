@@ -31,3 +31,17 @@ def cuda() -> str:
     if not (o3c.cuda.is_available() and torch.cuda.is_available()):
         pytest.skip("needs a CUDA device, and builds of Open3D and torch that use it")
     return "CUDA:0"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def maps_on_the_device_asked_for() -> None:
+    """With $RAZER_TEST_DEVICE, such as CUDA:0, maps live there wherever a test does not say where."""
+    if not (device := os.environ.get("RAZER_TEST_DEVICE")):
+        return
+    from razer.mapper import Mapper
+    from razer.storage import volume_npz
+    from razer.volume.voxel_map import VoxelMap
+
+    VoxelMap.__init__.__defaults__ = (device, None)
+    Mapper.__init__.__kwdefaults__["device"] = device
+    volume_npz.load_voxels.__defaults__ = (device,)
