@@ -22,6 +22,7 @@ from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.pipeline.stored_masks import note_stored_masks
+from app.profiling.map_device import MapDevice
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
@@ -112,7 +113,7 @@ def map_sequence(
     """
     indices = selected_frames(sequence, config.input)
     accounting = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
-    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
+    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device)))
 
     def status() -> str:
         confirmed = sum(track.confirmed for track in mapper.tracks)
@@ -190,10 +191,14 @@ def require_poses(sequence: RgbdSequence) -> None:
 
 
 def _device(choice: str) -> str:
-    has_cuda = o3d.core.cuda.is_available()
-    if choice == "cuda" and not has_cuda:
-        raise BadInput("--device cuda: Open3D finds no CUDA device here; use --device cpu or auto")
-    return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
+    # Both, as the volume's attributes are shared between them: a torch without CUDA beside an Open3D with it is common.
+    lacking = [name for name, library in (("Open3D", o3d.core), ("torch", torch)) if not library.cuda.is_available()]
+    if choice == "cuda" and lacking:
+        raise BadInput(
+            f"--device cuda: {' and '.join(lacking)} {'find' if len(lacking) > 1 else 'finds'} no CUDA device here; "
+            "use --device cpu or auto, or install builds with CUDA"
+        )
+    return "CPU:0" if lacking or choice == "cpu" else "CUDA:0"
 
 
 def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NullTimeline:
