@@ -97,8 +97,9 @@ export class App {
     this.model = new MapModel(loaded);
     const { header } = loaded;
     this.viewport.setUp(header.up);
-    this.isEmpty ||= !header.mesh;
-    if (header.mesh) this.viewport.surfaces.set("map", loaded.surface);
+    const hasMesh = Boolean(header.mesh?.triangles);
+    this.isEmpty ||= !hasMesh;
+    if (hasMesh) this.viewport.surfaces.set("map", loaded.surface);
     this.viewport.surfaces.set("other", loaded.other);
     this.pictures.replace(loaded.crops);
     for (const { id, crops } of header.instances) this.pictures.remoteCounts.set(id, crops);
@@ -235,7 +236,7 @@ export class App {
   /** The map anew from its server, seen from the same place. */
   async reload(): Promise<void> {
     const loaded = await this.source.load(this.decoder);
-    if (loaded.header.mesh) this.viewport.surfaces.clear();
+    if (loaded.header.mesh?.triangles) this.viewport.surfaces.clear();
     this.take(loaded);
     await this.editing.refresh();
   }
