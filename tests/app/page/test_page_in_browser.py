@@ -56,7 +56,7 @@ def test_a_page_opens_without_complaint_or_request(browser, offline, width, heig
         seen.page.wait_for_timeout(1000)
         assert seen.complaints == []
         assert seen.elsewhere == []
-        assert seen.page.locator("#count").inner_text() == "4 instances in 4 classes"
+        assert seen.page.locator("#count").text_content() == "4 instances in 4 classes"
         assert seen.page.locator("html").get_attribute("data-theme") == theme
         wide = seen.page.evaluate("document.documentElement.scrollWidth > innerWidth")
         assert not wide
@@ -134,9 +134,10 @@ def test_keys_walk_measure_and_let_go(browser, offline):
 def test_the_picture_button_gives_a_picture(browser, offline, tmp_path):
     import cv2
 
-    with opened(browser, offline) as seen, seen.page.expect_download() as download:
-        seen.page.get_by_role("button", name="Save a picture (S)").click()
-    download.value.save_as(tmp_path / "picture.png")
+    with opened(browser, offline) as seen:
+        with seen.page.expect_download() as download:
+            seen.page.get_by_role("button", name="Save a picture (S)").click()
+        download.value.save_as(tmp_path / "picture.png")
     picture = cv2.imread(str(tmp_path / "picture.png"))
     assert picture.shape[0] >= 700
     assert picture.std() > 5  # the room, not only the ground
@@ -194,7 +195,7 @@ def test_a_served_page_asks_and_says_what_is_not_in_the_map(browser, payload):
         seen.page.keyboard.press("Enter")
         seen.page.locator("text=One thing to sit on").wait_for()
         assert "chair 3: or stool (15 %)" in seen.page.locator("#statement").inner_text()
-        assert seen.page.locator(".chance.hit").all_inner_texts() == ["80 %"]
+        assert seen.page.locator(".chance.hit").all_text_contents() == ["80 %"]
         seen.page.fill("#question", "a grand piano")
         seen.page.keyboard.press("Enter")
         seen.page.locator("text=not in this map").wait_for()
@@ -213,9 +214,9 @@ def test_an_edit_stays_after_a_reload_and_can_be_undone(browser, payload):
         assert known.posted == [{"epoch": 0, "kind": "rename", "instance": 3, "name": "throne"}]
         page.reload()
         page.wait_for_selector("body[data-ready]")
-        page.get_by_role("button", name="throne 3").wait_for()
+        page.get_by_role("button", name="throne 3").first.wait_for()
         page.get_by_role("button", name="Undo the last edit").click()
-        page.get_by_role("button", name="chair 3").wait_for()
+        page.get_by_role("button", name="chair 3").first.wait_for()
 
 
 def test_the_edit_of_another_shows_up_and_a_stale_one_is_told(browser, payload):
@@ -227,7 +228,7 @@ def test_the_edit_of_another_shows_up_and_a_stale_one_is_told(browser, payload):
         page.get_by_role("button", name="Rename").click()
         page.locator("#toast", has_text="somebody renamed it").wait_for()
         known.rename(2, "desk")
-        page.get_by_role("button", name="desk 2").wait_for()
+        page.get_by_role("button", name="desk 2").first.wait_for()
 
 
 def test_a_map_grows_while_one_looks_at_it(browser):

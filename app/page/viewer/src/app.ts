@@ -83,6 +83,7 @@ export class App {
     const { state } = linked;
     if (linked.view) this.navigation.set(linked.view);
     else this.navigation.set(this.navigation.home());
+    await this.warmUp();
     if (state.walking) this.navigation.walk(true);
     if (state.search) this.search.restore(state.search);
     if (state.isolated && this.model.byId.has(state.isolated)) this.store.set({ isolated: state.isolated });
@@ -90,6 +91,15 @@ export class App {
     if (this.source.server) new Growth(this, this.source.server);
     byId("loading").remove();
     document.body.dataset.ready = "1";
+  }
+
+  /** Draws everything once, so that no shader has to be made while somebody waits. */
+  private async warmUp(): Promise<void> {
+    const first = this.model.instances.slice(0, 1).map(({ id }) => id);
+    this.outlines.show({ hovered: first, selected: first, hits: first });
+    this.viewport.render();
+    await this.picker.at(0, 0);
+    this.outlines.show({ hovered: [], selected: [], hits: [] });
   }
 
   /** Shows a map, the first one or one that was changed. */
