@@ -43,8 +43,8 @@ _last: OrderedDict[tuple[bytes, int], DisplayGeometry] = OrderedDict()
 
 def display_geometry(mesh: LabelledMesh, max_triangles: int = MAX_TRIANGLES) -> DisplayGeometry:
     """The geometry of a mesh, of at most about `max_triangles` triangles (Garland and Heckbert, 1997)."""
-    digest = blake2b(np.ascontiguousarray(mesh.vertices))
-    digest.update(np.ascontiguousarray(mesh.triangles))
+    digest = blake2b(mesh.vertices.tobytes())
+    digest.update(mesh.triangles.tobytes())
     key = digest.digest(), max_triangles
     if key not in _last:
         _last[key] = _made(mesh, max_triangles)

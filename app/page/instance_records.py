@@ -91,7 +91,10 @@ def _voted(item: MapObject, usual: float) -> list[Guess]:
 
 def relation_records(panoptic: PanopticMap) -> list[dict[str, Any]]:
     """{subject, relation, object} by ids, of all instances, named or not; each part is "part of" its whole."""
-    categories = {o.id: Category(0, o.class_name or "", 0, "", o.is_stuff or is_stuff_name(o.class_name or "")) for o in panoptic.objects}
+    categories = {
+        o.id: Category(0, o.class_name or "", 0, "", o.is_stuff or is_stuff_name(o.class_name or ""))
+        for o in panoptic.objects
+    }
     edges = map_relations(panoptic, categories, panoptic.up_or_z) if panoptic.objects else []
     told = [{"subject": edge.source, "relation": str(edge.relation), "object": edge.target} for edge in edges]
     return told + [{"subject": p.id, "relation": "part of", "object": p.part_of} for p in panoptic.parts]

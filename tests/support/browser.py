@@ -12,7 +12,8 @@ import pytest
 
 _FLAGS = [
     "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
-    "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
+    "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
 ]  # fmt: skip
 _WATCH_LONG_TASKS = """
 window.longTasks = [];
@@ -51,7 +52,9 @@ def chromium() -> Iterator[Any]:
 
 
 @contextmanager
-def opened(browser: Any, address: str, width: int = 1366, height: int = 768, theme: str = "light") -> Iterator[OpenPage]:
+def opened(
+    browser: Any, address: str, width: int = 1366, height: int = 768, theme: str = "light"
+) -> Iterator[OpenPage]:
     """A page that shows its map."""
     view = {"width": width, "height": height}
     context = browser.new_context(viewport=view, color_scheme=theme, reduced_motion="reduce", has_touch=width < 500)

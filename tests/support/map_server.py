@@ -48,80 +48,92 @@ class FakeMap:
 def _query(text: str) -> dict[str, Any]:
     if "sit" not in text:
         return {"found": False, "statement": f"“{text}” is not in this map.", "hits": []}
-    hit = {"id": 3, "name": "chair", "probability": 0.8, "score": 0.8, "runner_up": {"name": "stool", "probability": 0.15}}
+    hit = {
+        "id": 3,
+        "name": "chair",
+        "probability": 0.8,
+        "score": 0.8,
+        "runner_up": {"name": "stool", "probability": 0.15},
+    }
     return {"found": True, "statement": "One thing to sit on.", "hits": [hit]}
 
 
-def _handler(known: FakeMap) -> type[BaseHTTPRequestHandler]:
-    class Handler(BaseHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
-            pass
+class MapServer(ThreadingHTTPServer):
+    daemon_threads = True
 
-        def answer(self, content: bytes | dict[str, Any], kind: str = "application/json", status: int = 200) -> None:
-            data = json.dumps(content).encode() if isinstance(content, dict) else content
-            self.send_response(status)
-            self.send_header("Content-Type", kind)
-            self.send_header("Content-Length", str(len(data)))
-            self.end_headers()
-            self.wfile.write(data)
+    def __init__(self, known: FakeMap) -> None:
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.known = known
 
-        def do_GET(self) -> None:
-            path = self.path.removeprefix("/api/v1/").split("?")[0]
-            if self.path == "/":
-                self.answer(page_html("served").encode(), "text/html; charset=utf-8")
-            elif path == "page":
-                self.answer(known.payload(), "application/octet-stream")
-            elif path == "mesh/changes":
-                self.answer(known.blocks, "application/octet-stream")
-            elif path == "edits":
-                self.answer({"can_undo": bool(known.done), "can_redo": False, "edits": []})
-            elif path == "events":
-                self.stream()
-            else:
-                self.answer({"title": "Not found", "detail": path}, "application/problem+json", 404)
 
-        def do_POST(self) -> None:
-            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            if self.path.endswith("/query"):
-                known.asked.append(body)
-                self.answer(_query(body["text"]))
-            elif body["epoch"] < known.epoch:
-                self.answer({"title": "stale", "detail": "somebody renamed it"}, "application/problem+json", 409)
-            else:
-                known.posted.append(body)
-                known.rename(body["instance"], body["name"])
-                self.answer({"format": 1, "epoch": known.epoch, "edit": body}, status=201)
+class Handler(BaseHTTPRequestHandler):
+    server: MapServer
 
-        def do_DELETE(self) -> None:
-            known.undo()
-            self.answer({"format": 1, "epoch": known.epoch, "edit": {}})
+    def log_message(self, *_: Any) -> None:
+        pass
 
-        def stream(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/event-stream")
-            self.end_headers()
-            seen = len(known.events)
-            try:
-                while True:
-                    with known.news:
-                        known.news.wait(timeout=0.5)
-                        fresh, seen = known.events[seen:], len(known.events)
-                    for event, data in fresh:
-                        self.wfile.write(f"event: {event}\ndata: {json.dumps(data)}\n\n".encode())
-                    self.wfile.write(b": here\n\n")
-                    self.wfile.flush()
-            except OSError:
-                return
+    def answer(self, content: bytes | dict[str, Any], kind: str = "application/json", status: int = 200) -> None:
+        data = json.dumps(content).encode() if isinstance(content, dict) else content
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data)
 
-    return Handler
+    def do_GET(self) -> None:
+        path = self.path.removeprefix("/api/v1/").split("?")[0]
+        if self.path == "/":
+            self.answer(page_html("served").encode(), "text/html; charset=utf-8")
+        elif path == "page":
+            self.answer(self.server.known.payload(), "application/octet-stream")
+        elif path == "mesh/changes":
+            self.answer(self.server.known.blocks, "application/octet-stream")
+        elif path == "edits":
+            self.answer({"can_undo": bool(self.server.known.done), "can_redo": False, "edits": []})
+        elif path == "events":
+            self.stream()
+        else:
+            self.answer({"title": "Not found", "detail": path}, "application/problem+json", 404)
+
+    def do_POST(self) -> None:
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        if self.path.endswith("/query"):
+            self.server.known.asked.append(body)
+            self.answer(_query(body["text"]))
+        elif body["epoch"] < self.server.known.epoch:
+            self.answer({"title": "stale", "detail": "somebody renamed it"}, "application/problem+json", 409)
+        else:
+            self.server.known.posted.append(body)
+            self.server.known.rename(body["instance"], body["name"])
+            self.answer({"format": 1, "epoch": self.server.known.epoch, "edit": body}, status=201)
+
+    def do_DELETE(self) -> None:
+        self.server.known.undo()
+        self.answer({"format": 1, "epoch": self.server.known.epoch, "edit": {}})
+
+    def stream(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/event-stream")
+        self.end_headers()
+        seen = len(self.server.known.events)
+        try:
+            while True:
+                with self.server.known.news:
+                    self.server.known.news.wait(timeout=0.5)
+                    fresh, seen = self.server.known.events[seen:], len(self.server.known.events)
+                for event, data in fresh:
+                    self.wfile.write(f"event: {event}\ndata: {json.dumps(data)}\n\n".encode())
+                self.wfile.write(b": here\n\n")
+                self.wfile.flush()
+        except OSError:
+            return
 
 
 @contextmanager
 def serving(payload: bytes) -> Iterator[tuple[str, FakeMap]]:
     """The address of a server, and its map."""
     known = FakeMap(payload)
-    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(known))
-    server.daemon_threads = True
+    server = MapServer(known)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_address[1]}/", known
     server.shutdown()

@@ -56,6 +56,6 @@ def _object(mesh: LabelledMesh, number: int, name: str) -> MapObject:
     votes = (ClassVote(name, 0, 5, 4.0, 0.9), *((ClassVote("stool", 1, 2, 1.0, 0.6),) if name == "chair" else ()))
     vector = np.eye(4, dtype=np.float32)[number - 1 : number]
     return MapObject(
-        number, name, 0.5 + number / 10, box, len(points), len(points), 9, 0, 2, vector, np.ones(1), (), name == "floor",
-        votes,
+        number, name, 0.5 + number / 10, box, len(points), len(points), 9, 0, 2, vector, np.ones(1), (),
+        name == "floor", votes,
     )  # fmt: skip

@@ -73,7 +73,7 @@ def test_a_click_on_the_map_tells_of_the_thing_there(browser, offline):
         seen.page.locator("#card h2").wait_for()
         assert card(seen.page) == ["chair", "3"]
         text = seen.page.locator("#card").inner_text()
-        for expected in ("50 × 40 × 40 cm", "9 frames (0–2)", "stool", "floor 1"):
+        for expected in ("50 \u00d7 40 \u00d7 40 cm", "9 frames (0\u20132)", "stool", "floor 1"):
             assert expected in text
         seen.page.get_by_role("button", name="floor 1").last.click()
         assert card(seen.page) == ["floor", "1"]

@@ -12,8 +12,8 @@ import pytest
 
 from app.page.display_geometry import display_geometry
 from app.page.html import page_html, page_policy
-from app.page.payload import growing_payload, page_payload
 from app.page.packet import unpack
+from app.page.payload import growing_payload, page_payload
 from app.page.write_page import write_page
 from razer.errors import BadInput
 from tests.support.cli import razer

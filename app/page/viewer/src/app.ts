@@ -55,7 +55,7 @@ export class App {
 
   constructor(readonly source: MapSource) {
     const linked = fromHash(location.hash);
-    this.store = new Store({ ...initialState(), ...linked.state, selected: null, isolated: null });
+    this.store = new Store({ ...initialState(), ...linked.state, selected: null, isolated: null, walking: false });
     this.toolbar = new Toolbar(this.store);
     this.list = new ListPanel(this.store, this.pictures, (id) => this.choose(id));
     this.filters = new Filters(this.store);
@@ -84,7 +84,10 @@ export class App {
     if (linked.view) this.navigation.set(linked.view);
     else this.navigation.set(this.navigation.home());
     await this.warmUp();
-    if (state.walking) this.navigation.walk(true);
+    if (state.walking) {
+      this.navigation.walk(true, linked.view);
+      this.store.set({ walking: true });
+    }
     if (state.search) this.search.restore(state.search);
     if (state.isolated && this.model.byId.has(state.isolated)) this.store.set({ isolated: state.isolated });
     if (state.selected && this.model.byId.has(state.selected)) this.store.set({ selected: state.selected });
@@ -167,7 +170,8 @@ export class App {
       this.track.play();
     } else if (this.track.isPlaying) this.track.pause();
     else this.track.play();
-    this.toolbar.played(-1, this.track.isPlaying);
+    this.track.setLineVisible(!this.track.isPlaying); // a line through one's own eyes says nothing
+    this.toolbar.played(null, this.track.isPlaying);
   }
 
   /** A click on the map. */
@@ -277,7 +281,7 @@ export class App {
     this.viewport.surfaces.setVisible("map", !other);
     this.viewport.surfaces.setVisible("other", Boolean(other));
     this.track.show(other ? other.camera_path : header.camera_path, other ? ESTIMATED_COLOR : GIVEN_COLOR);
-    this.track.setLineVisible(playing || Boolean(header.other));
+    this.track.setLineVisible(Boolean(header.other) && !playing);
     if (header.other) say(other ? "Mapped with estimated poses" : "Mapped with given poses", 3);
     if (!playing) this.track.pause();
   }
