@@ -7,8 +7,8 @@ import open3d as o3d
 import open3d.core as o3c
 
 from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import sums_at_vertices, vertex_normals
-from razer.volume.mesh_extraction import LabelledMesh
 
 RADIUS_M = 0.7  # what is farther away does not darken
 N_RAYS = 24

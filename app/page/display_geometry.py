@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from app.page.ambient_occlusion import ambient_occlusion
 from app.page.traversal import Traversal, traverse
 from razer.arrays import Float32Array, Int32Array, IntArray, Uint8Array
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 MAX_TRIANGLES = 500_000
 _KEPT = 2  # a map, and the same place with other poses

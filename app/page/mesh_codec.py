@@ -14,7 +14,7 @@ import numpy as np
 from app.page.packet import planes, zigzag
 from app.page.traversal import Traversal, traverse
 from razer.arrays import IntArray, Uint8Array
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 QUANTUM_M = 0.0005  # spacing of the lattice of positions; 2^23 of them are four kilometres
 COLOR_SHIFT = 1  # bits of colour left away

@@ -17,9 +17,9 @@ from app.page.packet import pack
 from app.query.queryable_map import open_map
 from app.run_folder.run_folder import CAMERA
 from razer.geometry import transform_points
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.saved_map import load_map
-from razer.volume.mesh_extraction import LabelledMesh
 
 FORMAT = 1
 

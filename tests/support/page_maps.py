@@ -9,8 +9,8 @@ import numpy as np
 from razer.boxes.oriented_box import OrientedBox
 from razer.class_votes import ClassVote
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.scenes import axis_box
 from tests.support.voxel_surfaces import voxel_surface
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.page.mesh_codec import QUANTUM_M, encode_mesh
 from app.page.packet import pack, unpack
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 from tests.support.page_maps import room_mesh
 
 

@@ -10,7 +10,7 @@ from app.page.mesh_codec import encode_mesh
 from app.page.packet import pack
 from app.page.payload import growing_payload, map_header, page_payload
 from app.page.write_page import write_page
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 from tests.app.page.test_bundle import VIEWER
 from tests.support.browser import chromium, opened
 from tests.support.map_server import serving
