@@ -1,0 +1,35 @@
+"""A finished run, served until a signal comes."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from app.server.access_rules import AccessRules
+from app.server.create_app import guarded
+from app.server.run_server import Server, address_of, open_socket
+from app.server.served import Served
+from app.served_map.asked_map import AskedMap
+from app.served_map.shared_map import SharedMap
+from razer.plugins import Trust
+
+
+def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
+    """Serve a run's map; returns after Ctrl-C or SIGTERM. Raises BadInput where the map or the place cannot be used."""
+    shared = SharedMap(run, trust=trust)
+    served = Served(shared)
+    shared.on_change(lambda changed: _announce(served, changed))
+    listener = open_socket(rules.host, port)
+    threading.Thread(target=_warm_up, args=(shared,), daemon=True).start()
+    sign_in = "" if rules.token is None else f"?token={rules.token}"
+    print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
+    Server(guarded(served, rules), served.events.close).run([listener])
+
+
+def _announce(served: Served, changed: AskedMap) -> None:
+    served.events.announce("edit", {"epoch": changed.epoch})
+
+
+def _warm_up(shared: SharedMap) -> None:
+    """Work out what the first question would wait for."""
+    _ = shared.current.instances

@@ -1,0 +1,36 @@
+"""What the routes answer from: the map, the threads, the streams of events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from app.served_map.asked_map import AskedMap
+from app.served_map.edit_desk import EditDesk
+from app.server.bounded_pool import BoundedPool
+from app.server.event_streams import EventStreams
+
+QUERY_THREADS, QUERIES_WAITING = 2, 128
+
+
+class MapSource(Protocol):
+    """Where the map comes from: a finished run, or one that goes on."""
+
+    @property
+    def current(self) -> AskedMap:
+        """The map as it is now."""
+        ...
+
+    @property
+    def edits(self) -> EditDesk:
+        """Where edits of it go."""
+        ...
+
+
+@dataclass
+class Served:
+    """One map and all that is shared by those who ask it."""
+
+    source: MapSource
+    events: EventStreams = field(default_factory=EventStreams)
+    pool: BoundedPool = field(default_factory=lambda: BoundedPool(QUERY_THREADS, QUERIES_WAITING))
