@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
 
-from app.served_map.instance_models import FORMAT, ClassGuess
+from app.served_map.instance_models import ClassGuess
 
 MAX_TEXT = 500  # characters; what is longer is no description of a thing
 MAX_HITS = 1000
@@ -33,7 +34,7 @@ class QueryHit(BaseModel):
     extent_m: list[float]
 
 
-_FOUND = {
+_FOUND: JsonDict = {
     "format": 1,
     "epoch": 0,
     "query": "chair",
@@ -51,7 +52,7 @@ _FOUND = {
         }
     ],
 }
-_NOT_FOUND = {
+_NOT_FOUND: JsonDict = {
     "format": 1,
     "epoch": 0,
     "query": "piano",
@@ -66,7 +67,7 @@ class QueryAnswer(BaseModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [_FOUND, _NOT_FOUND]})
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     epoch: int
     query: str
     found: bool
@@ -85,7 +86,7 @@ class MapRelation(BaseModel):
 class RelationList(BaseModel):
     """All relations of the instances of a map."""
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     epoch: int
     relations: list[MapRelation]
 
@@ -93,7 +94,7 @@ class RelationList(BaseModel):
 class SceneGraph(BaseModel):
     """Things and merged stuff as nodes, relations as edges, as in scene_graph.json."""
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     epoch: int
     nodes: list[dict[str, Any]]
     edges: list[dict[str, Any]]

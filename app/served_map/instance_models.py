@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
 
-FORMAT = 1
 MAX_ID = 2**31 - 1  # what a mesh holds
 
 InstanceId = Annotated[int, Field(ge=1, le=MAX_ID, description="Number of an instance.")]
 Kind = Literal["thing", "stuff"]
-_CHAIR = {
+_CHAIR: JsonDict = {
     "id": 12,
     "name": "chair",
     "probability": 0.91,
@@ -74,7 +74,7 @@ class InstanceRelation(BaseModel):
 class InstanceList(BaseModel):
     """A page of the instances that pass the filters."""
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     epoch: int
     total: int = Field(description="How many pass the filters, on this page and on others.")
     instances: list[Instance]
@@ -83,7 +83,7 @@ class InstanceList(BaseModel):
 class InstanceDetail(Instance):
     """One instance with its relations."""
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     epoch: int
     relations: list[InstanceRelation]
 

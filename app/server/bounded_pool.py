@@ -24,13 +24,14 @@ class BoundedPool:
         if self._free == 0:
             raise Refusal(429, "too many requests at once: try again", headers={"retry-after": "1"})
         self._free -= 1
-        future = self._pool.submit(work)
-        future.add_done_callback(lambda _, loop=asyncio.get_running_loop(): self._release_from(loop))
-        return await asyncio.wrap_future(future)
+        loop, future = asyncio.get_running_loop(), self._pool.submit(work)
 
-    def _release_from(self, loop: asyncio.AbstractEventLoop) -> None:
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(self._release)
+        def release(_: object) -> None:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(self._release)
+
+        future.add_done_callback(release)
+        return await asyncio.wrap_future(future)
 
     def _release(self) -> None:
         self._free += 1

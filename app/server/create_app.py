@@ -10,6 +10,7 @@ from importlib import metadata
 from fastapi import FastAPI
 from starlette.types import ASGIApp
 
+from app.served_map.answer_models import TextQuery
 from app.server.access_rules import AccessRules
 from app.server.event_routes import event_routes
 from app.server.guard import Guard
@@ -17,7 +18,6 @@ from app.server.map_routes import map_routes
 from app.server.problems import Problem, add_problem_handlers
 from app.server.query_routes import query_routes
 from app.server.served import Served
-from app.served_map.answer_models import TextQuery
 
 PREFIX = "/api/v1"
 _WATCH_S = 1.0

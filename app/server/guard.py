@@ -1,4 +1,4 @@
-"""What every request passes before it is read: host, origin, token, sizes and times; and the headers of every answer."""
+"""What every request passes before it is read: host, origin, token, sizes, times; and the headers of every answer."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from http.cookies import CookieError, SimpleCookie
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from app.served_map.query_picture import MAX_BYTES
 from app.server.access_rules import COOKIE, AccessRules
 from app.server.problems import Refusal, problem
-from app.served_map.query_picture import MAX_BYTES
 
 MAX_BODY_BYTES = MAX_BYTES + 2**16  # a picture, and what a form adds
 MAX_JSON_BYTES = 2**20

@@ -9,14 +9,14 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from app.served_map.answer_models import RelationList, SceneGraph
 from app.served_map.instance_models import InstanceDetail, InstanceFilter, InstanceId, InstanceList
 from app.server.large_answer import large_answer
-from app.server.problems import documented
+from app.server.problems import Responses, documented
 from app.server.served import Served
 
 _PathId = Annotated[InstanceId, Path(examples=[12])]
 _CropNumber = Annotated[int, Path(ge=0, le=100, description="0 is the best.")]
-_JPEG = {200: {"content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}}}}
-_GLB = {200: {"content": {"model/gltf-binary": {"schema": {"type": "string", "format": "binary"}}}}}
-_UNCHANGED = {304: {"description": "Not changed since the ETag that was sent."}}
+_JPEG: Responses = {200: {"content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}}}}
+_GLB: Responses = {200: {"content": {"model/gltf-binary": {"schema": {"type": "string", "format": "binary"}}}}}
+_UNCHANGED: Responses = {304: {"description": "Not changed since the ETag that was sent."}}
 
 
 def map_routes(served: Served) -> APIRouter:

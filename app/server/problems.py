@@ -14,6 +14,7 @@ from starlette.exceptions import HTTPException
 from app.served_map.asked_map import NoSuchInstance
 from razer.errors import BadInput
 
+Responses = dict[int | str, dict[str, Any]]
 MEDIA_TYPE = "application/problem+json"
 _MAX_DETAIL = 500
 _PHRASES = {413: "Content Too Large", 421: "Misdirected Request", 422: "Unprocessable Content"}
@@ -47,7 +48,7 @@ def _phrase(status: int) -> str:
     return _PHRASES.get(status) or HTTPStatus(status).phrase
 
 
-def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
+def documented(*statuses: int) -> Responses:
     """The responses of a route that are problems, as its document lists them; those that any route may have, too."""
     always = (400, 401, 403, 408, 413, 421, 422, 429, 503)
     return {status: _documented(status) for status in sorted({*always, *statuses})}

@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+from app.served_map.asked_map import AskedMap
+from app.served_map.shared_map import SharedMap
 from app.server.access_rules import AccessRules
 from app.server.create_app import guarded
 from app.server.run_server import Server, address_of, open_socket
 from app.server.served import Served
-from app.served_map.asked_map import AskedMap
-from app.served_map.shared_map import SharedMap
 from razer.plugins import Trust
 
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from app.settings.extra_libraries import require_serve
 from app.settings.options import TrustOptions
-from razer.errors import BadInput
 
 DEFAULT_PORT = 8700
-_NEEDED = ("fastapi", "uvicorn", "python_multipart", "PIL")
 
 
 def serve(
@@ -46,9 +44,3 @@ def serve(
     from app.server.serve_run import serve_run
 
     serve_run(run, rules, port, options.trust)
-
-
-def require_serve() -> None:
-    """Raise BadInput where the libraries of the extra `serve` are not installed."""
-    if any(find_spec(name) is None for name in _NEEDED):
-        raise BadInput("serving needs some more libraries: pip install 'razer[serve]'")
