@@ -29,6 +29,7 @@ VERBS = {
     "Ask": {
         "ask.query:query": "Find instances of a map by text or by image.",
         "ask.label:label": "Classify the instances of a map by a vocabulary.",
+        "ask.edit:edit": "Rename, merge, split or delete instances by hand; undo.",
     },
     "Look": {
         "look.view:view": "Open the timeline of a run in the Rerun viewer.",

@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.arrays import Int32Array, Int64Array
 from razer.detection.observed_surface import BLOCK
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 BLOCKS_PER_EDGE = 2
 _LOWER = np.stack(np.meshgrid(*3 * [[0, -1]], indexing="ij"), axis=-1).reshape(-1, 3)

@@ -54,7 +54,7 @@ class Publisher:
 
     def _note(self, frame: Frame, step: StepResult) -> None:
         self._due.observe(step.changed_blocks)
-        self._renamed |= {gone: 0 for gone in step.pruned} | dict(step.fused)
+        self._renamed |= dict.fromkeys(step.pruned, 0) | dict(step.fused)
         self._up -= frame.pose[:3, 1]
         if step.rebuilt:
             self._due.all_changed()

@@ -9,7 +9,7 @@ from pathlib import Path
 from app.live.due_chunks import Chunk
 from razer.arrays import Float64Array
 from razer.map_object import MapObject
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 
 @dataclass(frozen=True)

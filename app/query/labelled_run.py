@@ -16,12 +16,12 @@ from app.query.queryable_map import QueryableMap
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Label, Segment, segment_ids, segments
 from razer.semantics.scene_graph import scene_graph
 from razer.storage.atomic_files import replace_files
 from razer.storage.ply import VERTEX, vertex_rows, write_ply
-from razer.volume.mesh_extraction import LabelledMesh
 
 FORMAT = 1
 PANOPTIC_VERTEX = np.dtype([*VERTEX.descr, ("class", "<i4")])

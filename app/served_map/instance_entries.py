@@ -59,9 +59,8 @@ def _guesses(names: Sequence[str], chances: np.ndarray, best: Sequence[int]) -> 
 
 
 def _entry(item: MapObject, guesses: list[ClassGuess], parts: list[int], crops: int) -> Instance:
-    is_edited = bool(getattr(item, "edited", False))
     name, probability = named(item.class_name, guesses)
-    if is_edited and item.class_name is not None:
+    if item.is_named_by_hand and item.class_name is not None:
         probability = 1.0
         guesses = [ClassGuess(name=item.class_name, probability=1.0)]
     box = item.box
@@ -81,7 +80,7 @@ def _entry(item: MapObject, guesses: list[ClassGuess], parts: list[int], crops: 
         parts=parts,
         part_of=item.part_of,
         crops=crops,
-        edited=is_edited,
+        edited=item.is_edited,
         vertices=item.n_vertices,
     )
 

@@ -12,6 +12,7 @@ from starlette.types import ASGIApp
 
 from app.served_map.answer_models import TextQuery
 from app.server.access_rules import AccessRules
+from app.server.edit_routes import edit_routes
 from app.server.event_routes import event_routes
 from app.server.guard import Guard
 from app.server.map_routes import map_routes
@@ -46,7 +47,7 @@ def create_app(served: Served) -> FastAPI:
         lifespan=lifespan,
     )
     add_problem_handlers(app)
-    for routes in (map_routes, query_routes, event_routes):
+    for routes in (map_routes, query_routes, edit_routes, event_routes):
         app.include_router(routes(served), prefix=PREFIX)
     _document_models(app)
     return app

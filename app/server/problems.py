@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 
 from app.served_map.asked_map import NoSuchInstance
-from razer.errors import BadInput
+from razer.errors import BadInput, EditConflict
 
 Responses = dict[int | str, dict[str, Any]]
 MEDIA_TYPE = "application/problem+json"
@@ -75,6 +75,10 @@ def add_problem_handlers(app: FastAPI) -> None:
     @app.exception_handler(NoSuchInstance)
     async def of_instance(request: Request, error: NoSuchInstance) -> JSONResponse:
         return problem(404, str(error))
+
+    @app.exception_handler(EditConflict)
+    async def of_conflict(request: Request, error: EditConflict) -> JSONResponse:
+        return problem(409, str(error), "stale")
 
     @app.exception_handler(BadInput)
     async def of_input(request: Request, error: BadInput) -> JSONResponse:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from app.served_map.asked_map import AskedMap
+from app.served_map.edit_models import EditEntry
 from app.served_map.shared_map import SharedMap
 from app.server.access_rules import AccessRules
 from app.server.create_app import guarded
@@ -18,7 +18,7 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     """Serve a run's map; returns after Ctrl-C or SIGTERM. Raises BadInput where the map or the place cannot be used."""
     shared = SharedMap(run, trust=trust)
     served = Served(shared)
-    shared.on_change(lambda changed: _announce(served, changed))
+    shared.on_change(lambda last, epoch: _announce(served, last, epoch))
     listener = open_socket(rules.host, port)
     threading.Thread(target=_warm_up, args=(shared,), daemon=True).start()
     sign_in = "" if rules.token is None else f"?token={rules.token}"
@@ -26,8 +26,9 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     Server(guarded(served, rules), served.events.close).run([listener])
 
 
-def _announce(served: Served, changed: AskedMap) -> None:
-    served.events.announce("edit", {"epoch": changed.epoch})
+def _announce(served: Served, last: EditEntry | None, epoch: int) -> None:
+    kind, author = ("reload", "") if last is None else (last.kind, last.author)
+    served.events.announce("edit", {"epoch": epoch, "kind": kind, "author": author})
 
 
 def _warm_up(shared: SharedMap) -> None:

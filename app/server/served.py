@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from app.served_map.asked_map import AskedMap
-from app.served_map.edit_desk import EditDesk
+from app.served_map.edit_models import EditDone, EditList, EditStamp
 from app.server.bounded_pool import BoundedPool
 from app.server.event_streams import EventStreams
 
@@ -22,8 +22,20 @@ class MapSource(Protocol):
         ...
 
     @property
-    def edits(self) -> EditDesk:
-        """Where edits of it go."""
+    def edits(self) -> EditList:
+        """The edit log."""
+        ...
+
+    def edit(self, request: EditStamp) -> EditDone:
+        """Make an edit; raises EditConflict, BadInput."""
+        ...
+
+    def undo(self, author: str = "", epoch: int | None = None) -> EditDone:
+        """Take back the last edit; raises EditConflict."""
+        ...
+
+    def redo(self, author: str = "", epoch: int | None = None) -> EditDone:
+        """Do again what was undone last; raises EditConflict."""
         ...
 
 

@@ -20,7 +20,7 @@ from app.timeline.ellipsoids import Ellipsoids
 from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array, Uint16Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 FRAME = "frame"  # the one clock: the index of the frame
 # Larger chunks than Rerun's own: a browser opens the recording many times faster.

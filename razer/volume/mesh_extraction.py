@@ -12,6 +12,7 @@ from torch import Tensor
 
 from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array, Uint8Array
 from razer.detection.observed_surface import Cells, cells_of
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.volume.marching_cubes import color_bytes, marching_cubes
 from razer.volume.voxel_map import VoxelMap
 
@@ -29,17 +30,6 @@ class SurfacePoints:
     positions: Float32Array
     colors: Uint8Array
     instances: Int32Array
-
-
-@dataclass(frozen=True)
-class LabelledMesh:
-    """vertices (V, 3) float32 metres, colors (V, 3) uint8, instances (V,) int32 with 0 = nobody,
-    triangles (T, 3) int32."""
-
-    vertices: Float32Array
-    colors: Uint8Array
-    instances: Int32Array
-    triangles: Int32Array
 
 
 def extract_points(voxels: VoxelMap, block_keys: Int32Array | None = None) -> SurfacePoints:

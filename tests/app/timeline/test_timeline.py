@@ -18,8 +18,9 @@ from app.timeline.rerun_timeline import Timeline
 from razer.boxes.oriented_box import OrientedBox
 from razer.config import VoxelSettings
 from razer.frame import Frame, Intrinsics
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.tracking.step_result import Candidate, Decision, StepResult
-from razer.volume.mesh_extraction import LabelledMesh, extract_mesh, extract_points
+from razer.volume.mesh_extraction import extract_mesh, extract_points
 from razer.volume.voxel_map import VoxelMap
 from tests.support.timeline_rows import chunks_of
 

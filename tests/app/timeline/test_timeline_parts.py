@@ -19,7 +19,8 @@ from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
 from razer.errors import BadInput
 from razer.frame import Intrinsics
 from razer.geometry import project
-from razer.volume.mesh_extraction import LabelledMesh, SurfacePoints
+from razer.mesh.labelled_mesh import LabelledMesh
+from razer.volume.mesh_extraction import SurfacePoints
 
 VOXEL_M = 0.02
 BLOCK_M = 16 * VOXEL_M

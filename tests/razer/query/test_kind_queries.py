@@ -11,13 +11,13 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.config import BankSettings
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.kinds import all_kinds, expand
 from razer.query.naming import set_shares
 from razer.query.ranking import PRESENT, NegativePrompts, TextRanking
 from razer.query.text_queries import TextQueryEncoder
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.named_vectors import unit_rows
 
 
