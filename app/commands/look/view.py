@@ -9,8 +9,8 @@ from app.settings.options import Flag
 from razer.errors import BadInput
 
 
-def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> None:
-    """Open the timeline of a run in the Rerun viewer, or render its map to an image.
+def view(run: Path, /, *, web: Flag = False, picture: Path | None = None, page: Path | None = None) -> None:
+    """Open the timeline of a run in the Rerun viewer, render its map to an image, or write it as a page to click on.
 
     Parameters
     ----------
@@ -20,7 +20,11 @@ def view(run: Path, /, *, web: Flag = False, picture: Path | None = None) -> Non
         In the browser instead of the native viewer.
     picture:
         Write a PNG of the map, in its colours and by instance with names, instead of opening the viewer.
+    page:
+        Write one HTML file that shows the map in any browser, offline, to turn, search and click on.
     """
+    if page is not None:
+        return _write_page(run, page)
     if picture is not None:
         return _draw(run, picture)
     timeline = run if run.suffix == ".rrd" else run / TIMELINE
@@ -45,3 +49,12 @@ def _draw(run: Path, target: Path) -> None:
     image = overview_image(panoptic.mesh, panoptic.up_or_z, names=names_by_size(panoptic.objects))
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
+
+
+def _write_page(run: Path, target: Path) -> None:
+    # Late, as in `razer run`.
+    from app.console.streams import result_console
+    from app.page.write_page import write_page
+
+    n_bytes = write_page(run, target)
+    result_console().print(f"{target}: {n_bytes / 1e6:.1f} MB, open it in a browser", soft_wrap=True)

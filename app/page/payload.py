@@ -1,0 +1,94 @@
+"""What the page shows of a run, as one packet: mesh, instances, relations, pictures, camera path."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from app.page.ambient_occlusion import ambient_occlusion
+from app.page.camera_path import camera_path
+from app.page.crop_pictures import crop_pictures
+from app.page.display_mesh import MAX_TRIANGLES, display_mesh
+from app.page.instance_records import instance_records, kinds_of, relation_records
+from app.page.mesh_codec import encode_mesh
+from app.page.other_poses import OtherPoses, chosen_run, other_poses
+from app.page.packet import pack
+from app.query.queryable_map import open_map
+from app.run_folder.run_folder import CAMERA
+from razer.geometry import transform_points
+from razer.panoptic_map import PanopticMap
+from razer.saved_map import load_map
+
+FORMAT = 1
+
+
+def page_payload(run: Path, epoch: int = 0) -> bytes:
+    """The packet (`app.page.packet`) of a finished run, or of the pair that `razer run --poses both` leaves.
+
+    Raises BadInput naming what is missing or damaged.
+    """
+    run = chosen_run(run)
+    panoptic, config = open_map(run)
+    mesh = display_mesh(panoptic.mesh)
+    encoded = encode_mesh(mesh, ambient_occlusion(mesh))
+    pictures = crop_pictures(run, config, panoptic)
+    header = map_header(panoptic, run.absolute().name) | {
+        "epoch": epoch,
+        "mesh": encoded.header,
+        "notes": _notes(panoptic, len(mesh.triangles)),
+        "camera_path": camera_path(run),
+        "camera": _camera(run),
+        "crops": {str(i): [len(file) for file in files] for i, files in pictures.items()},
+    }
+    for record in header["instances"]:
+        record["crops"] = len(pictures.get(record["id"], ()))
+    sections = dict(encoded.sections)
+    sections["crops"] = b"".join(file for files in pictures.values() for file in files)
+    if (other := other_poses(run)) is not None:
+        header["other"], of_other = _other(other)
+        sections |= of_other
+    return pack(header, sections)
+
+
+def map_header(panoptic: PanopticMap, title: str) -> dict[str, Any]:
+    """The part of the header that needs the map alone, finished or growing."""
+    instances = instance_records(panoptic)
+    names = sorted({record["name"] for record in instances})
+    return {
+        "format": FORMAT,
+        "epoch": 0,
+        "title": title,
+        "up": panoptic.up_or_z.tolist(),
+        "instances": instances,
+        "relations": relation_records(panoptic),
+        "kinds": kinds_of(names),
+        "notes": [],
+        "camera_path": None,
+        "camera": None,
+        "crops": {},
+        "other": None,
+    }
+
+
+def _notes(panoptic: PanopticMap, n_shown: int) -> list[str]:
+    n_all = len(panoptic.mesh.triangles)
+    return [] if n_all <= MAX_TRIANGLES else [f"Shown with {n_shown:,} of {n_all:,} triangles."]
+
+
+def _camera(run: Path) -> dict[str, float] | None:
+    try:
+        camera = json.loads((run / CAMERA).read_text(encoding="utf-8"))
+        return {key: float(camera[key]) for key in ("width", "height", "fx", "fy")}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _other(other: OtherPoses) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """The map of the other poses in the frame of the first."""
+    mesh = load_map(other.folder).mesh
+    moved = transform_points(other.a_from_b, mesh.vertices.astype("f8")).astype("f4")
+    shown = display_mesh(replace(mesh, vertices=moved), MAX_TRIANGLES // 2)
+    encoded = encode_mesh(shown, ambient_occlusion(shown), "other_")
+    return {"mesh": encoded.header, "camera_path": camera_path(other.folder, other.a_from_b)}, encoded.sections
