@@ -46,7 +46,7 @@ class AskedMap:
         self._lock = threading.RLock()
         self._known: dict[str, Any] = {}
 
-    def _once(self, name: str, make: Callable[[], T]) -> T:
+    def once(self, name: str, make: Callable[[], T]) -> T:
         """What `make` gives, made by the first thread that asks."""
         with self._lock:
             if name not in self._known:
@@ -56,23 +56,23 @@ class AskedMap:
     @property
     def instances(self) -> Mapping[int, Instance]:
         """All instances and parts by id."""
-        entries = self._once("instances", lambda: instance_entries(self.panoptic, self._crops.count))
-        return self._once("by id", lambda: {entry.id: entry for entry in entries})
+        entries = self.once("instances", lambda: instance_entries(self.panoptic, self._crops.count))
+        return self.once("by id", lambda: {entry.id: entry for entry in entries})
 
     @property
     def relations(self) -> list[MapRelation]:
         """All relations."""
-        return self._once("relations", lambda: named_relations(self.panoptic, list(self.instances.values())))
+        return self.once("relations", lambda: named_relations(self.panoptic, list(self.instances.values())))
 
     @property
     def graph(self) -> dict[str, Any]:
         """{nodes, edges}."""
-        return self._once("graph", lambda: named_graph(self.panoptic, list(self.instances.values())))
+        return self.once("graph", lambda: named_graph(self.panoptic, list(self.instances.values())))
 
     @property
     def glb(self) -> bytes:
         """The mesh as binary glTF, a named node for each instance."""
-        return self._once("glb", self._glb)
+        return self.once("glb", self._glb)
 
     def _glb(self) -> bytes:
         names = instance_names({i: entry.name for i, entry in self.instances.items()})

@@ -115,3 +115,9 @@ class EditDone(BaseModel):
 def entry_of(listed: dict[str, Any]) -> EditEntry:
     """An entry as the log lists it."""
     return EditEntry.model_validate(listed)
+
+
+def told(last: EditEntry | None, epoch: int) -> dict[str, Any]:
+    """The event that tells of a changed map."""
+    kind, author = ("reload", "") if last is None else (last.kind, last.author)
+    return {"epoch": epoch, "kind": kind, "author": author}

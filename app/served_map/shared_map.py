@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.editing.edit_run import now_utc, renew_glb
+from app.page.payload import page_payload
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.query.queryable_map import open_map
 from app.run_folder import run_folder as names
-from app.served_map.asked_map import AskedMap
+from app.served_map.asked_map import AskedMap, NoSuchInstance
 from app.served_map.crop_pictures import CropPictures
 from app.served_map.edit_models import EditDone, EditEntry, EditList, EditStamp, entry_of
 from app.settings.run_config import RunConfig
@@ -52,6 +53,15 @@ class SharedMap:
         """Call `listener` with the last edit, if any, and the epoch of each map that takes the place of another, from
         whichever thread notices."""
         self._listeners.append(listener)
+
+    def page(self) -> bytes:
+        """The data of the page, as it is now."""
+        current = self.current
+        return current.once("page", lambda: page_payload(self.folder, current.epoch))
+
+    def changes(self, since: int) -> bytes:
+        """Nothing: a finished map does not grow. Raises NoSuchInstance."""
+        raise NoSuchInstance("this map does not grow")
 
     @property
     def edits(self) -> EditList:

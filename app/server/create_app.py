@@ -16,6 +16,7 @@ from app.server.edit_routes import edit_routes
 from app.server.event_routes import event_routes
 from app.server.guard import Guard
 from app.server.map_routes import map_routes
+from app.server.page_routes import front_routes, page_routes
 from app.server.problems import Problem, add_problem_handlers
 from app.server.query_routes import query_routes
 from app.server.served import Served
@@ -24,8 +25,8 @@ PREFIX = "/api/v1"
 _WATCH_S = 1.0
 
 
-def create_app(served: Served) -> FastAPI:
-    """The routes of a map, without who may ask them."""
+def create_app(served: Served, rules: AccessRules | None = None) -> FastAPI:
+    """The routes of a map, without who may ask them; by `rules` a token can be changed for a cookie."""
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -47,15 +48,16 @@ def create_app(served: Served) -> FastAPI:
         lifespan=lifespan,
     )
     add_problem_handlers(app)
-    for routes in (map_routes, query_routes, edit_routes, event_routes):
+    for routes in (map_routes, page_routes, query_routes, edit_routes, event_routes):
         app.include_router(routes(served), prefix=PREFIX)
+    app.include_router(front_routes(rules))
     _document_models(app)
     return app
 
 
 def guarded(served: Served, rules: AccessRules) -> ASGIApp:
     """The same behind what every request has to pass."""
-    return Guard(create_app(served), rules)
+    return Guard(create_app(served, rules), rules)
 
 
 async def _watch(served: Served) -> None:

@@ -78,7 +78,13 @@ class BoundedProtocol(H11Protocol):
 class Server(uvicorn.Server):
     """A server that a signal ends quickly: streams first, then what is under way."""
 
-    def __init__(self, app: ASGIApp, on_stop: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        on_stop: Callable[[], None],
+        signals: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM),
+    ) -> None:
+        """`on_stop` ends what would go on by itself; `signals` end the server."""
         super().__init__(
             uvicorn.Config(
                 app,
@@ -94,7 +100,7 @@ class Server(uvicorn.Server):
                 h11_max_incomplete_event_size=MAX_HEADER_BYTES,
             )
         )
-        self._on_stop = on_stop
+        self._on_stop, self._signals = on_stop, signals
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams, then everything."""
@@ -103,11 +109,11 @@ class Server(uvicorn.Server):
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Ctrl-C and SIGTERM end the server, and nothing else."""
+        """Signals end the server, and nothing else."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {number: signal.signal(number, self._stop) for number in (signal.SIGINT, signal.SIGTERM)}
+        before = {number: signal.signal(number, self._stop) for number in self._signals}
         try:
             yield
         finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from app.served_map.edit_models import EditEntry
+from app.served_map.edit_models import told
 from app.served_map.shared_map import SharedMap
 from app.server.access_rules import AccessRules
 from app.server.create_app import guarded
@@ -18,17 +18,12 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     """Serve a run's map; returns after Ctrl-C or SIGTERM. Raises BadInput where the map or the place cannot be used."""
     shared = SharedMap(run, trust=trust)
     served = Served(shared)
-    shared.on_change(lambda last, epoch: _announce(served, last, epoch))
+    shared.on_change(lambda last, epoch: served.events.announce("edit", told(last, epoch)))
     listener = open_socket(rules.host, port)
     threading.Thread(target=_warm_up, args=(shared,), daemon=True).start()
     sign_in = "" if rules.token is None else f"?token={rules.token}"
     print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
     Server(guarded(served, rules), served.events.close).run([listener])
-
-
-def _announce(served: Served, last: EditEntry | None, epoch: int) -> None:
-    kind, author = ("reload", "") if last is None else (last.kind, last.author)
-    served.events.announce("edit", {"epoch": epoch, "kind": kind, "author": author})
 
 
 def _warm_up(shared: SharedMap) -> None:

@@ -21,6 +21,14 @@ class MapSource(Protocol):
         """The map as it is now."""
         ...
 
+    def page(self) -> bytes:
+        """The data that the page shows."""
+        ...
+
+    def changes(self, since: int) -> bytes:
+        """What of the mesh changed after a revision; raises NoSuchInstance where it does not grow."""
+        ...
+
     @property
     def edits(self) -> EditList:
         """The edit log."""

@@ -1,0 +1,158 @@
+"""A map that grows, and then is finished: what is asked of it is answered from the last snapshot."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from app.editing.edit_run import now_utc
+from app.live.growing_mesh import GrowingMesh
+from app.live.mesh_blocks import encode_blocks
+from app.live.snapshot import Snapshot
+from app.page.mesh_codec import encode_mesh
+from app.page.packet import pack
+from app.page.payload import map_header
+from app.served_map.asked_map import AskedMap, NoSuchInstance
+from app.served_map.crop_pictures import NoPictures
+from app.served_map.edit_models import EditDone, EditList, EditStamp, entry_of
+from app.served_map.shared_map import SharedMap, listed
+from app.settings.run_config import RunConfig
+from razer.edits.log import Entry
+from razer.edits.session import EditSession
+from razer.models import embedder_of
+from razer.panoptic_map import PanopticMap
+from razer.plugins import Trust
+from razer.query.text_queries import TextQueryEncoder
+
+T = TypeVar("T")
+Announce = Callable[[str, dict[str, Any]], None]
+
+
+class LiveMap:
+    """The map of a run that goes on in another process. Safe from several threads."""
+
+    def __init__(self, folder: Path, config: RunConfig, announce: Announce) -> None:
+        """`folder` is the unfinished one of the run: edits are kept there, and go with it when it is renamed."""
+        self._folder, self._announce = folder, announce
+        self._lock = threading.RLock()
+        self._mesh = GrowingMesh()
+        self._snapshot: Snapshot | None = None
+        self._known: set[int] = set()
+        self._encoder = TextQueryEncoder.deferred(lambda: embedder_of(config.embedder))
+        self._session: EditSession | None = None
+        self._asked: AskedMap | None = None
+        self._finished: SharedMap | None = None
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Go on from the next snapshot, and tell of it."""
+        with self._lock:
+            self._mesh.take(snapshot)
+            self._snapshot = snapshot
+            self._session = self._asked = None
+            revision, born = self._mesh.revision, [o for o in snapshot.objects if o.id not in self._known]
+            self._known.update(o.id for o in born)
+            epoch = 0 if self._session is None else self._session.epoch
+        self._announce("map", {"epoch": epoch, "frame": snapshot.frame, "revision": revision, "finished": False})
+        for item in born:
+            self._announce("instance", {"id": item.id, "name": item.class_name, "born_frame": item.first_frame})
+
+    def finish(self, folder: Path, trust: Trust) -> SharedMap:
+        """Go on from the finished run in a folder; raises BadInput where it cannot be opened."""
+        finished = SharedMap(folder, trust=trust)
+        with self._lock:
+            self._finished = finished
+            frame = 0 if self._snapshot is None else self._snapshot.frame
+        epoch, revision = finished.current.epoch, self._mesh.revision + 1
+        self._announce("map", {"epoch": epoch, "frame": frame, "revision": revision, "finished": True})
+        return finished
+
+    @property
+    def current(self) -> AskedMap:
+        """The map as it is now."""
+        with self._lock:
+            if self._finished is not None:
+                return self._finished.current
+            if self._asked is None or self._opened().refresh():
+                session = self._opened()
+                self._asked = AskedMap(session.epoch, session.panoptic, NoPictures())
+            return self._asked
+
+    def page(self) -> bytes:
+        """The data of the page: of a growing map all but the mesh, which comes as changes since revision 0."""
+        with self._lock:
+            if self._finished is not None:
+                return self._finished.page()
+            current = self.current
+            empty = encode_mesh(_empty(current.panoptic).mesh)
+            header = map_header(current.panoptic, "growing map")
+            header |= {"epoch": current.epoch, "mesh": empty.header, "growing": True, "revision": 0}
+            return pack(header, empty.sections)
+
+    def changes(self, since: int) -> bytes:
+        """The blocks of the mesh that changed after a revision; raises NoSuchInstance where the map is finished."""
+        with self._lock:
+            if self._finished is not None:
+                raise NoSuchInstance("the map does not grow any more: load the page anew")
+            epoch = 0 if self._session is None else self._session.epoch
+            blocks, revision = self._mesh.changes(since), self._mesh.revision
+        return encode_blocks(blocks, revision, epoch)
+
+    @property
+    def edits(self) -> EditList:
+        """The edit log."""
+        with self._lock:
+            return self._finished.edits if self._finished is not None else listed(self._opened().log)
+
+    def edit(self, request: EditStamp) -> EditDone:
+        """Make an edit; it stays with its instances as the map grows. Raises EditConflict, BadInput."""
+        change, author, epoch = request.edit(), request.author, request.epoch
+        with self._lock:
+            if self._finished is not None:
+                return self._finished.edit(request)
+            return self._done(self._opened().apply(change, time=now_utc(), author=author, epoch=epoch))
+
+    def undo(self, author: str = "", epoch: int | None = None) -> EditDone:
+        """Take back the last edit; raises EditConflict."""
+        with self._lock:
+            if self._finished is not None:
+                return self._finished.undo(author, epoch)
+            return self._done(self._opened().undo(time=now_utc(), author=author, epoch=epoch))
+
+    def redo(self, author: str = "", epoch: int | None = None) -> EditDone:
+        """Do again what was undone last; raises EditConflict."""
+        with self._lock:
+            if self._finished is not None:
+                return self._finished.redo(author, epoch)
+            return self._done(self._opened().redo(time=now_utc(), author=author, epoch=epoch))
+
+    def _done(self, entry: Entry) -> EditDone:
+        self._asked = None
+        done = entry_of(self._opened().log.listed()[entry.number - 1])
+        self._announce("edit", {"epoch": entry.number, "kind": done.kind, "author": done.author})
+        return EditDone(epoch=entry.number, edit=done)
+
+    def _opened(self) -> EditSession:
+        """The last snapshot with the edits so far."""
+        if self._session is None:
+            self._session = EditSession(self._folder, self._panoptic())
+        return self._session
+
+    def _panoptic(self) -> PanopticMap:
+        if self._snapshot is None:
+            return _empty(PanopticMap((), GrowingMesh().whole(np.zeros(0, np.int32)), self._encoder))
+        objects = self._snapshot.objects
+        mesh = self._mesh.whole(np.array([o.id for o in objects], np.int32))
+        counts = np.bincount(mesh.instances, minlength=max((o.id for o in objects), default=0) + 1)
+        counted = tuple(replace(o, n_vertices=int(counts[o.id])) for o in sorted(objects, key=lambda o: o.id))
+        up = self._snapshot.up
+        length = 0.0 if up is None else float(np.linalg.norm(up))
+        return PanopticMap(counted, mesh, self._encoder, up=up / length if up is not None and length > 0 else None)
+
+
+def _empty(panoptic: PanopticMap) -> PanopticMap:
+    return replace(panoptic, mesh=GrowingMesh().whole(np.zeros(0, np.int32)))
