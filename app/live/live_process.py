@@ -23,7 +23,7 @@ from app.server.served import Served
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 
-NICENESS = 15  # what people look at waits for what is mapped
+NICENESS = 10  # what people look at waits for what is mapped
 
 
 def serve_live(pipe: Connection, listener: socket.socket, rules: AccessRules, folder: Path, config: RunConfig) -> None:

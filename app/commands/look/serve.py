@@ -8,9 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from app.settings.extra_libraries import require_serve
-from app.settings.options import TrustOptions
-
-DEFAULT_PORT = 8700
+from app.settings.options import DEFAULT_PORT, TrustOptions
 
 
 def serve(

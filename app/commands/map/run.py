@@ -15,7 +15,7 @@ from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.extra_libraries import require_serve
-from app.settings.options import BOTH, Flag, RunOptions
+from app.settings.options import BOTH, DEFAULT_PORT, Flag, RunOptions
 from razer.errors import BadInput
 from razer.vocabulary import Vocabulary
 from razer.vocabulary import vocabulary as read_vocabulary
@@ -34,7 +34,8 @@ def run(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: str | None = None,
-    serve: Annotated[int | None, Parameter(name="--serve")] = None,
+    serve: Flag = False,
+    port: int = DEFAULT_PORT,
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -51,8 +52,10 @@ def run(
     vocabulary:
         Name the instances by a vocabulary, as `razer label` does: one of its names, or a file.
     serve:
-        Port to show the map at while it grows, for browsers on this machine, and when it is done until Ctrl-C; 8700 is
-        usual, 0 any free one.
+        Show the map in browsers on this machine while it grows, and when it is finished until Ctrl-C, as `razer serve`
+        does.
+    port:
+        Where to, with --serve; 0: any free port.
     overwrite:
         Replace an older run at the same place, once the new one is complete.
     json:
@@ -60,11 +63,11 @@ def run(
     """
     classes = None if vocabulary is None else read_vocabulary(vocabulary)
     if options.poses == "both":
-        if serve is not None:
+        if serve:
             raise BadInput("--serve shows one run: give --poses given or slam")
         return _run_both(folder, out, options, classes, overwrite, json)
     target = RunFolder(out, overwrite=overwrite)
-    with _served(serve) as live:
+    with _served(port if serve else None) as live:
         result = _run(folder, options.read(), target, classes, live)
 
         from app.pipeline.run_report import print_run
