@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAGIC = b"RZPG"
-_LEVEL = 9
+SMALLEST = 9
 
 
-def pack(header: Mapping[str, Any], sections: Mapping[str, bytes]) -> bytes:
-    """The container, gzipped, without a time in it, so that the same map gives the same bytes."""
+def pack(header: Mapping[str, Any], sections: Mapping[str, bytes], level: int = SMALLEST) -> bytes:
+    """The container, gzipped at a level of zlib, without a time in it, so that the same map gives the same bytes."""
     table = [{"name": name, "bytes": len(content)} for name, content in sections.items()]
     text = json.dumps({**header, "sections": table}, separators=(",", ":"), ensure_ascii=False).encode()
-    return gzip.compress(b"".join([MAGIC, struct.pack("<I", len(text)), text, *sections.values()]), _LEVEL, mtime=0)
+    return gzip.compress(b"".join([MAGIC, struct.pack("<I", len(text)), text, *sections.values()]), level, mtime=0)
 
 
 def unpack(packed: bytes) -> tuple[dict[str, Any], dict[str, bytes]]:

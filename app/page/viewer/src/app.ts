@@ -51,6 +51,7 @@ export class App {
   private readonly filters: Filters;
   private readonly card: Card;
   private hashTimer = 0;
+  private isEmpty = false;
 
   constructor(readonly source: MapSource) {
     const linked = fromHash(location.hash);
@@ -96,6 +97,7 @@ export class App {
     this.model = new MapModel(loaded);
     const { header } = loaded;
     this.viewport.setUp(header.up);
+    this.isEmpty ||= !header.mesh;
     if (header.mesh) this.viewport.surfaces.set("map", loaded.surface);
     this.viewport.surfaces.set("other", loaded.other);
     this.pictures.replace(loaded.crops);
@@ -122,7 +124,7 @@ export class App {
 
   measure(): void {
     const space = measure(this.viewport, this.model.instances);
-    this.navigation.setSpace(space.center, space.radius, space.floorY);
+    this.navigation.setSpace(space);
     this.viewport.ceilingY = space.ceilingY;
     this.thumbnails.middle = space.center.toArray();
   }
@@ -230,9 +232,22 @@ export class App {
     this.outlines.show({ hovered: pointed, selected: chosen, hits: found.filter((id) => id !== selected) });
   }
 
-  /** The outlines again, of surfaces that have changed. */
-  refreshOutlines(): void {
+  /** The map anew from its server, seen from the same place. */
+  async reload(): Promise<void> {
+    const loaded = await this.source.load(this.decoder);
+    if (loaded.header.mesh) this.viewport.surfaces.clear();
+    this.take(loaded);
+    await this.editing.refresh();
+  }
+
+  /** Blocks of the map have changed. */
+  grown(): void {
+    const wasEmpty = this.isEmpty;
+    this.measure();
     this.outlines.refresh();
+    if (wasEmpty) this.navigation.set(this.navigation.home());
+    this.isEmpty = false;
+    this.viewport.draw();
   }
 
   private showCard({ selected, isolated }: State): void {

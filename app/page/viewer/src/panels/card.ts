@@ -68,10 +68,12 @@ export class Card {
   private links(title: string, links: Link[], model: MapModel): HTMLElement[] {
     const known = links.filter(({ id }) => model.byId.has(id));
     if (!known.length) return [];
-    const items = known.map(({ text, id }) => {
-      const label = model.label(id);
-      const link = make("button", { type: "button", className: "link", onclick: () => this.actions.choose(id) }, label);
-      return make("li", {}, text && make("span", { className: "relation" }, text), link);
+    const link = (id: number): HTMLElement =>
+      make("button", { type: "button", className: "link", onclick: () => this.actions.choose(id) }, model.label(id));
+    const items = [...new Set(known.map(({ text }) => text))].map((text) => {
+      const others = known.filter((each) => each.text === text).map(({ id }) => link(id));
+      const relation = text && make("span", { className: "relation" }, text);
+      return make("li", { className: text ? "" : "plain-links" }, relation, make("span", { className: "linked" }, ...others));
     });
     return [make("h3", {}, title), make("ul", { className: "links" }, ...items)];
   }

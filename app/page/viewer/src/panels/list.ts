@@ -54,9 +54,9 @@ export class ListPanel {
   }
 
   private group(model: MapModel, name: string, members: Instance[]): HTMLElement {
-    const { mode, hits } = this.store.state;
+    const { hits } = this.store.state;
     const swatch = make("span", { className: "swatch" });
-    swatch.style.background = css(model.colorAt(members[0], Math.max(mode, 2) > 2.5 ? 2 : 2));
+    swatch.style.background = css(model.colorAt(members[0], 2));
     const badge = make("span", { className: "badge" }, String(members.length));
     const details = make("details", { open: !this.closed.has(name) },
       make("summary", {}, swatch, make("span", { className: "class-name" }, name), badge));

@@ -2,6 +2,7 @@
 import { Euler, MathUtils, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Instance } from "../map_types";
+import type { Space } from "./space";
 import type { Viewport } from "./viewport";
 
 export interface View {
@@ -10,6 +11,8 @@ export interface View {
 }
 
 const FLIGHT_S = 0.9;
+const HOME_SLOPE = 1.0;
+const ROOM_FOR_MAP = 0.88; // share of the picture
 const EYE_M = 1.55;
 const WALK_M_PER_S = 1.8;
 const TURN_PER_PX = 0.0035;
@@ -25,6 +28,8 @@ export class Navigation {
   private floorY = 0;
   private center = new Vector3();
   private radius = 3;
+  private points: Vector3[] = [];
+  private azimuth = 0.6;
   private stopFlight: () => void = () => {};
 
   constructor(private readonly viewport: Viewport) {
@@ -39,19 +44,26 @@ export class Navigation {
   }
 
   /** Where the map lies, in the page's frame. */
-  setSpace(center: Vector3, radius: number, floorY: number): void {
-    this.center.copy(center);
-    this.radius = radius;
-    this.floorY = floorY;
+  setSpace({ center, radius, floorY, points, azimuth }: Space): void {
+    Object.assign(this, { center, radius, floorY, points, azimuth });
     this.controls.maxDistance = 6 * radius;
   }
 
   home(): View {
-    const { camera } = this.viewport;
-    const narrow = Math.min(1, camera.aspect);
-    const distance = (0.98 * this.radius) / Math.sin(MathUtils.degToRad(ORBIT_FOV / 2)) / Math.max(narrow, 0.45);
-    const direction = new Vector3(0.55, 0.95, 0.75).normalize();
-    return view(this.center.clone().addScaledVector(direction, distance), this.center);
+    const direction = new Vector3(Math.sin(this.azimuth), HOME_SLOPE, Math.cos(this.azimuth)).normalize();
+    const aside = new Vector3(0, 1, 0).cross(direction).normalize();
+    const over = direction.clone().cross(aside);
+    const half = Math.tan(MathUtils.degToRad(ORBIT_FOV / 2)) * ROOM_FOR_MAP;
+    const wide = half * this.viewport.camera.aspect;
+    // As near as all points of the sample still fit between the four sides of the picture.
+    const needed = this.points.map((point) => {
+      const at = point.clone().sub(this.center);
+      const beside = Math.max(Math.abs(at.dot(aside)) / wide, Math.abs(at.dot(over)) / half);
+      return at.dot(direction) + beside;
+    }).sort((a, b) => a - b);
+    const distance = needed.length ? needed[Math.floor(0.995 * (needed.length - 1))] : 3 * this.radius;
+    const target = this.center.clone().addScaledVector(over, -0.05 * distance);
+    return view(target.clone().addScaledVector(direction, distance), target);
   }
 
   get view(): View {

@@ -28,10 +28,13 @@ export class MapModel {
     this.header = loaded.header;
     const { instances, relations } = loaded.header;
     this.byId = new Map(instances.map((instance) => [instance.id, instance]));
-    const names = [...new Set(instances.map((instance) => instance.name))].sort();
-    names.forEach((name, place) => this.classPlace.set(name, place));
+    // What covers most of the map comes first, and has the colours that differ most.
+    const bySize = [...instances].sort((a, b) => b.vertices - a.vertices || a.id - b.id);
     for (const kind of ["thing", "stuff"]) {
-      instances.filter((i) => i.kind === kind).forEach((i, place) => this.instancePlace.set(i.id, place));
+      const members = bySize.filter((instance) => instance.kind === kind);
+      members.forEach(({ id }, place) => this.instancePlace.set(id, place));
+      const names = [...new Set(members.map(({ name }) => name))];
+      names.forEach((name, place) => this.classPlace.has(name) || this.classPlace.set(name, place));
     }
     for (const { subject, relation, object } of relations) {
       this.link(subject, relation, object);
@@ -44,7 +47,7 @@ export class MapModel {
   }
 
   get names(): string[] {
-    return [...this.classPlace.keys()];
+    return [...this.classPlace.keys()].sort();
   }
 
   get maxId(): number {
