@@ -60,6 +60,14 @@ def load_map(
     folder = Path(folder)
     if not is_map_folder(folder):
         raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
+    trust = FULL_TRUST if trust_plugins else NO_TRUST
+    encoder = TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust))
+    panoptic = replace(_as_saved(folder), text_queries=encoder, open_volume=partial(_open_volume, folder, device))
+    return apply_edits(panoptic, EditLog.read(folder)) if edited else panoptic
+
+
+def _as_saved(folder: Path) -> PanopticMap:
+    """The map that the files of a folder hold, without its volume and what encodes texts; raises BadInput."""
     mesh = read_mesh_ply(folder / MESH_PLY)
     try:
         objects, up = read_instances_json(folder / INSTANCES)
@@ -70,19 +78,15 @@ def load_map(
         problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({one_line(error)})"
         raise BadInput(f"{folder}: {problem}; run again") from error
     known = np.isin(mesh.instances, [item.id for item in objects])
-    trust = FULL_TRUST if trust_plugins else NO_TRUST
-    panoptic = PanopticMap(
+    return PanopticMap(
         _completed(objects, mesh.instances, banks),
         replace(mesh, instances=np.where(known, mesh.instances, 0).astype(np.int32)),
-        TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust)),
         up=up,
         config_text=_config_text(folder),
-        open_volume=partial(_open_volume, folder, device),
         parts=parts if vertex_parts is None else _completed(parts, vertex_parts, banks),
         vertex_parts=vertex_parts,
         folder=folder,
     )
-    return apply_edits(panoptic, EditLog.read(folder)) if edited else panoptic
 
 
 def _completed(objects: Sequence[MapObject], labels: Int32Array, banks: Mapping[int, Bank]) -> tuple[MapObject, ...]:

@@ -12,9 +12,8 @@ import numpy as np
 
 from app.editing.edit_run import now_utc
 from app.live.growing_mesh import GrowingMesh
-from app.live.mesh_blocks import encode_blocks
 from app.live.snapshot import Snapshot
-from app.page.mesh_codec import encode_mesh
+from app.page.mesh_blocks import encode_blocks
 from app.page.packet import pack
 from app.page.payload import map_header
 from app.served_map.asked_map import AskedMap, NoSuchInstance
@@ -45,6 +44,7 @@ class LiveMap:
         self._known: set[int] = set()
         self._encoder = TextQueryEncoder.deferred(lambda: embedder_of(config.embedder))
         self._session: EditSession | None = None
+        self._epoch = 0
         self._asked: AskedMap | None = None
         self._finished: SharedMap | None = None
 
@@ -56,19 +56,18 @@ class LiveMap:
             self._session = self._asked = None
             revision, born = self._mesh.revision, [o for o in snapshot.objects if o.id not in self._known]
             self._known.update(o.id for o in born)
-            epoch = 0 if self._session is None else self._session.epoch
-        self._announce("map", {"epoch": epoch, "frame": snapshot.frame, "revision": revision, "finished": False})
+        self._announce("map", {"epoch": self._epoch, "frame": snapshot.frame, "revision": revision})
         for item in born:
-            self._announce("instance", {"id": item.id, "name": item.class_name, "born_frame": item.first_frame})
+            self._announce(
+                "instance", {"id": item.id, "name": item.class_name or "thing", "born_frame": item.first_frame}
+            )
 
     def finish(self, folder: Path, trust: Trust) -> SharedMap:
         """Go on from the finished run in a folder; raises BadInput where it cannot be opened."""
         finished = SharedMap(folder, trust=trust)
         with self._lock:
             self._finished = finished
-            frame = 0 if self._snapshot is None else self._snapshot.frame
-        epoch, revision = finished.current.epoch, self._mesh.revision + 1
-        self._announce("map", {"epoch": epoch, "frame": frame, "revision": revision, "finished": True})
+        self._announce("edit", {"epoch": finished.current.epoch, "kind": "finished", "author": ""})
         return finished
 
     @property
@@ -88,18 +87,16 @@ class LiveMap:
             if self._finished is not None:
                 return self._finished.page()
             current = self.current
-            empty = encode_mesh(_empty(current.panoptic).mesh)
-            header = map_header(current.panoptic, "growing map")
-            header |= {"epoch": current.epoch, "mesh": empty.header, "growing": True, "revision": 0}
-            return pack(header, empty.sections)
+            header = map_header(current.panoptic, "growing map") | {"epoch": current.epoch, "growing": True}
+            return pack(header, {})
 
     def changes(self, since: int) -> bytes:
         """The blocks of the mesh that changed after a revision; raises NoSuchInstance where the map is finished."""
         with self._lock:
             if self._finished is not None:
                 raise NoSuchInstance("the map does not grow any more: load the page anew")
-            epoch = 0 if self._session is None else self._session.epoch
-            blocks, revision = self._mesh.changes(since), self._mesh.revision
+            blocks = {(c.x, c.y, c.z): mesh for c, mesh in self._mesh.changes(since).items()}
+            revision, epoch = self._mesh.revision, self._epoch
         return encode_blocks(blocks, revision, epoch)
 
     @property
@@ -131,7 +128,7 @@ class LiveMap:
             return self._done(self._opened().redo(time=now_utc(), author=author, epoch=epoch))
 
     def _done(self, entry: Entry) -> EditDone:
-        self._asked = None
+        self._asked, self._epoch = None, entry.number
         done = entry_of(self._opened().log.listed()[entry.number - 1])
         self._announce("edit", {"epoch": entry.number, "kind": done.kind, "author": done.author})
         return EditDone(epoch=entry.number, edit=done)
@@ -140,11 +137,12 @@ class LiveMap:
         """The last snapshot with the edits so far."""
         if self._session is None:
             self._session = EditSession(self._folder, self._panoptic())
+        self._epoch = self._session.epoch
         return self._session
 
     def _panoptic(self) -> PanopticMap:
         if self._snapshot is None:
-            return _empty(PanopticMap((), GrowingMesh().whole(np.zeros(0, np.int32)), self._encoder))
+            return PanopticMap((), GrowingMesh().whole(np.zeros(0, np.int32)), self._encoder)
         objects = self._snapshot.objects
         mesh = self._mesh.whole(np.array([o.id for o in objects], np.int32))
         counts = np.bincount(mesh.instances, minlength=max((o.id for o in objects), default=0) + 1)
@@ -152,7 +150,3 @@ class LiveMap:
         up = self._snapshot.up
         length = 0.0 if up is None else float(np.linalg.norm(up))
         return PanopticMap(counted, mesh, self._encoder, up=up / length if up is not None and length > 0 else None)
-
-
-def _empty(panoptic: PanopticMap) -> PanopticMap:
-    return replace(panoptic, mesh=GrowingMesh().whole(np.zeros(0, np.int32)))

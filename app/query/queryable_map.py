@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
+from app.console.streams import print_notes
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.run_folder import run_folder as names
 from app.settings.config_file import read_run_config
@@ -66,4 +67,6 @@ def open_map(
     no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
     config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
-    return load_map(folder, embedder=config.embedder, edited=edited), config
+    panoptic = load_map(folder, embedder=config.embedder, edited=edited)
+    print_notes(panoptic.edit_problems)
+    return panoptic, config

@@ -89,11 +89,5 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
     )
 
 
-def camera_up(poses: list[Float64Array]) -> Float64Array:
-    """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
-    up: Float64Array = -np.mean([pose[:3, 1] for pose in poses], axis=0)
-    return up
-
-
 def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")

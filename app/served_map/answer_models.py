@@ -26,7 +26,7 @@ class QueryHit(BaseModel):
     """An instance that a query means."""
 
     id: int
-    name: str | None
+    name: str
     probability: float = Field(description="That it is what was asked for.")
     score: float = Field(description="Confidence that there is such an instance.")
     runner_up: ClassGuess | None = Field(description="What else it may be, where that is within reach.")

@@ -11,10 +11,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from app.page.instance_records import instance_records, relation_records
 from app.render.glb import instance_names, write_glb
 from app.served_map.answer_models import MapRelation, QueryAnswer, QueryHit
 from app.served_map.crop_pictures import CropPictures
-from app.served_map.instance_entries import instance_entries
 from app.served_map.instance_models import (
     ClassGuess,
     Instance,
@@ -23,7 +23,7 @@ from app.served_map.instance_models import (
     InstanceList,
     InstanceRelation,
 )
-from app.served_map.named_scene import named_graph, named_relations
+from app.served_map.named_graph import named_graph
 from razer.arrays import Uint8Array
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit
@@ -56,13 +56,20 @@ class AskedMap:
     @property
     def instances(self) -> Mapping[int, Instance]:
         """All instances and parts by id."""
-        entries = self.once("instances", lambda: instance_entries(self.panoptic, self._crops.count))
-        return self.once("by id", lambda: {entry.id: entry for entry in entries})
+        return self.once("instances", self._instances)
+
+    def _instances(self) -> dict[int, Instance]:
+        items = {item.id: item for item in (*self.panoptic.objects, *self.panoptic.parts)}
+        records = (r | {"crops": self._crops.count(items[r["id"]])} for r in instance_records(self.panoptic))
+        return {record["id"]: Instance.model_validate(record) for record in records}
 
     @property
     def relations(self) -> list[MapRelation]:
         """All relations."""
-        return self.once("relations", lambda: named_relations(self.panoptic, list(self.instances.values())))
+        return self.once("relations", self._relations)
+
+    def _relations(self) -> list[MapRelation]:
+        return [MapRelation.model_validate(record) for record in relation_records(self.panoptic)]
 
     @property
     def graph(self) -> dict[str, Any]:
@@ -123,8 +130,8 @@ class AskedMap:
             raise NoSuchInstance(f"there is no instance {instance_id} in this map")
         return self.instances[instance_id]
 
-    def _name(self, instance_id: int) -> str | None:
-        return self.instances[instance_id].name if instance_id in self.instances else None
+    def _name(self, instance_id: int) -> str:
+        return self.instances[instance_id].name if instance_id in self.instances else "thing"
 
     def _answer(self, query: str, answer: Answer, limit: int) -> QueryAnswer:
         return QueryAnswer(
@@ -142,7 +149,7 @@ def _statement(query: str, n_hits: int) -> str:
     return f"{n_hits} {'instance' if n_hits == 1 else 'instances'} in this map: {query}"
 
 
-def _hit(hit: Hit, name: str | None) -> QueryHit:
+def _hit(hit: Hit, name: str) -> QueryHit:
     runner_up = hit.runner_up and ClassGuess(name=hit.runner_up[0], probability=round(min(hit.runner_up[1], 1.0), 4))
     return QueryHit(
         id=hit.object.id,

@@ -45,7 +45,7 @@ class Instance(BaseModel):
     model_config = ConfigDict(json_schema_extra={"examples": [_CHAIR]})
 
     id: InstanceId
-    name: str | None = Field(description="The most probable name; null where nothing is known of names.")
+    name: str = Field(description="The most probable name; thing or part where nothing is known of names.")
     probability: float | None = Field(ge=0, le=1, description="Of that name; null where nothing tells.")
     class_guesses: list[ClassGuess]
     kind: Kind
@@ -68,7 +68,7 @@ class InstanceRelation(BaseModel):
 
     relation: str = Field(examples=["on"])
     other: int
-    other_name: str | None
+    other_name: str
 
 
 class InstanceList(BaseModel):
@@ -103,7 +103,7 @@ class InstanceFilter(BaseModel):
 
     def passes(self, instance: Instance) -> bool:
         """Whether an instance is wanted."""
-        name = (instance.name or "").casefold()
+        name = instance.name.casefold()
         return (
             (self.class_ is None or name == self.class_.casefold())
             and (self.kind is None or instance.kind == self.kind)

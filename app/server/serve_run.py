@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+from app.page.other_poses import chosen_run
 from app.served_map.edit_models import told
 from app.served_map.shared_map import SharedMap
 from app.server.access_rules import AccessRules
@@ -16,7 +17,7 @@ from razer.plugins import Trust
 
 def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     """Serve a run's map; returns after Ctrl-C or SIGTERM. Raises BadInput where the map or the place cannot be used."""
-    shared = SharedMap(run, trust=trust)
+    shared = SharedMap(chosen_run(run), trust=trust)
     served = Served(shared)
     shared.on_change(lambda last, epoch: served.events.announce("edit", told(last, epoch)))
     listener = open_socket(rules.host, port)
@@ -28,4 +29,5 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
 
 def _warm_up(shared: SharedMap) -> None:
     """Work out what the first question would wait for."""
-    _ = shared.current.instances
+    current = shared.current
+    _ = current.instances, current.relations, shared.page()

@@ -102,14 +102,14 @@ class EditLog:
             return cls.parsed(path.read_bytes())
         except BadInput as error:
             raise BadInput(f"{path} is damaged ({error}): mend it, or move it away to have the map unedited") from error
-        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             problem = f"{path} is damaged ({one_line(error)})"
             raise BadInput(f"{problem}: mend it, or move it away to have the map unedited") from error
 
     @classmethod
     def parsed(cls, data: bytes) -> EditLog:
         """The log in a file's bytes; a last line that is not ended was never written. Raises ValueError, KeyError,
-        TypeError or BadInput for anything else than a log."""
+        TypeError, AttributeError or BadInput for anything else than a log."""
         lines = data.split(b"\n")[:-1]
         if not lines:
             return cls()

@@ -43,6 +43,12 @@ class EditSession:
         """The number of entries of the log as far as it was read."""
         return self.log.epoch
 
+    def rebase(self, unedited: PanopticMap) -> None:
+        """Go on with a newer map of the same place, such as one that has grown: its ids may be others."""
+        with self._lock:
+            self._replay = Replay(unedited)
+            self.panoptic = self._replay.of(self.log)
+
     def refresh(self) -> bool:
         """Take in what others have logged since; whether there was anything."""
         with self._lock:

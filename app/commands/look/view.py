@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from app.console.streams import print_notes
 from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
 from razer.errors import BadInput
@@ -46,6 +47,7 @@ def _draw(run: Path, target: Path) -> None:
     from razer.saved_map import load_map
 
     panoptic = load_map(run)
+    print_notes(panoptic.edit_problems)
     image = overview_image(panoptic.mesh, panoptic.up_or_z, names=names_by_size(panoptic.objects))
     if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
         raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")

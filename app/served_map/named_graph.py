@@ -1,31 +1,15 @@
-"""Relations and scene graph of a map by the names that its instances have now, given or guessed."""
+"""Scene graph of a map by the names that its instances have now, given or guessed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from app.served_map.answer_models import MapRelation
 from app.served_map.instance_models import Instance
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Label, segments
-from razer.semantics.scene_graph import map_relations, scene_graph
+from razer.semantics.scene_graph import scene_graph
 from razer.vocabulary import Category
-
-
-def named_relations(panoptic: PanopticMap, entries: Sequence[Instance]) -> list[MapRelation]:
-    """How the instances of a map stand to each other, and the parts to their wholes."""
-    categories = {label.id: label.category for label in _labels(panoptic, entries)}
-    found = [
-        MapRelation(subject=edge.source, relation=edge.relation, object=edge.target)
-        for edge in map_relations(panoptic, categories, panoptic.up_or_z)
-    ]
-    parts = [
-        MapRelation(subject=part.id, relation="part of", object=part.part_of)
-        for part in panoptic.parts
-        if part.part_of is not None
-    ]
-    return found + parts
 
 
 def named_graph(panoptic: PanopticMap, entries: Sequence[Instance]) -> dict[str, Any]:
@@ -40,7 +24,7 @@ def _labels(panoptic: PanopticMap, entries: Sequence[Instance]) -> list[Label]:
     labels = []
     for item in panoptic.objects:
         entry = by_id[item.id]
-        name = entry.name or "thing"
+        name = entry.name
         number = numbers.setdefault(name, len(numbers) + 1)
         category = Category(number, name, 0, "", entry.kind == "stuff")
         labels.append(Label(item.id, category, entry.probability or 0.0, None))
