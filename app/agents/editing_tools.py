@@ -32,7 +32,12 @@ AGENT = "agent"
 
 def add_editing_tools(server: MCPServer, shared: SharedMap) -> None:
     """Register rename_object, relabel_object, merge_objects, delete_object, split_object, move_border, undo, redo."""
+    _add_names(server, shared)
+    _add_shapes(server, shared)
+    _add_steps(server, shared)
 
+
+def _add_names(server: MCPServer, shared: SharedMap) -> None:
     @server.tool(annotations=CHANGES)
     async def rename_object(id: InstanceId, name: Name, epoch: Epoch, author: Author = AGENT) -> EditDone:
         """Give an instance another name; a thing stays a thing. Refused if it was changed after `epoch`."""
@@ -45,6 +50,8 @@ def add_editing_tools(server: MCPServer, shared: SharedMap) -> None:
             lambda: shared.edit(RelabelRequest(instance=id, class_name=class_name, epoch=epoch, author=author))
         )
 
+
+def _add_shapes(server: MCPServer, shared: SharedMap) -> None:
     @server.tool(annotations=CHANGES)
     async def merge_objects(
         ids: Annotated[list[InstanceId], Field(min_length=2, max_length=1000)], epoch: Epoch, author: Author = AGENT
@@ -75,6 +82,8 @@ def add_editing_tools(server: MCPServer, shared: SharedMap) -> None:
             )
         )
 
+
+def _add_steps(server: MCPServer, shared: SharedMap) -> None:
     @server.tool(annotations=CHANGES)
     async def undo(epoch: Epoch, author: Author = AGENT) -> EditDone:
         """Take back the last edit. Refused if another came after `epoch`."""

@@ -12,13 +12,14 @@ from starlette.types import ASGIApp
 
 from app.served_map.answer_models import TextQuery
 from app.server.access_rules import AccessRules
-from app.server.edit_routes import edit_routes
-from app.server.event_routes import event_routes
 from app.server.guard import Guard
-from app.server.map_routes import map_routes
-from app.server.page_routes import front_routes, page_routes
 from app.server.problems import Problem, add_problem_handlers
-from app.server.query_routes import query_routes
+from app.server.routes.edit_routes import edit_routes
+from app.server.routes.event_routes import event_routes
+from app.server.routes.instance_routes import instance_routes
+from app.server.routes.page_routes import front_routes, page_routes
+from app.server.routes.query_routes import query_routes
+from app.server.routes.scene_routes import scene_routes
 from app.server.served import Served
 
 PREFIX = "/api/v1"
@@ -48,7 +49,7 @@ def create_app(served: Served, rules: AccessRules | None = None) -> FastAPI:
         lifespan=lifespan,
     )
     add_problem_handlers(app)
-    for routes in (map_routes, page_routes, query_routes, edit_routes, event_routes):
+    for routes in (instance_routes, scene_routes, page_routes, query_routes, edit_routes, event_routes):
         app.include_router(routes(served), prefix=PREFIX)
     app.include_router(front_routes(rules))
     _document_models(app)

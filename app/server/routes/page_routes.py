@@ -9,8 +9,8 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.page.html import page_html, page_policy
 from app.server.access_rules import COOKIE, AccessRules
-from app.server.large_answer import large_answer
 from app.server.problems import Refusal, Responses, documented
+from app.server.routes.large_answer import large_answer
 from app.server.served import Served
 
 _BYTES = {"content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}}}
