@@ -9,7 +9,7 @@ import anyio.to_thread
 from mcp.server.mcpserver import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp_types import ToolAnnotations
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from app.served_map.answer_models import MAX_HITS, MAX_TEXT, QueryAnswer, RelationList, SceneGraph
 from app.served_map.asked_map import AskedMap
@@ -30,6 +30,8 @@ async def in_thread(work: Callable[[], T]) -> T:
     """What `work` gives, without holding up other requests; what is wrong with the input is told to the agent."""
     try:
         return await anyio.to_thread.run_sync(work)
+    except ValidationError as error:
+        raise ToolError("; ".join(fault["msg"] for fault in error.errors()[:5])) from error
     except BadInput as error:
         raise ToolError(str(error)) from error
 

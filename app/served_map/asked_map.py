@@ -29,6 +29,7 @@ from razer.errors import BadInput
 from razer.map_object import Answer, Hit
 from razer.models import ImageEncoder
 from razer.panoptic_map import PanopticMap
+from razer.query.ranking import PRESENT
 
 T = TypeVar("T")
 
@@ -113,17 +114,17 @@ class AskedMap:
             raise NoSuchInstance(f"instance {instance_id} has no picture {number}: its recording is not there")
         return picture
 
-    def ask(self, text: str, limit: int) -> QueryAnswer:
-        """What a text means; raises BadInput where the embedder cannot tell."""
-        return self._answer(text, self.panoptic.query(text), limit)
+    def ask(self, text: str, limit: int, least: float = PRESENT) -> QueryAnswer:
+        """What a text means with a least probability; raises BadInput where the embedder cannot tell."""
+        return self._answer(text, self.panoptic.query(text, least), limit)
 
-    def ask_picture(self, rgb: Uint8Array, limit: int) -> QueryAnswer:
-        """What looks like a picture (H, W, 3); raises BadInput where the embedder takes none."""
+    def ask_picture(self, rgb: Uint8Array, limit: int, least: float = PRESENT) -> QueryAnswer:
+        """What looks like a picture (H, W, 3) with a least probability; raises BadInput where the embedder takes none."""
         embedder = None if self.panoptic.text_queries is None else self.panoptic.text_queries.embedder
         if not isinstance(embedder, ImageEncoder):
             raise BadInput("this map's embedder takes no pictures: ask by words")
         vector = embedder.embed_region(rgb, np.ones(rgb.shape[:2], np.bool_))
-        return self._answer("(picture)", self.panoptic.query_image(vector), limit)
+        return self._answer("(picture)", self.panoptic.query_image(vector, least), limit)
 
     def _entry(self, instance_id: int) -> Instance:
         if instance_id not in self.instances:

@@ -32,7 +32,7 @@ def _plain(text: str) -> str:
 
 
 Author = Annotated[str, Field(max_length=MAX_AUTHOR), AfterValidator(_plain)]
-Epoch = Annotated[int, Field(ge=0, lt=2**53, description="That of the map which the author saw.")]
+Epoch = Annotated[int, Field(ge=0, lt=2**53, strict=True, description="That of the map which the author saw.")]
 
 
 class EditStamp(BaseModel):

@@ -10,6 +10,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from app.served_map.asked_map import NoSuchInstance
 from razer.errors import BadInput, EditConflict
@@ -66,7 +67,8 @@ def add_problem_handlers(app: FastAPI) -> None:
     async def of_status(request: Request, error: HTTPException) -> JSONResponse:
         kind = error.kind if isinstance(error, Refusal) else "about:blank"
         detail = error.detail if isinstance(error, Refusal) else _detail(request, error)
-        return problem(error.status_code, detail, kind, dict(error.headers or {}))
+        headers = {"Allow": _allowed(app, request)} if error.status_code == 405 else dict(error.headers or {})
+        return problem(error.status_code, detail, kind, headers)
 
     @app.exception_handler(RequestValidationError)
     async def of_validation(request: Request, error: RequestValidationError) -> JSONResponse:
@@ -83,6 +85,16 @@ def add_problem_handlers(app: FastAPI) -> None:
     @app.exception_handler(BadInput)
     async def of_input(request: Request, error: BadInput) -> JSONResponse:
         return problem(422, str(error))
+
+
+def _allowed(app: FastAPI, request: Request) -> str:
+    """The methods of all routes at an address: the framework names those of one."""
+
+    def takes(method: str) -> bool:
+        scope = {**request.scope, "method": method}
+        return any(route.matches(scope)[0] == Match.FULL for route in app.routes)
+
+    return ", ".join(filter(takes, ("DELETE", "GET", "PATCH", "POST", "PUT")))
 
 
 def _detail(request: Request, error: HTTPException) -> str:

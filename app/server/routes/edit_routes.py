@@ -6,12 +6,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query
 
-from app.served_map.edit_models import Author, EditDone, EditList, EditRequest, Epoch
+from app.served_map.edit_models import Author, EditDone, EditList, EditRequest
 from app.server.problems import documented
 from app.server.served import Served
 
 _Author = Annotated[Author, Query()]
-_Epoch = Annotated[Epoch | None, Query()]
+_Epoch = Annotated[int | None, Query(ge=0, lt=2**53, description="That of the map which the author saw.")]
 
 
 def edit_routes(served: Served) -> APIRouter:

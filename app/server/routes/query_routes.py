@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ValidationError
 from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
@@ -14,7 +14,9 @@ from app.served_map.answer_models import MAX_HITS, QueryAnswer, TextQuery
 from app.served_map.query_picture import MAX_BYTES, decoded_picture
 from app.server.problems import Refusal, documented
 from app.server.served import Served
+from razer.query.ranking import PRESENT
 
+_Least = Annotated[float, Query(ge=0, le=1, description="Of a hit; lower finds more, and more that is wrong.")]
 T = TypeVar("T", bound=BaseModel)
 _LIMIT = {"type": "integer", "minimum": 1, "maximum": MAX_HITS, "default": 10}
 _FORM = {
@@ -41,15 +43,15 @@ def query_routes(served: Served) -> APIRouter:
     router = APIRouter(tags=["query"])
 
     @router.post("/query", responses=documented(415), openapi_extra=_BODY, operation_id="query")
-    async def query(request: Request) -> QueryAnswer:
+    async def query(request: Request, min_probability: _Least = PRESENT) -> QueryAnswer:
         """Which instances a text means, or look like a picture; says so where none does."""
         kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
         if kind == "application/json":
             asked = parsed(TextQuery, await request.body())
-            return await served.pool.run(lambda: served.source.current.ask(asked.text, asked.limit))
+            return await served.pool.run(lambda: served.source.current.ask(asked.text, asked.limit, min_probability))
         if kind == "multipart/form-data":
             data, limit = await _picture_of(request)
-            return await served.pool.run(_asking(served, data, limit))
+            return await served.pool.run(_asking(served, data, limit, min_probability))
         raise Refusal(415, "send application/json with a text, or multipart/form-data with an image")
 
     return router
@@ -84,5 +86,5 @@ async def _picture_of(request: Request) -> tuple[bytes, int]:
     return data, int(limit)
 
 
-def _asking(served: Served, data: bytes, limit: int) -> Callable[[], QueryAnswer]:
-    return lambda: served.source.current.ask_picture(decoded_picture(data), limit)
+def _asking(served: Served, data: bytes, limit: int, least: float) -> Callable[[], QueryAnswer]:
+    return lambda: served.source.current.ask_picture(decoded_picture(data), limit, least)

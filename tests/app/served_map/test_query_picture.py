@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import tracemalloc
 import zlib
+from contextlib import suppress
 from io import BytesIO
 
 import numpy as np
@@ -84,10 +85,8 @@ def test_flipped_bytes_are_refused_or_decoded_but_never_crash():
         for _ in range(200):
             spoilt = np.frombuffer(data, np.uint8).copy()
             spoilt[rng.integers(0, len(spoilt), 5)] = rng.integers(0, 256, 5)
-            try:
+            with suppress(BadInput):
                 assert decoded_picture(spoilt.tobytes()).dtype == np.uint8
-            except BadInput:
-                pass
 
 
 @pytest.mark.parametrize("size", [(60_000, 60_000), (2**31 - 1, 1_000), (8_000, 8_000)])

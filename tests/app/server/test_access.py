@@ -19,7 +19,15 @@ def test_loopback_names_are_known(client, host):
 
 @pytest.mark.parametrize(
     "host",
-    ["evil.example", "evil.example:8700", "127.0.0.1.evil.example:8700", "localhost.evil.example", "192.168.0.7", "", "a b"],
+    [
+        "evil.example",
+        "evil.example:8700",
+        "127.0.0.1.evil.example:8700",
+        "localhost.evil.example",
+        "192.168.0.7",
+        "",
+        "a b",
+    ],
 )
 def test_a_rebound_name_is_refused(client, host):
     for path in ("/", f"{API}/instances", f"{API}/events", f"{API}/page"):
@@ -27,7 +35,8 @@ def test_a_rebound_name_is_refused(client, host):
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "https://127.0.0.1:9999", "http://127.0.0.1", "http://localhost:8700", "file://"]
+    "origin",
+    ["http://evil.example", "null", "https://127.0.0.1:9999", "http://127.0.0.1", "http://localhost:8700", "file://"],
 )
 def test_a_foreign_page_can_neither_ask_nor_edit_nor_listen(client, origin):
     foreign = {"Origin": origin}

@@ -72,6 +72,10 @@ def test_questions_that_cannot_be_read(client, body, kind, status):
     assert problem_of(response)["status"] == status
 
 
+def test_a_method_that_is_not_taken_is_told_which_are(client):
+    assert client.put(f"{API}/edits").headers["allow"] == "GET, POST"
+
+
 @pytest.mark.parametrize(
     "path",
     [

@@ -81,6 +81,12 @@ def test_the_limit_is_of_hits_shown_not_of_those_counted(client):
     assert answer["statement"] == "2 instances in this map: chair"
 
 
+def test_a_lower_threshold_finds_more(client):
+    everything = client.post(f"{API}/query?min_probability=0", json={"text": "chair"}).json()
+    assert len(everything["hits"]) == len(NAMES)
+    assert client.post(f"{API}/query?min_probability=2", json={"text": "chair"}).status_code == 422
+
+
 def test_what_is_not_there_is_said_to_be_not_in_this_map(client):
     answer = client.post(f"{API}/query", json={"text": "piano"}).json()
     assert (answer["found"], answer["hits"]) == (False, [])
