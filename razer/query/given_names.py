@@ -35,14 +35,17 @@ class GivenNames:
         self.names, self._queries = names, queries
 
     def by_words(self, text: str) -> dict[int, GivenMatch]:
-        """Those that a text means by its words alone: their name, its plural, or a kind that it belongs to."""
+        """Those that a text means by its words alone: their name, its plural, or a kind that it belongs to, as a "piano
+        bench" does to what a bench does."""
         if not self.names or not text.strip():
             return {}
         found = {i: GivenMatch(1.0) for i, name in self.names.items() if same_words(text, name)}
-        listed = tuple(dict.fromkeys(self.names.values()))
+        heads = {i: _heads(name) for i, name in self.names.items()}
+        listed = tuple(dict.fromkeys(head for of_name in heads.values() for head in of_name))
         meant = expand(text, listed) or _NOTHING
         kind_of = {listed[row]: kind for row, kind in zip(meant.rows, meant.kinds, strict=True)}
-        kinds = {i: GivenMatch(1.0, name, kind_of[name]) for i, name in self.names.items() if name in kind_of}
+        matches = {i: next((head for head in of_name if head in kind_of), None) for i, of_name in heads.items()}
+        kinds = {i: GivenMatch(1.0, self.names[i], kind_of[head]) for i, head in matches.items() if head}
         return kinds | found
 
     def asked(self, text: str, *, by_kind: bool) -> dict[int, GivenMatch]:
@@ -86,6 +89,12 @@ class GivenNames:
     def _knows(self, name: str) -> bool:
         queries = self._queries
         return queries is not None and isinstance(queries.embedder, TextEncoder) and queries.knows(name)
+
+
+def _heads(name: str) -> list[str]:
+    """A name, and what is left of it without its first words: "red office chair", "office chair", "chair"."""
+    words = plain(name).split()
+    return [" ".join(words[start:]) for start in range(len(words))]
 
 
 def same_words(one: str, other: str) -> bool:

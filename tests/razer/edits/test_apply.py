@@ -8,6 +8,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from razer.edits.session import EditSession
 from razer.errors import BadInput
 from tests.support.edited_maps import (
     CHAIR,
@@ -94,6 +95,15 @@ def test_a_merge_pools_what_is_known_of_all(tmp_path):
     assert merged.box.contains(points, margin_m=0.05).all()
 
 
+@pytest.mark.parametrize("order", list(permutations([LAMP, TABLE, OTHER_CHAIR])))
+def test_one_without_a_name_takes_that_of_the_largest(tmp_path, order):
+    base = hand_made()
+    nameless = tuple(replace(o, class_name=None) if o.id == CHAIR else o for o in base.objects)
+    session = EditSession(tmp_path, replace(base, objects=nameless))
+    do(session, "merge", instances=[CHAIR, *order])
+    assert by_id(session.panoptic)[CHAIR].class_name == "table"
+
+
 def test_votes_of_one_side_for_one_name_are_added_up(tmp_path):
     votes = by_id(edited(tmp_path, ("merge", {"instances": [CHAIR, OTHER_CHAIR]})).panoptic)[CHAIR].class_votes
     assert [(v.name, v.sector, v.frames, v.weight) for v in votes] == [("chair", s, 6, 3.0) for s in range(3)]
@@ -164,8 +174,6 @@ def test_parts_go_where_their_vertices_go(tmp_path):
         for i in (8, 9)
     )
     base = replace(base, parts=parts, vertex_parts=labels)
-    from razer.edits.session import EditSession
-
     session = EditSession(tmp_path, base)
     do(session, "split", instance=TABLE, region=plane(1, 0, 0, 0.5))
     new = session.log.entries[-1].change.new

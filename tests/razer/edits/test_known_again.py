@@ -89,6 +89,18 @@ def test_what_is_not_there_any_more_is_said_and_the_rest_is_applied(log):
     assert edited.epoch == 5
 
 
+def test_a_neighbour_with_a_few_of_its_points_is_not_taken_for_it(log):
+    base = renumbered()
+    rows = np.flatnonzero(base.mesh.instances == OTHER_IDS[LAMP])
+    labels = base.mesh.instances.copy()
+    labels[rows] = 0
+    labels[rows[: len(rows) // 3]] = OTHER_IDS[FLOOR]
+    objects = tuple(o for o in base.objects if o.id != OTHER_IDS[LAMP])
+    edited = apply_edits(replace(base, objects=objects, mesh=replace(base.mesh, instances=labels)), log)
+    assert "lamp #4 is not found" in edited.edit_problems[0]
+    assert by_id(edited)[OTHER_IDS[FLOOR]].class_name == "floor"
+
+
 def test_a_session_goes_on_with_a_newer_map(tmp_path):
     session = session_of(tmp_path)
     do(session, "rename", instance=CHAIR, name="stool")

@@ -8,9 +8,12 @@ import pytest
 import razer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.edits.session import EditSession
+from razer.edits.volume_labels import relabelled
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.volume.mesh_extraction import extract_mesh, nearest_labels, vertex_labels
+from razer.volume.voxel_map import VoxelMap
 from tests.support.edited_maps import NOW, by_id, do, plane
-from tests.support.scenes import contents, same_contents
+from tests.support.scenes import COARSE, cells_at, contents, same_contents
 
 
 @pytest.fixture(scope="module")
@@ -67,17 +70,36 @@ def test_votes_go_where_the_surface_went_and_none_is_lost(session):
     assert chair.id not in nearest
 
 
-def test_two_that_change_places_do_not_become_one(session):
-    """What comes to an instance must not leave it again with what it had."""
-    chair, _, table = chairs_and_table(session.panoptic)
-    do(session, "split", instance=table.id, region=plane(1, 0, 0, float(table.box.center[0])))
-    new = session.log.entries[-1].change.new
-    do(session, "merge", instances=[table.id, chair.id])
-    edited = session.panoptic
-    labels = vertex_labels(edited.volume, edited.mesh.vertices)
-    for number in (table.id, new):
-        mask = edited.mesh.instances == number
-        assert (labels[mask] == number).mean() > 0.97, number
+def test_what_comes_to_an_instance_does_not_leave_it_with_what_it_had():
+    """A voxel with votes for 1 and 2, where 1 became 2 and 2 became 3."""
+    voxels, cells = VoxelMap(COARSE), cells_at([[3, 4, 5], [9, 4, 5]])
+    voxels.allocate(cells.block_keys)
+    for number in (1, 2):
+        voxels.admit(number)
+    for number in (1, 1, 1, 2, 2):
+        voxels.vote(cells, np.full(2, number, np.int32))
+    places = np.repeat(cells.points[:1], 2, axis=0).astype(np.float32)
+    mesh = LabelledMesh(places, np.zeros((2, 3), np.uint8), np.array([1, 2], np.int32), np.zeros((0, 3), np.int32))
+    edited = relabelled(voxels, mesh, np.array([2, 3], np.int32))
+    ids, counts = (part.tolist() for part in edited.histograms_at(cells))
+    for row in range(2):
+        assert {i: n for i, n in zip(ids[row], counts[row], strict=True) if n} == {2: 3, 3: 2}
+    assert edited.labels_at(cells).tolist() == [2, 2]
+
+
+def test_what_was_nobodys_stays_so_and_what_is_deleted_becomes_it():
+    voxels, cells = VoxelMap(COARSE), cells_at([[3, 4, 5], [30, 4, 5], [31, 4, 5]])
+    voxels.allocate(cells.block_keys)
+    for number in (1, 2):
+        voxels.admit(number)
+    for number in (1, 1, 2):
+        voxels.vote(cells, np.array([number, 2, 0], np.int32))
+    places = cells.points[:2].astype(np.float32)
+    mesh = LabelledMesh(places, np.zeros((2, 3), np.uint8), np.array([1, 2], np.int32), np.zeros((0, 3), np.int32))
+    edited = relabelled(voxels, mesh, np.array([0, 2], np.int32), gone=[1])
+    # The vote for 2 beneath those for 1 does not make it 2's: the surface there is nobody's now.
+    assert edited.labels_at(cells).tolist() == [0, 2, 0]
+    assert edited.histograms_at(cells)[1].sum(dim=1).tolist() == [0, 3, 0]
 
 
 def test_a_rename_leaves_the_volume_and_an_undone_edit_too(session, folder):
