@@ -12,10 +12,9 @@ import numpy as np
 
 from app.editing.edit_run import now_utc
 from app.live.growing_mesh import GrowingMesh
+from app.live.mesh_blocks import encode_blocks
 from app.live.snapshot import Snapshot
-from app.page.mesh_blocks import encode_blocks
-from app.page.packet import pack
-from app.page.payload import map_header
+from app.page.payload import growing_payload
 from app.served_map.asked_map import AskedMap, NoSuchInstance
 from app.served_map.crop_pictures import NoPictures
 from app.served_map.edit_models import EditDone, EditList, EditStamp, entry_of
@@ -38,6 +37,7 @@ class LiveMap:
     def __init__(self, folder: Path, config: RunConfig, announce: Announce) -> None:
         """`folder` is the unfinished one of the run: edits are kept there, and go with it when it is renamed."""
         self._folder, self._announce = folder, announce
+        self._title = Path(config.input.folder or folder).name
         self._lock = threading.RLock()
         self._mesh = GrowingMesh()
         self._snapshot: Snapshot | None = None
@@ -87,16 +87,14 @@ class LiveMap:
             if self._finished is not None:
                 return self._finished.page()
             current = self.current
-            header = map_header(current.panoptic, "growing map") | {"epoch": current.epoch, "growing": True}
-            return pack(header, {})
+            return growing_payload(current.panoptic, self._title, current.epoch)
 
     def changes(self, since: int) -> bytes:
         """The blocks of the mesh that changed after a revision; raises NoSuchInstance where the map is finished."""
         with self._lock:
             if self._finished is not None:
                 raise NoSuchInstance("the map does not grow any more: load the page anew")
-            blocks = {(c.x, c.y, c.z): mesh for c, mesh in self._mesh.changes(since).items()}
-            revision, epoch = self._mesh.revision, self._epoch
+            blocks, revision, epoch = self._mesh.changes(since), self._mesh.revision, self._epoch
         return encode_blocks(blocks, revision, epoch)
 
     @property

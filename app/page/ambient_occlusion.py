@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import open3d as o3d
+import open3d.core as o3c
 
-from razer.arrays import Float64Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import sums_at_vertices, vertex_normals
-from razer.volume.mesh_extraction import LabelledMesh
 
 RADIUS_M = 0.7  # what is farther away does not darken
 N_RAYS = 24
@@ -23,8 +24,8 @@ def ambient_occlusion(mesh: LabelledMesh) -> Uint8Array:
         return np.full(len(mesh.vertices), 255, np.uint8)
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(
-        o3d.core.Tensor(np.ascontiguousarray(mesh.vertices, np.float32)),
-        o3d.core.Tensor(np.ascontiguousarray(mesh.triangles, np.uint32)),
+        o3c.Tensor(np.ascontiguousarray(mesh.vertices, np.float32)),
+        o3c.Tensor(np.ascontiguousarray(mesh.triangles, np.uint32)),
     )
     normals = vertex_normals(mesh)
     openness = np.empty(len(mesh.vertices))
@@ -36,13 +37,13 @@ def ambient_occlusion(mesh: LabelledMesh) -> Uint8Array:
 
 
 def _openness(
-    scene: o3d.t.geometry.RaycastingScene, points: Float64Array, normals: Float64Array, random: np.random.Generator
+    scene: o3d.t.geometry.RaycastingScene, points: Float32Array, normals: Float64Array, random: np.random.Generator
 ) -> Float64Array:
     directions = normals[:, None] + _sphere(N_RAYS, random)  # Lambert's cosine law: a point of the sphere on the tip
     directions /= np.linalg.norm(directions, axis=2, keepdims=True).clip(1e-6)
     origins = np.broadcast_to((points + _LIFT_M * normals)[:, None], directions.shape)
     rays = np.concatenate([origins, directions], axis=2).astype(np.float32)
-    hit_m = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
+    hit_m = scene.cast_rays(o3c.Tensor(rays))["t_hit"].numpy()
     return (hit_m / RADIUS_M).clip(max=1.0).mean(axis=1)
 
 

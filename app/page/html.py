@@ -19,7 +19,6 @@ def page_html(source: Literal["inline", "served"], payload: bytes | None = None,
     """
     if source == "inline" and payload is None:
         raise ValueError("an inline page needs a payload")
-    data = "" if payload is None else b64encode(payload).decode()
     parts = {
         "POLICY": page_policy(source),
         "TITLE": _escaped(title),

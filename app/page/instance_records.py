@@ -11,6 +11,7 @@ from razer.arrays import Float64Array
 from razer.class_votes import name_evidence, usual_score
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.models.stuff_names import is_stuff_name
 from razer.panoptic_map import PanopticMap
 from razer.query.kinds import all_kinds
 from razer.query.phrases import plain
@@ -43,7 +44,7 @@ def _record(item: MapObject, guesses: Sequence[Guess], parts: list[int], vertice
         "name": name,
         "probability": probability,
         "class_guesses": [{"name": guess, "probability": chance} for guess, chance in guesses],
-        "kind": "stuff" if item.is_stuff else "thing",
+        "kind": "stuff" if item.is_stuff or is_stuff_name(name) else "thing",
         "score": round(item.score, 4),
         "center_m": item.box.center.round(4).tolist(),
         "extent_m": item.box.extent.round(4).tolist(),
@@ -90,7 +91,10 @@ def _voted(item: MapObject, usual: float) -> list[Guess]:
 
 def relation_records(panoptic: PanopticMap) -> list[dict[str, Any]]:
     """{subject, relation, object} by ids, of all instances, named or not; each part is "part of" its whole."""
-    categories = {o.id: Category(0, o.class_name or "", 0, "", o.is_stuff) for o in panoptic.objects}
+    categories = {
+        o.id: Category(0, o.class_name or "", 0, "", o.is_stuff or is_stuff_name(o.class_name or ""))
+        for o in panoptic.objects
+    }
     edges = map_relations(panoptic, categories, panoptic.up_or_z) if panoptic.objects else []
     told = [{"subject": edge.source, "relation": str(edge.relation), "object": edge.target} for edge in edges]
     return told + [{"subject": p.id, "relation": "part of", "object": p.part_of} for p in panoptic.parts]

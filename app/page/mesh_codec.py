@@ -14,9 +14,9 @@ import numpy as np
 from app.page.packet import planes, zigzag
 from app.page.traversal import Traversal, traverse
 from razer.arrays import IntArray, Uint8Array
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
-QUANTUM_M = 0.0005  # spacing of the lattice of positions, coarser where a map is longer than 2^24 of them
+QUANTUM_M = 0.0005  # spacing of the lattice of positions; 2^23 of them are four kilometres
 COLOR_SHIFT = 1  # bits of colour left away
 OCCLUSION_SHIFT = 3  # and of occlusion
 
@@ -30,15 +30,18 @@ class EncodedMesh:
     sections: dict[str, bytes]
 
 
-def encode_mesh(mesh: LabelledMesh, occlusion: Uint8Array | None = None, prefix: str = "") -> EncodedMesh:
+def encode_mesh(
+    mesh: LabelledMesh, occlusion: Uint8Array | None = None, prefix: str = "", order: Traversal | None = None
+) -> EncodedMesh:
     """A mesh in few bytes; vertices of no triangle are left out.
 
     Args:
         mesh: the mesh.
         occlusion: (V,) how open each vertex lies, 255 = not occluded at all; None: nothing is.
         prefix: of the sections' names.
+        order: that of its triangles, where it is known.
     """
-    order = traverse(mesh.triangles)
+    order = traverse(mesh.triangles) if order is None else order
     guesses = _guesses(order)
     vertices = order.vertices
     occlusion = np.full(len(mesh.vertices), 255, np.uint8) if occlusion is None else occlusion

@@ -7,37 +7,38 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from app.page.ambient_occlusion import ambient_occlusion
 from app.page.camera_path import camera_path
 from app.page.crop_pictures import crop_pictures
-from app.page.display_mesh import MAX_TRIANGLES, display_mesh
+from app.page.display_geometry import MAX_TRIANGLES, display_geometry
 from app.page.instance_records import instance_records, kinds_of, relation_records
-from app.page.mesh_codec import encode_mesh
+from app.page.mesh_codec import EncodedMesh, encode_mesh
 from app.page.other_poses import OtherPoses, chosen_run, other_poses
 from app.page.packet import pack
 from app.query.queryable_map import open_map
 from app.run_folder.run_folder import CAMERA
+from app.settings.run_config import RunConfig
 from razer.geometry import transform_points
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.saved_map import load_map
 
 FORMAT = 1
 
 
-def page_payload(run: Path, epoch: int = 0) -> bytes:
-    """The packet (`app.page.packet`) of a finished run, or of the pair that `razer run --poses both` leaves.
+def page_payload(run: Path, epoch: int = 0, opened: tuple[PanopticMap, RunConfig] | None = None) -> bytes:
+    """The packet (`app.page.packet`) of a finished run, or of the pair that `razer run --poses both` leaves; `opened`:
+    its map with the settings, where it is open already.
 
     Raises BadInput naming what is missing or damaged.
     """
     run = chosen_run(run)
-    panoptic, config = open_map(run)
-    mesh = display_mesh(panoptic.mesh)
-    encoded = encode_mesh(mesh, ambient_occlusion(mesh))
+    panoptic, config = opened or open_map(run)
+    encoded = _encoded(panoptic.mesh)
     pictures = crop_pictures(run, config, panoptic)
     header = map_header(panoptic, run.absolute().name) | {
         "epoch": epoch,
         "mesh": encoded.header,
-        "notes": _notes(panoptic, len(mesh.triangles)),
+        "notes": _notes(panoptic, encoded.header["triangles"]),
         "camera_path": camera_path(run),
         "camera": _camera(run),
         "crops": {str(i): [len(file) for file in files] for i, files in pictures.items()},
@@ -52,7 +53,13 @@ def page_payload(run: Path, epoch: int = 0) -> bytes:
     return pack(header, sections)
 
 
-def map_header(panoptic: PanopticMap, title: str) -> dict[str, Any]:
+def growing_payload(panoptic: PanopticMap, title: str, epoch: int = 0) -> bytes:
+    """The packet of a map that grows: all but its mesh, which comes block by block, and its relations, which take
+    long."""
+    return pack(map_header(panoptic, title, with_relations=False) | {"epoch": epoch, "growing": True}, {})
+
+
+def map_header(panoptic: PanopticMap, title: str, *, with_relations: bool = True) -> dict[str, Any]:
     """The part of the header that needs the map alone, finished or growing."""
     instances = instance_records(panoptic)
     names = sorted({record["name"] for record in instances})
@@ -62,14 +69,20 @@ def map_header(panoptic: PanopticMap, title: str) -> dict[str, Any]:
         "title": title,
         "up": panoptic.up_or_z.tolist(),
         "instances": instances,
-        "relations": relation_records(panoptic),
+        "relations": relation_records(panoptic) if with_relations else [],
         "kinds": kinds_of(names),
         "notes": [],
         "camera_path": None,
         "camera": None,
         "crops": {},
+        "mesh": None,
         "other": None,
     }
+
+
+def _encoded(mesh: LabelledMesh, max_triangles: int = MAX_TRIANGLES, prefix: str = "") -> EncodedMesh:
+    geometry = display_geometry(mesh, max_triangles)
+    return encode_mesh(geometry.mesh(mesh), geometry.occlusion, prefix, geometry.order)
 
 
 def _notes(panoptic: PanopticMap, n_shown: int) -> list[str]:
@@ -89,6 +102,5 @@ def _other(other: OtherPoses) -> tuple[dict[str, Any], dict[str, bytes]]:
     """The map of the other poses in the frame of the first."""
     mesh = load_map(other.folder).mesh
     moved = transform_points(other.a_from_b, mesh.vertices.astype("f8")).astype("f4")
-    shown = display_mesh(replace(mesh, vertices=moved), MAX_TRIANGLES // 2)
-    encoded = encode_mesh(shown, ambient_occlusion(shown), "other_")
+    encoded = _encoded(replace(mesh, vertices=moved), MAX_TRIANGLES // 2, "other_")
     return {"mesh": encoded.header, "camera_path": camera_path(other.folder, other.a_from_b)}, encoded.sections

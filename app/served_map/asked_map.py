@@ -119,7 +119,7 @@ class AskedMap:
         return self._answer(text, self.panoptic.query(text, least), limit)
 
     def ask_picture(self, rgb: Uint8Array, limit: int, least: float = PRESENT) -> QueryAnswer:
-        """What looks like a picture (H, W, 3) with a least probability; raises BadInput where the embedder takes none."""
+        """What looks like a picture (H, W, 3) with a least probability; raises BadInput where no embedder takes one."""
         embedder = None if self.panoptic.text_queries is None else self.panoptic.text_queries.embedder
         if not isinstance(embedder, ImageEncoder):
             raise BadInput("this map's embedder takes no pictures: ask by words")

@@ -57,7 +57,7 @@ class SharedMap:
     def page(self) -> bytes:
         """The data of the page, as it is now."""
         current = self.current
-        return current.once("page", lambda: page_payload(self.folder, current.epoch))
+        return current.once("page", lambda: page_payload(self.folder, current.epoch, (current.panoptic, self._config)))
 
     def changes(self, since: int) -> bytes:
         """Nothing: a finished map does not grow. Raises NoSuchInstance."""
@@ -138,6 +138,7 @@ class SharedMap:
         panoptic, config = open_map(self.folder, edited=False, trust=self._trust)
         if self._encoder is None:
             self._encoder = _encoder(panoptic, config)
+        self._config = config
         session = EditSession(self.folder, replace(panoptic, text_queries=self._encoder))
         return session, CropPictures(self.folder, config.input)
 

@@ -55,7 +55,7 @@ export class App {
 
   constructor(readonly source: MapSource) {
     const linked = fromHash(location.hash);
-    this.store = new Store({ ...initialState(), ...linked.state, selected: null, isolated: null });
+    this.store = new Store({ ...initialState(), ...linked.state, selected: null, isolated: null, walking: false });
     this.toolbar = new Toolbar(this.store);
     this.list = new ListPanel(this.store, this.pictures, (id) => this.choose(id));
     this.filters = new Filters(this.store);
@@ -83,7 +83,11 @@ export class App {
     const { state } = linked;
     if (linked.view) this.navigation.set(linked.view);
     else this.navigation.set(this.navigation.home());
-    if (state.walking) this.navigation.walk(true);
+    await this.warmUp();
+    if (state.walking) {
+      this.navigation.walk(true, linked.view);
+      this.store.set({ walking: true });
+    }
     if (state.search) this.search.restore(state.search);
     if (state.isolated && this.model.byId.has(state.isolated)) this.store.set({ isolated: state.isolated });
     if (state.selected && this.model.byId.has(state.selected)) this.store.set({ selected: state.selected });
@@ -92,13 +96,23 @@ export class App {
     document.body.dataset.ready = "1";
   }
 
+  /** Draws everything once, so that no shader has to be made while somebody waits. */
+  private async warmUp(): Promise<void> {
+    const first = this.model.instances.slice(0, 1).map(({ id }) => id);
+    this.outlines.show({ hovered: first, selected: first, hits: first });
+    this.viewport.render();
+    await this.picker.at(0, 0);
+    this.outlines.show({ hovered: [], selected: [], hits: [] });
+  }
+
   /** Shows a map, the first one or one that was changed. */
   take(loaded: LoadedMap): void {
     this.model = new MapModel(loaded);
     const { header } = loaded;
     this.viewport.setUp(header.up);
-    this.isEmpty ||= !header.mesh;
-    if (header.mesh) this.viewport.surfaces.set("map", loaded.surface);
+    const hasMesh = Boolean(header.mesh?.triangles);
+    this.isEmpty ||= !hasMesh;
+    if (hasMesh) this.viewport.surfaces.set("map", loaded.surface);
     this.viewport.surfaces.set("other", loaded.other);
     this.pictures.replace(loaded.crops);
     for (const { id, crops } of header.instances) this.pictures.remoteCounts.set(id, crops);
@@ -156,7 +170,8 @@ export class App {
       this.track.play();
     } else if (this.track.isPlaying) this.track.pause();
     else this.track.play();
-    this.toolbar.played(-1, this.track.isPlaying);
+    this.track.setLineVisible(!this.track.isPlaying); // a line through one's own eyes says nothing
+    this.toolbar.played(null, this.track.isPlaying);
   }
 
   /** A click on the map. */
@@ -235,7 +250,7 @@ export class App {
   /** The map anew from its server, seen from the same place. */
   async reload(): Promise<void> {
     const loaded = await this.source.load(this.decoder);
-    if (loaded.header.mesh) this.viewport.surfaces.clear();
+    if (loaded.header.mesh?.triangles) this.viewport.surfaces.clear();
     this.take(loaded);
     await this.editing.refresh();
   }
@@ -266,7 +281,7 @@ export class App {
     this.viewport.surfaces.setVisible("map", !other);
     this.viewport.surfaces.setVisible("other", Boolean(other));
     this.track.show(other ? other.camera_path : header.camera_path, other ? ESTIMATED_COLOR : GIVEN_COLOR);
-    this.track.setLineVisible(playing || Boolean(header.other));
+    this.track.setLineVisible(Boolean(header.other) && !playing);
     if (header.other) say(other ? "Mapped with estimated poses" : "Mapped with given poses", 3);
     if (!playing) this.track.pause();
   }

@@ -10,7 +10,10 @@ async function start(): Promise<void> {
   await app.start();
 }
 
-start().catch((error: Error) => {
+// The shell is painted before the map is opened.
+const painted = new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+
+painted.then(start).catch((error: Error) => {
   const place = document.getElementById("loading") ?? document.body;
   place.classList.add("failed");
   place.textContent = `The map could not be opened: ${error.message}`;

@@ -33,7 +33,7 @@ export class ListPanel {
     if (!order.length) this.holder.append(make("p", { className: "empty" }, "Nothing to list with these filters."));
     const total = model.instances.filter((instance) => instance.part_of === null).length;
     const counted = wholes.length === total ? `${total}` : `${wholes.length} of ${total}`;
-    this.count.textContent = `${counted} ${total === 1 ? "instance" : "instances"} in ${groups.size} classes`;
+    this.count.textContent = `${counted} ${total === 1 ? "instance" : "instances"} in ${groups.size} ${groups.size === 1 ? "class" : "classes"}`;
     this.mark();
   }
 

@@ -57,7 +57,7 @@ export class Search {
       return;
     }
     const ids = [...this.model().matching(text)];
-    this.store.set({ search: text.trim(), hits: new Map(ids.map((id) => [id, 1])) });
+    this.store.set({ search: text.trim(), hits: new Map(ids.map((id) => [id, this.sureness(id)])) });
     const more = this.server ? " Press Enter to ask in any words." : "";
     const count = ids.length === 1 ? "One thing" : `${ids.length} things`;
     this.tell(ids.length ? `${count} by this name or kind.${more}` : `Nothing in this map has this name or kind.${more}`);
@@ -86,6 +86,11 @@ export class Search {
       this.statement.append(make("ul", {}, ...rows));
     }
     if (found) this.found(hits.map(({ id }) => id));
+  }
+
+  /** How sure a name is, where it is known. */
+  private sureness(id: number): number {
+    return this.model().byId.get(id)!.probability ?? 1;
   }
 
   private tell(text: string): void {

@@ -72,9 +72,9 @@ export class Toolbar {
     byId("player").hidden = !state.playing;
   }
 
-  played(share: number, isPlaying: boolean): void {
+  played(share: number | null, isPlaying: boolean): void {
     if (!this.scrubber) return;
-    this.scrubber.value = String(share);
+    if (share !== null) this.scrubber.value = String(share);
     const button = byId("player").querySelector("button")!;
     button.replaceChildren(icon(isPlaying ? "pause" : "play"));
     button.setAttribute("aria-label", isPlaying ? "Pause" : "Play");

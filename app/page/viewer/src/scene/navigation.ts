@@ -67,7 +67,10 @@ export class Navigation {
   }
 
   get view(): View {
-    return view(this.viewport.camera.position, this.controls.target);
+    const { camera } = this.viewport;
+    const ahead = camera.getWorldDirection(new Vector3());
+    const target = this.walking ? camera.position.clone().addScaledVector(ahead, 2) : this.controls.target;
+    return view(camera.position, target);
   }
 
   set(to: View): void {
@@ -108,7 +111,8 @@ export class Navigation {
     return view(at.clone().addScaledVector(direction, distance), at);
   }
 
-  walk(on: boolean): void {
+  /** Stands up where the view turned about, or `from` where one walked before; or leaves. */
+  walk(on: boolean, from: View | null = null): void {
     if (on === this.walking) return;
     const { camera } = this.viewport;
     this.stopFlight();
@@ -121,6 +125,11 @@ export class Navigation {
       const away = this.center.clone().sub(inside).setY(0);
       this.look.set(-0.08, away.length() > 0.3 ? Math.atan2(-away.x, -away.z) : this.look.y, 0);
       camera.position.copy(inside);
+      if (from) {
+        camera.position.set(...from.position);
+        camera.lookAt(...from.target);
+        this.look.setFromQuaternion(camera.quaternion);
+      }
       this.viewport.animate((elapsed) => this.stroll(elapsed));
     } else {
       const ahead = camera.getWorldDirection(new Vector3());

@@ -5,6 +5,7 @@ import type { SurfaceArrays } from "../map_types";
 interface Shown {
   mesh: Mesh;
   ranges: Map<number, [number, number]>;
+  parts: Map<number, BufferGeometry>; // of single instances; they own nothing, so that they are not disposed of
 }
 
 export class Surfaces {
@@ -24,7 +25,7 @@ export class Surfaces {
     if (!surface || !surface.triangles.length) return;
     const mesh = new Mesh(geometryOf(surface), this.material);
     const ranges = new Map(surface.ranges.map(([id, start, count]) => [id, [start, count]]));
-    this.shown.set(name, { mesh, ranges: ranges as Map<number, [number, number]> });
+    this.shown.set(name, { mesh, ranges: ranges as Map<number, [number, number]>, parts: new Map() });
     this.group.add(mesh);
   }
 
@@ -40,14 +41,9 @@ export class Surfaces {
   /** Meshes of one instance alone, which share the arrays of the whole. */
   partsOf(id: number, material: Material): Mesh[] {
     const parts: Mesh[] = [];
-    for (const { mesh, ranges } of this.shown.values()) {
-      const range = ranges.get(id);
-      if (!range || !mesh.visible) continue;
-      const geometry = new BufferGeometry();
-      geometry.setIndex(mesh.geometry.index);
-      for (const [name, attribute] of Object.entries(mesh.geometry.attributes)) geometry.setAttribute(name, attribute);
-      geometry.setDrawRange(...range);
-      const part = new Mesh(geometry, material);
+    for (const shown of this.shown.values()) {
+      if (!shown.ranges.has(id) || !shown.mesh.visible) continue;
+      const part = new Mesh(partGeometry(shown, id), material);
       part.frustumCulled = false;
       parts.push(part);
     }
@@ -68,6 +64,19 @@ export class Surfaces {
     }
     return result;
   }
+}
+
+function partGeometry({ mesh, ranges, parts }: Shown, id: number): BufferGeometry {
+  let geometry = parts.get(id);
+  if (!geometry) {
+    geometry = new BufferGeometry();
+    geometry.setIndex(mesh.geometry.index);
+    for (const [name, attribute] of Object.entries(mesh.geometry.attributes)) geometry.setAttribute(name, attribute);
+    geometry.setDrawRange(...ranges.get(id)!);
+    geometry.boundingSphere = mesh.geometry.boundingSphere; // measuring it anew would look at all vertices
+    parts.set(id, geometry);
+  }
+  return geometry;
 }
 
 function geometryOf(surface: SurfaceArrays): BufferGeometry {
