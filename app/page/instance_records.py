@@ -38,7 +38,7 @@ def instance_records(panoptic: PanopticMap) -> list[dict[str, Any]]:
 
 def _record(item: MapObject, guesses: Sequence[Guess], parts: list[int], vertices: int) -> dict[str, Any]:
     name = item.class_name or (guesses[0][0] if guesses else "part" if item.part_of else "thing")
-    probability = dict(guesses).get(name)
+    probability = 1.0 if item.is_named_by_hand else dict(guesses).get(name)
     return {
         "id": item.id,
         "name": name,
@@ -55,7 +55,7 @@ def _record(item: MapObject, guesses: Sequence[Guess], parts: list[int], vertice
         "parts": parts,
         "part_of": item.part_of,
         "crops": len(item.views),
-        "edited": False,
+        "edited": item.is_edited,
         "vertices": vertices,
     }
 

@@ -38,6 +38,7 @@ from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
 
 if TYPE_CHECKING:
+    from app.live.live_run import LiveRun
     from app.timeline.rerun_timeline import Timeline
 
 
@@ -53,7 +54,9 @@ class RunResult:
     config: RunConfig
 
 
-def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
+def run_to_folder(
+    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, live: LiveRun | None = None
+) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
     Args:
@@ -61,6 +64,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
+        live: shows the map to others while it grows.
 
     Raises:
         BadInput: for input or settings that cannot be used.
@@ -73,7 +77,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
-        with closing(open_timeline(folder.partial, sequence, config)) as timeline:
+        with closing(_watched(open_timeline(folder.partial, sequence, config), folder, config, live)) as timeline:
             warp = registration.warp
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
@@ -87,7 +91,18 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
+    if live is not None:
+        live.finish(folder.final)
     return RunResult(accounting, panoptic, timings, registration, config)
+
+
+def _watched(
+    timeline: Timeline | NullTimeline, folder: RunFolder, config: RunConfig, live: LiveRun | None
+) -> Timeline | NullTimeline:
+    if live is None:
+        return timeline
+    live.start(folder.partial, config)
+    return live.timeline(timeline)
 
 
 def map_sequence(

@@ -33,6 +33,12 @@ class ViewCrops:
         self._run, self._settings = run, settings
         self._color_warp: ColorWarp | None = None
 
+    def count(self, instance: MapObject) -> int:
+        """How many of an instance's views have a picture: all while the recording is there, else those cut before."""
+        if self._sequence is not None:
+            return len(instance.views)
+        return sum(self._path(instance.id, view).is_file() for view in instance.views)
+
     def of(self, instance: MapObject) -> list[dict[str, Any]]:
         """frame, stamp (seconds), box [x, y, width, height] and crop, the path of a picture or None, the best first."""
         return [
@@ -66,8 +72,11 @@ class ViewCrops:
             self.notes.append(f"no crops: {error}")
             return None
 
+    def _path(self, instance_id: int, view: BestView) -> Path:
+        return self._run / CROPS / f"{instance_id:04d}-{view.frame:06d}.jpg"
+
     def _crop(self, instance_id: int, view: BestView) -> str | None:
-        path = self._run / CROPS / f"{instance_id:04d}-{view.frame:06d}.jpg"
+        path = self._path(instance_id, view)
         if path.is_file():
             return str(path)
         if self._sequence is None:

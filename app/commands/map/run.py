@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
@@ -13,11 +14,14 @@ from app.console.streams import print_notes, progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
-from app.settings.options import BOTH, Flag, RunOptions
+from app.settings.extra_libraries import require_serve
+from app.settings.options import BOTH, DEFAULT_PORT, Flag, RunOptions
+from razer.errors import BadInput
 from razer.vocabulary import Vocabulary
 from razer.vocabulary import vocabulary as read_vocabulary
 
 if TYPE_CHECKING:
+    from app.live.live_run import LiveRun
     from app.pipeline.run_pipeline import RunResult
     from app.settings.run_config import RunConfig
     from razer.plugins import Trust
@@ -30,6 +34,8 @@ def run(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: str | None = None,
+    serve: Flag = False,
+    port: int = DEFAULT_PORT,
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -45,6 +51,11 @@ def run(
         The folder to write; it appears when it is complete. With --poses both it holds given, slam and compare.
     vocabulary:
         Name the instances by a vocabulary, as `razer label` does: one of its names, or a file.
+    serve:
+        Show the map in browsers on this machine while it grows, and when it is finished until Ctrl-C, as `razer serve`
+        does.
+    port:
+        Where to, with --serve; 0: any free port.
     overwrite:
         Replace an older run at the same place, once the new one is complete.
     json:
@@ -52,17 +63,45 @@ def run(
     """
     classes = None if vocabulary is None else read_vocabulary(vocabulary)
     if options.poses == "both":
+        if serve:
+            raise BadInput("--serve shows one run: give --poses given or slam")
         return _run_both(folder, out, options, classes, overwrite, json)
     target = RunFolder(out, overwrite=overwrite)
-    result = _run(folder, options.read(), target, classes)
+    with _served(port if serve else None) as live:
+        result = _run(folder, options.read(), target, classes, live)
 
-    from app.pipeline.run_report import print_run
+        from app.pipeline.run_report import print_run
 
-    print_run(result, target.final, as_json=json)
+        print_run(result, target.final, as_json=json)
+        if live is not None and not result.accounting.interrupted:
+            _go_on_serving(live)
     return INTERRUPTED if result.accounting.interrupted else 0
 
 
-def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None) -> RunResult:
+def _served(port: int | None) -> AbstractContextManager[LiveRun | None]:
+    if port is None:
+        return nullcontext()
+    require_serve()
+    leave_cores_to_helpers()  # before Open3D is loaded
+    from app.live.live_run import LiveRun
+    from app.server.access_rules import AccessRules
+
+    live = LiveRun(AccessRules("127.0.0.1"), port)
+    progress_console().print(f"serving the map while it grows at {live.address}", soft_wrap=True, highlight=False)
+    return live
+
+
+def _go_on_serving(live: LiveRun) -> None:
+    if not live.is_alive:
+        print_notes(["the server ended during the run: razer serve shows the map again"])
+        return
+    progress_console().print(f"serving the finished map at {live.address} (Ctrl-C ends it)", highlight=False)
+    live.wait()
+
+
+def _run(
+    folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None, live: LiveRun | None = None
+) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
@@ -73,11 +112,11 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
-        return run_to_folder(sequence, noted_config, target, console)
+        return run_to_folder(sequence, noted_config, target, console, live)
     from app.query.label_run import label_run, require_names
 
     require_names(resolve_models(config)[0].embedder, classes)
-    result = run_to_folder(sequence, noted_config, target, console)
+    result = run_to_folder(sequence, noted_config, target, console, live)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
