@@ -102,6 +102,7 @@ export class App {
     this.outlines.show({ hovered: first, selected: first, hits: first });
     this.viewport.render();
     await this.picker.at(0, 0);
+    for (const id of first) await this.thumbnails.draw(id);
     this.outlines.show({ hovered: [], selected: [], hits: [] });
   }
 
