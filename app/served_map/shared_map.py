@@ -20,7 +20,7 @@ from app.served_map.edit_models import EditDone, EditEntry, EditList, EditStamp,
 from app.settings.run_config import RunConfig
 from razer.edits.log import EditLog, Entry
 from razer.edits.session import EditSession
-from razer.errors import BadInput
+from razer.errors import BadInput, UntrustedPlugin
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
 from razer.query.text_queries import TextQueryEncoder
@@ -167,6 +167,8 @@ def _encoder(panoptic: PanopticMap, config: RunConfig) -> TextQueryEncoder:
     assert panoptic.text_queries is not None
     try:
         negatives = negative_prompts_of(panoptic.text_queries, config.embedder)
+    except UntrustedPlugin:
+        raise
     except BadInput:
         return panoptic.text_queries
     return TextQueryEncoder(panoptic.text_queries.embedder, negatives)

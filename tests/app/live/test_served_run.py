@@ -81,9 +81,10 @@ def served_run(recording, out) -> Iterator[ServedRun]:
     try:
         yield run
     finally:
-        for process in (*psutil.Process(run.process.pid).children(recursive=True), run.process):
-            with suppress(psutil.NoSuchProcess, ProcessLookupError):
-                process.kill()
+        with suppress(psutil.NoSuchProcess):
+            for child in psutil.Process(run.process.pid).children(recursive=True):
+                child.kill()
+        run.process.kill()
         run.process.wait()
 
 
