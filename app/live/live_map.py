@@ -81,6 +81,11 @@ class LiveMap:
                 self._asked = AskedMap(session.epoch, session.panoptic, NoPictures())
             return self._asked
 
+    def tend(self) -> None:
+        """Tend the finished map; of one that grows nothing is left to do."""
+        if self._finished is not None:
+            self._finished.tend()
+
     def page(self) -> bytes:
         """The data of the page: of a growing map all but the mesh, which comes as changes since revision 0."""
         with self._lock:

@@ -44,15 +44,19 @@ class AskedMap:
     def __init__(self, epoch: int, panoptic: PanopticMap, crops: CropPictures) -> None:
         self.epoch, self.panoptic, self._crops = epoch, panoptic, crops
         self.tag = f"{secrets.token_hex(4)}-{epoch}"  # of no other map, to know answers by
-        self._lock = threading.RLock()
+        self._locks_lock, self._locks = threading.Lock(), dict[str, threading.Lock]()
         self._known: dict[str, Any] = {}
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """What `make` gives, made by the first thread that asks."""
-        with self._lock:
-            if name not in self._known:
-                self._known[name] = make()
-            return self._known[name]
+        """What `make` gives, made by the first thread that asks; others wait for it, and not for what has other
+        names."""
+        if name not in self._known:
+            with self._locks_lock:
+                lock = self._locks.setdefault(name, threading.Lock())
+            with lock:
+                if name not in self._known:
+                    self._known[name] = make()
+        return self._known[name]
 
     @property
     def instances(self) -> Mapping[int, Instance]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
+from time import monotonic
 
 from app.editing.edit_run import now_utc, renew_glb
 from app.page.payload import page_payload
@@ -18,12 +20,13 @@ from app.served_map.edit_models import EditDone, EditEntry, EditList, EditStamp,
 from app.settings.run_config import RunConfig
 from razer.edits.log import EditLog, Entry
 from razer.edits.session import EditSession
-from razer.errors import BadInput
+from razer.errors import BadInput, UntrustedPlugin
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.file_names import EDITS
 
+CALM_S = 3.0
 Fingerprint = tuple[tuple[int, int] | None, ...]
 Listener = Callable[[EditEntry | None, int], None]
 
@@ -38,7 +41,7 @@ class SharedMap:
         self._encoder: TextQueryEncoder | None = None
         self._listeners: list[Listener] = []
         self._seen = self._look(), _stat(folder / EDITS)
-        self._is_glb_old = False
+        self._edited_s = inf  # when it was edited last, since files follow
         self._session, self._crops = self._open()
         self._current = self._asked()
 
@@ -84,10 +87,16 @@ class SharedMap:
         """Do again what was undone last; raises EditConflict where nothing was."""
         return self._change(lambda: self._session.redo(time=now_utc(), author=author, epoch=epoch))
 
+    def tend(self) -> None:
+        """Notice what other programs changed; once nobody has edited for a while, let mesh.glb follow."""
+        _ = self.current
+        if monotonic() - self._edited_s > CALM_S:
+            self.renew_files()
+
     def renew_files(self) -> None:
-        """Let mesh.glb follow the edits, for other programs."""
+        """Let mesh.glb follow the edits, for other programs; raises BadInput where it cannot be written."""
         with self._lock:
-            is_old, self._is_glb_old = self._is_glb_old, False
+            is_old, self._edited_s = self._edited_s < inf, inf
             panoptic = self._session.panoptic
         if is_old and (self.folder / names.MESH_GLB).is_file():
             renew_glb(self.folder, panoptic)
@@ -96,7 +105,7 @@ class SharedMap:
         with self._lock:
             entry = make()
             self._swap()
-            self._is_glb_old = True
+            self._edited_s = monotonic()
             done = entry_of(self._session.log.listed()[entry.number - 1])
         self._tell()
         return EditDone(epoch=entry.number, edit=done)
@@ -158,6 +167,8 @@ def _encoder(panoptic: PanopticMap, config: RunConfig) -> TextQueryEncoder:
     assert panoptic.text_queries is not None
     try:
         negatives = negative_prompts_of(panoptic.text_queries, config.embedder)
+    except UntrustedPlugin:
+        raise
     except BadInput:
         return panoptic.text_queries
     return TextQueryEncoder(panoptic.text_queries.embedder, negatives)

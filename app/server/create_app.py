@@ -36,7 +36,6 @@ def create_app(served: Served, rules: AccessRules | None = None) -> FastAPI:
         yield
         watching.cancel()
         served.events.close()
-        served.pool.close()
 
     app = FastAPI(
         title="RAZER",
@@ -62,11 +61,11 @@ def guarded(served: Served, rules: AccessRules) -> ASGIApp:
 
 
 async def _watch(served: Served) -> None:
-    """Notice changes of the map that another program made while nobody asks for it."""
+    """Let the map be tended, also while nobody asks for it."""
     while True:
         await asyncio.sleep(_WATCH_S)
         with suppress(Exception):
-            await served.pool.run(lambda: served.source.current.epoch)
+            await served.slow.run(served.source.tend)
 
 
 def _document_models(app: FastAPI) -> None:

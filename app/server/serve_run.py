@@ -25,6 +25,7 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     sign_in = "" if rules.token is None else f"?token={rules.token}"
     print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
     Server(guarded(served, rules), served.events.close).run([listener])
+    shared.renew_files()
 
 
 def _warm_up(shared: SharedMap) -> None:

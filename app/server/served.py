@@ -11,6 +11,7 @@ from app.server.bounded_pool import BoundedPool
 from app.server.event_streams import EventStreams
 
 QUERY_THREADS, QUERIES_WAITING = 2, 128
+SLOW_THREADS, SLOW_WAITING = 1, 32
 
 
 class MapSource(Protocol):
@@ -19,6 +20,10 @@ class MapSource(Protocol):
     @property
     def current(self) -> AskedMap:
         """The map as it is now."""
+        ...
+
+    def tend(self) -> None:
+        """Do what is left to do, now and then: follow changes of files, and let others follow edits."""
         ...
 
     def page(self) -> bytes:
@@ -49,8 +54,10 @@ class MapSource(Protocol):
 
 @dataclass
 class Served:
-    """One map and all that is shared by those who ask it."""
+    """One map and all that is shared by those who ask it: `pool` for what is answered at once, `slow` for what takes
+    seconds the first time, such as the page."""
 
     source: MapSource
     events: EventStreams = field(default_factory=EventStreams)
     pool: BoundedPool = field(default_factory=lambda: BoundedPool(QUERY_THREADS, QUERIES_WAITING))
+    slow: BoundedPool = field(default_factory=lambda: BoundedPool(SLOW_THREADS, SLOW_WAITING))

@@ -31,7 +31,7 @@ def page_routes(served: Served) -> APIRouter:
             tag = served.source.current.tag
             return served.source.page(), f"page-{tag}"
 
-        content, tag = await served.pool.run(answer)
+        content, tag = await served.slow.run(answer)
         return large_answer(request, content, _PACKET, tag)
 
     @router.get(
@@ -42,7 +42,7 @@ def page_routes(served: Served) -> APIRouter:
     )
     async def changes(request: Request, since: Annotated[int, Query(ge=0, lt=2**53)]) -> Response:
         """Blocks of a growing mesh that changed after a revision, in the page's form; 404 for a finished map."""
-        content = await served.pool.run(lambda: served.source.changes(since))
+        content = await served.slow.run(lambda: served.source.changes(since))
         return large_answer(request, content, _PACKET, "changes")
 
     return router

@@ -25,7 +25,7 @@ def scene_routes(served: Served) -> APIRouter:
             current = served.source.current
             return RelationList(epoch=current.epoch, relations=current.relations)
 
-        return await served.pool.run(answer)
+        return await served.slow.run(answer)
 
     @router.get("/scene_graph", responses=documented(), operation_id="get_scene_graph")
     async def graph() -> SceneGraph:
@@ -35,7 +35,7 @@ def scene_routes(served: Served) -> APIRouter:
             current = served.source.current
             return SceneGraph(epoch=current.epoch, **current.graph)
 
-        return await served.pool.run(answer)
+        return await served.slow.run(answer)
 
     @router.get(
         "/mesh.glb", responses={**documented(), **_GLB, **_UNCHANGED}, response_class=Response, operation_id="get_mesh"
@@ -47,7 +47,7 @@ def scene_routes(served: Served) -> APIRouter:
             current = served.source.current
             return current.glb, current.tag
 
-        content, tag = await served.pool.run(answer)
+        content, tag = await served.slow.run(answer)
         return large_answer(request, content, "model/gltf-binary", tag)
 
     return router

@@ -25,6 +25,13 @@ from tests.support.cli import QUICK, contents
 from tests.support.served_maps import API
 
 pytestmark = pytest.mark.full
+_LISTENS = """
+import httpx, time
+with httpx.stream("GET", "{address}api/v1/events") as response:
+    next(response.iter_raw())
+    print("listening", flush=True)
+    time.sleep(100)
+"""
 MODELS = ("--segmenter", "oracle", "--embedder", "oracle")
 
 
@@ -74,9 +81,10 @@ def served_run(recording, out) -> Iterator[ServedRun]:
     try:
         yield run
     finally:
-        for process in (*psutil.Process(run.process.pid).children(recursive=True), run.process):
-            with suppress(psutil.NoSuchProcess, ProcessLookupError):
-                process.kill()
+        with suppress(psutil.NoSuchProcess):
+            for child in psutil.Process(run.process.pid).children(recursive=True):
+                child.kill()
+        run.process.kill()
         run.process.wait()
 
 
@@ -154,7 +162,7 @@ def test_clients_that_are_killed_or_never_read_change_nothing(recording, tmp_pat
     command = [sys.executable, "-m", "app.cli", "run", recording, "-o", plain, *MODELS, *QUICK, "--no-timeline"]
     subprocess.run([*map(str, command)], check=True, capture_output=True)
     with served_run(recording, tmp_path / "run") as run:
-        script = f"import httpx\nwith httpx.stream('GET', '{run.address}api/v1/events') as r:\n    print(1, flush=True)\n    next(r.iter_raw())\n    import time; time.sleep(100)"
+        script = _LISTENS.format(address=run.address)
         viewers = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) for _ in range(3)]
         for viewer in viewers[:2]:
             viewer.stdout.readline()

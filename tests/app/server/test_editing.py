@@ -6,6 +6,7 @@ import json
 import time
 
 from app.editing.edit_run import edit_run
+from app.served_map import shared_map
 from razer.edits.edit import edit_of
 from razer.saved_map import load_map
 from tests.support.edited_maps import CHAIR, LAMP, OTHER_CHAIR, TABLE
@@ -105,3 +106,15 @@ def test_page_and_mesh_get_another_tag(client):
     client.post(f"{API}/edits", json=RENAME)
     assert client.get(f"{API}/page", headers={"If-None-Match": tags[0]}).status_code == 200
     assert client.get(f"{API}/mesh.glb", headers={"If-None-Match": tags[1]}).status_code == 200
+
+
+def test_the_mesh_for_other_programs_follows_once_nobody_edits_any_more(served, folder, monkeypatch):
+    (folder / "mesh.glb").write_bytes(b"an older mesh")
+    monkeypatch.setattr(shared_map, "CALM_S", 1000.0)
+    with client_of(served) as client:
+        client.post(f"{API}/edits", json=RENAME)
+        served.source.tend()
+        assert (folder / "mesh.glb").read_bytes() == b"an older mesh"
+        monkeypatch.setattr(shared_map, "CALM_S", -1.0)
+        served.source.tend()
+    assert b"office chair" in (folder / "mesh.glb").read_bytes()

@@ -30,6 +30,9 @@ class FixedMap:
     def __init__(self, embedder) -> None:
         self.current = AskedMap(0, replace(hand_made(), text_queries=TextQueryEncoder(embedder)), NoPictures())
 
+    def tend(self) -> None:
+        """Nothing."""
+
 
 @pytest.fixture
 def client():
