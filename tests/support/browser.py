@@ -17,7 +17,7 @@ _FLAGS = [
 ]  # fmt: skip
 _WATCH_LONG_TASKS = """
 window.longTasks = [];
-new PerformanceObserver((list) => window.longTasks.push(...list.getEntries().map((entry) => entry.duration)))
+new PerformanceObserver((list) => window.longTasks.push(...list.getEntries()))
   .observe({ type: "longtask", buffered: true });
 """
 READY_MS = 90_000

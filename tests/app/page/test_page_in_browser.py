@@ -174,8 +174,10 @@ def test_no_long_task_on_half_a_million_triangles(browser, tmp_path):
     (tmp_path / "large.html").write_text(page_html("inline", pack(header, encoded.sections)))
     with opened(browser, f"file://{tmp_path / 'large.html'}") as seen:
         page = seen.page
-        page.wait_for_timeout(3000)
-        page.evaluate("window.longTasks.length = 0")
+        page.wait_for_timeout(1000)
+        while page.evaluate("window.longTasks.splice(0).length"):  # the end of loading
+            page.wait_for_timeout(1500)
+        begun = page.evaluate("performance.now()")  # tasks are told of after their end, those of loading perhaps later
         x, y = middle_of(page)
         for step in range(8):
             page.mouse.move(x + 10 * step, y)
@@ -186,7 +188,8 @@ def test_no_long_task_on_half_a_million_triangles(browser, tmp_path):
         page.fill("#question", "chair")
         page.get_by_role("button", name="chair 3").click()
         page.wait_for_timeout(2500)
-        assert max(page.evaluate("window.longTasks"), default=0) <= LONGEST_TASK_MS
+        tasks = page.evaluate("window.longTasks.map(({ startTime, duration }) => [startTime, duration])")
+        assert max((duration for start, duration in tasks if start > begun), default=0) <= LONGEST_TASK_MS
 
 
 def test_a_served_page_asks_and_says_what_is_not_in_the_map(browser, payload):

@@ -16,12 +16,13 @@ import { Picker, type Picked } from "./scene/picker";
 import { measure } from "./scene/space";
 import { Thumbnails } from "./scene/thumbnails";
 import { Viewport } from "./scene/viewport";
+import { warmUp, type Marked } from "./scene/warm_up";
 import type { MapSource } from "./sources/source";
 import { EditTools } from "./panels/edit_tools";
 import { Growth } from "./sources/growth";
-import { fromHash, toHash } from "./state/hash";
+import { fromHash, keepInAddress, toHash } from "./state/hash";
 import { MapModel } from "./state/map_model";
-import { NOBODY } from "./state/palette";
+import { paintTable } from "./scene/paint_table";
 import { Pictures } from "./state/pictures";
 import { initialState, Store, type State } from "./state/store";
 import { savePicture } from "./scene/picture_file";
@@ -83,7 +84,7 @@ export class App {
     const { state } = linked;
     if (linked.view) this.navigation.set(linked.view);
     else this.navigation.set(this.navigation.home());
-    await this.warmUp();
+    await warmUp(this.marked, this.model.instances[0]);
     if (state.walking) {
       this.navigation.walk(true, linked.view);
       this.store.set({ walking: true });
@@ -96,13 +97,9 @@ export class App {
     document.body.dataset.ready = "1";
   }
 
-  /** Draws everything once, so that no shader has to be made while somebody waits. */
-  private async warmUp(): Promise<void> {
-    const first = this.model.instances.slice(0, 1).map(({ id }) => id);
-    this.outlines.show({ hovered: first, selected: first, hits: first });
-    this.viewport.render();
-    await this.picker.at(0, 0);
-    this.outlines.show({ hovered: [], selected: [], hits: [] });
+  private get marked(): Marked {
+    const { viewport, outlines, box, ruler, picker, thumbnails } = this;
+    return { viewport, outlines, box, ruler, picker, thumbnails };
   }
 
   /** Shows a map, the first one or one that was changed. */
@@ -225,18 +222,9 @@ export class App {
     this.list.show(this.model, hits ? new Set([...shown].filter((id) => hits.has(id))) : shown);
   }
 
-  private paint({ hits, isolated, minScore, minSize_cm, hovered }: State): void {
-    const { table } = this.viewport;
-    table.reach(this.model.maxId);
-    const shown = passing(this.model, minScore, minSize_cm);
-    table.setColors(0, NOBODY, NOBODY, NOBODY);
-    table.setShown(0, { visible: isolated === null, hit: 0, lit: false });
-    for (const instance of this.model.instances) {
-      const { id } = instance;
-      const visible = isolated === null ? shown.has(id) : id === isolated;
-      table.setColors(id, ...this.model.colors(instance));
-      table.setShown(id, { visible, hit: hits?.get(id) ?? 0, lit: id === hovered });
-    }
+  private paint(state: State): void {
+    const shown = passing(this.model, state.minScore, state.minSize_cm);
+    paintTable(this.viewport.table, this.model, state, shown);
     this.viewport.refreshTable();
   }
 
@@ -303,13 +291,6 @@ export class App {
 
   private remember(): void {
     clearTimeout(this.hashTimer);
-    this.hashTimer = window.setTimeout(() => {
-      const hash = `#${toHash(this.store.state, this.navigation.view)}`;
-      try {
-        history.replaceState(null, "", hash);
-      } catch {
-        // A page that a browser shows without an address of its own has no hash either.
-      }
-    }, 300);
+    this.hashTimer = window.setTimeout(() => keepInAddress(toHash(this.store.state, this.navigation.view)), 300);
   }
 }

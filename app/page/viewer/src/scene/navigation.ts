@@ -24,6 +24,7 @@ export class Navigation {
   walking = false;
   onMoved: () => void = () => {};
   private readonly keys = new Set<string>();
+  private readonly steps = (elapsed_s: number): boolean => this.stroll(elapsed_s);
   private readonly look = new Euler(0, 0, 0, "YXZ");
   private floorY = 0;
   private center = new Vector3();
@@ -130,7 +131,7 @@ export class Navigation {
         camera.lookAt(...from.target);
         this.look.setFromQuaternion(camera.quaternion);
       }
-      this.viewport.animate((elapsed) => this.stroll(elapsed));
+      this.viewport.animate(this.steps);
     } else {
       const ahead = camera.getWorldDirection(new Vector3());
       this.controls.target.copy(camera.position).addScaledVector(ahead, 2);
@@ -155,7 +156,7 @@ export class Navigation {
   key(code: string, down: boolean): void {
     if (down) this.keys.add(code);
     else this.keys.delete(code);
-    if (this.walking) this.viewport.draw();
+    if (this.walking) this.viewport.animate(this.steps);
     else if (down) this.orbitByKey(code);
   }
 
@@ -186,14 +187,14 @@ export class Navigation {
     const pace = this.keys.has("ShiftLeft") ? 2.2 : 1;
     camera.position.addScaledVector(step, pace * WALK_M_PER_S * elapsed_s);
     this.onMoved();
-    return true;
+    return this.keys.size > 0;
   }
 
   private turn(event: PointerEvent): void {
     if (!this.walking || !event.buttons) return;
     this.look.y += TURN_PER_PX * event.movementX;
     this.look.x = MathUtils.clamp(this.look.x + TURN_PER_PX * event.movementY, -1.3, 1.3);
-    this.viewport.draw();
+    this.viewport.animate(this.steps);
   }
 
   private moved(): void {

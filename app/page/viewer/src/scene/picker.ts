@@ -2,6 +2,7 @@
 // that nobody waits for the graphics card.
 import { FloatType, NearestFilter, Vector3, WebGLRenderTarget } from "three";
 import { pickMaterial } from "./map_material";
+import { readBack } from "./read_back";
 import { OVERLAY, type Viewport } from "./viewport";
 
 export interface Picked {
@@ -38,11 +39,10 @@ export class Picker {
     renderer.setClearColor(0, 0);
     renderer.clear();
     renderer.render(scene, camera);
-    renderer.setRenderTarget(null);
     scene.overrideMaterial = null;
     camera.layers.enable(OVERLAY);
     camera.clearViewOffset();
-    await renderer.readRenderTargetPixelsAsync(this.target, 0, 0, 1, 1, this.values);
+    await readBack(this.viewport, this.target, this.values);
     const [id, x, y, z] = this.values;
     return id < 0.5 ? null : { id: Math.round(id) - 1, point: new Vector3(x, y, z) };
   }

@@ -2,12 +2,13 @@
 import { Box3, Matrix4, PerspectiveCamera, Scene, Vector3, WebGLRenderTarget } from "three";
 import type { Instance } from "../map_types";
 import { mapMaterial, mapUniforms } from "./map_material";
+import { readBack } from "./read_back";
 import type { Viewport } from "./viewport";
 
 const SIZE = 224;
 
 export class Thumbnails {
-  private readonly target = new WebGLRenderTarget(SIZE, SIZE, { samples: 4 });
+  private readonly target = new WebGLRenderTarget(SIZE, SIZE);
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(30, 1, 0.01, 100);
   private readonly uniforms;
@@ -47,9 +48,8 @@ export class Thumbnails {
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
     renderer.render(this.scene, this.camera);
-    renderer.setRenderTarget(null);
     const pixels = new Uint8Array(4 * SIZE * SIZE);
-    await renderer.readRenderTargetPixelsAsync(this.target, 0, 0, SIZE, SIZE, pixels);
+    await readBack(this.viewport, this.target, pixels);
     return pictureOf(pixels);
   }
 

@@ -18,6 +18,7 @@ export class Viewport {
   readonly surfaces = new Surfaces(mapMaterial(this.uniforms));
   ceilingY = NO_CEILING;
   hidesCeiling = true;
+  framesDrawn = 0;
   private readonly steps = new Set<Step>();
   private readonly afterFrame: (() => void)[] = [];
   private asked = false;
@@ -69,6 +70,11 @@ export class Viewport {
     this.afterFrame.push(listener);
   }
 
+  /** Whether a frame was asked for that is not drawn yet. */
+  get isAsked(): boolean {
+    return this.asked;
+  }
+
   /** Asks for a frame. */
   draw(): void {
     if (this.asked) return;
@@ -79,6 +85,7 @@ export class Viewport {
   render(): void {
     const above = this.camera.position.y > this.ceilingY;
     this.uniforms.ceilingY.value = above && this.hidesCeiling ? this.ceilingY : NO_CEILING;
+    this.framesDrawn++;
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);

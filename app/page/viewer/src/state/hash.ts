@@ -52,3 +52,11 @@ function viewOf(text: string | null): View | null {
   if (numbers.length !== 6 || !numbers.every((value) => Number.isFinite(value) && Math.abs(value) < 1e4)) return null;
   return { position: numbers.slice(0, 3) as View["position"], target: numbers.slice(3) as View["target"] };
 }
+
+export function keepInAddress(hash: string): void {
+  try {
+    history.replaceState(null, "", `#${hash}`);
+  } catch {
+    // A page that a browser shows without an address of its own has no hash either.
+  }
+}
