@@ -15,7 +15,7 @@ from razer.query.embedding_table import EmbeddingTable
 from razer.query.given_names import GivenMatch, GivenNames
 from razer.query.instance_names import InstanceNames, NameChances
 from razer.query.kinds import NameSet
-from razer.query.naming import name_log_shares, ranked_names, set_shares
+from razer.query.naming import NameShares, ranked_names
 from razer.query.part_answers import better_parts
 from razer.query.ranking import PRESENT, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
@@ -167,8 +167,8 @@ class MapQueries:
             return Answer((), threshold)
         # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
         present = ranking.set_scores(choices.vectors[members])
-        scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
-        best = name_log_shares(self.embedding_table, choices.vectors)[:, members]
+        scores = np.minimum(self._choice_shares.set_shares(members), present)
+        best = self._choice_shares.log_shares(members)
         chances = self.instance_names.asked_any(NameList([choices.names[i] for i in members], choices.vectors[members]))
         if chances is not None:
             voted = chances.has_votes
@@ -182,6 +182,10 @@ class MapQueries:
             for hit, number in zip(answer.hits, best, strict=True)
         ]
         return Answer(tuple(hits), threshold)
+
+    @cached_property
+    def _choice_shares(self) -> NameShares:
+        return NameShares(self.embedding_table, self.known_encoder.choices.vectors)
 
     def _with_parts_of_text(self, answer: Answer, text: str, scores: Float64Array) -> Answer:
         """The same with parts that a text means rather than their wholes, which have `scores` (M,): whether by what was
@@ -213,11 +217,17 @@ class MapQueries:
         ]
         return _sorted(answer, hits)
 
-    def _guesses(self, rows: IndexArray) -> list[str]:
-        """The negative prompt that suits each of some instances best, by their rows in `embedding_table`."""
+    def _guesses(self, rows: IndexArray) -> list[str | None]:
+        """The negative prompt that suits each of some instances best, by their rows in `embedding_table`; None for
+        those that have a class."""
+        has_class = {o.id: bool(o.class_name) for o in self.objects}
+        nameless = [row for row in rows.tolist() if not has_class[int(self.embedding_table.ids[row])]]
+        if not nameless:
+            return [None] * len(rows)
         negatives = self.known_encoder.negatives
-        best = ranked_names(self.embedding_table, negatives.vectors, rows)
-        return [negatives.names[number] for number in best[:, 0]]
+        best = ranked_names(self.embedding_table, negatives.vectors, np.array(nameless, np.intp))
+        guess = {row: negatives.names[number] for row, number in zip(nameless, best[:, 0], strict=True)}
+        return [guess.get(row) for row in rows.tolist()]
 
     def _check(self, dimension: int) -> None:
         own = self.embedding_table.vectors.shape[1]
