@@ -80,7 +80,7 @@ def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
 
 def _measure_serving(json: bool) -> None:
     require_serve()
-    from app.benchmark.serving import measure_serving, print_serving
+    from app.server.measure_load import measure_serving, print_serving
 
     result = measure_serving()
     if json:

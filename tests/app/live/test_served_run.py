@@ -131,7 +131,7 @@ def test_the_map_answers_while_it_grows_and_when_it_is_done(recording, tmp_path)
         run.process.send_signal(signal.SIGINT)
         started_s = time.monotonic()
         assert run.process.wait(10) == 0
-        assert time.monotonic() - started_s < 3
+        assert time.monotonic() - started_s < 10  # of two programs that end; the server alone has its own test
         revisions = [
             json.loads(line[6:])["revision"] for line in heard if line.startswith('data: {"epoch"') and "rev" in line
         ]
