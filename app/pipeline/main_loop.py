@@ -76,5 +76,4 @@ def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | Nul
             update.report,
             corrections=update.corrections,
             given=update.given,
-            pose_ms=packet.stage_ms.get("pose", 0.0),
         )

@@ -27,10 +27,12 @@ Triangles = tuple[Float32Array, Uint8Array, Int32Array]
 """Vertices (V, 3) metres, their colours (V, 3), and triangles (T, 3)."""
 
 
-def marching_cubes(pages: BlockPages, settings: VoxelSettings) -> Triangles:
-    """The zero crossing among voxels that were observed enough. Vertices of edges on the border of two parts come once
-    for each; no order is kept."""
+def marching_cubes(pages: BlockPages, settings: VoxelSettings, block_keys: Int32Array | None = None) -> Triangles:
+    """The zero crossing among voxels that were observed enough, of the blocks (B, 3) among the given ones or of all.
+    Vertices of edges on the border of two parts come once for each; no order is kept."""
     keys, _ = pages.all()
+    if block_keys is not None:
+        keys = block_keys[(pages.find(block_keys) >= 0).cpu().numpy()]
     none = np.zeros((0, 3))
     parts = [(none.astype(np.float32), none.astype(np.uint8), none.astype(np.int32))]
     for start in range(0, len(keys), PART_BLOCKS):

@@ -76,6 +76,13 @@ def extract_mesh(voxels: VoxelMap) -> LabelledMesh:
     return LabelledMesh(vertices, colors, labels, triangles)
 
 
+def extract_blocks(voxels: VoxelMap, block_keys: Int32Array) -> LabelledMesh:
+    """The surface in those blocks (B, 3) that there are, labelled by the nearest voxels: quick, for a map that is still
+    growing."""
+    vertices, colors, triangles = marching_cubes(voxels.pages, voxels.settings, block_keys)
+    return LabelledMesh(vertices, colors, nearest_labels(voxels, vertices), triangles)
+
+
 def vertex_labels(voxels: VoxelMap, points: Float32Array) -> Int32Array:
     """The instance (V,) int32 with the most votes around each point: the voxels of the surrounding lattice cube
     add their votes, weighted as in trilinear interpolation; 0 where nobody voted."""
