@@ -71,9 +71,4 @@ def map_frames(
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:
     update = packet.pose_update
     with stage("log"):
-        timeline.track(
-            packet.index,
-            update.report,
-            corrections=update.corrections,
-            given=update.given,
-        )
+        timeline.track(packet.index, update.report, corrections=update.corrections, given=update.given)

@@ -28,6 +28,7 @@ from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
+from app.timeline.viewer.live_viewer import ViewerKind, open_live
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
@@ -52,7 +53,9 @@ class RunResult:
     config: RunConfig
 
 
-def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
+def run_to_folder(
+    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, viewer: ViewerKind | None = None
+) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
     Args:
@@ -60,6 +63,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
+        viewer: what shows the timeline while it is written; None = nothing.
 
     Raises:
         BadInput: for input or settings that cannot be used.
@@ -72,7 +76,10 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
-        with closing(open_timeline(folder.partial, sequence, config)) as timeline:
+        with closing(open_timeline(folder.partial, sequence, config, live=viewer is not None)) as timeline:
+            if viewer is not None:
+                place = open_live(folder.final, viewer)
+                console.print(f"the run can be watched {place}", soft_wrap=True, highlight=False)
             warp = registration.warp
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
@@ -196,10 +203,13 @@ def _device(choice: str) -> str:
     return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
 
 
-def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NullTimeline:
-    """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
+def open_timeline(
+    folder: Path, sequence: RgbdSequence, config: RunConfig, *, live: bool = False
+) -> Timeline | NullTimeline:
+    """A timeline that is written into `folder`, soon enough to be watched where it is `live`; or one that ignores
+    everything if the settings say so."""
     if not config.run.timeline:
         return NullTimeline()
     from app.timeline.rerun_timeline import Timeline
 
-    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline, live=live)

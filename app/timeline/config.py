@@ -27,12 +27,12 @@ class TimelineConfig(Settings):
         5, ge=1, description="Frames between checks of which parts of the map changed enough to log, with the boxes."
     )
     surface_growth: float = Field(
-        2.0, gt=1, le=10,
+        2.5, gt=1, le=10,
         description="A part of the map is logged again when it has been observed this many times as often. "
         "Smaller: livelier surface, larger file.",
     )  # fmt: skip
     surface_cell_m: float = Field(
-        0.05, gt=0, description="Edge of the cells that the growing surface is simplified by, metres. Larger: coarser."
+        0.06, gt=0, description="Edge of the cells that the growing surface is simplified by, metres. Larger: coarser."
     )
     mesh_max_vertices: int = Field(
         120_000, ge=1000, description="The final mesh is logged coarser if it has more vertices; the saved one stays."

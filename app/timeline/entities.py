@@ -27,6 +27,7 @@ POSE_EVENTS = "events/poses"
 SLOW_EVENTS = "events/slow"
 DECISIONS = "decisions"
 SUMMARY = "summary"
+LIVES = "lives"
 CROPS = "crops"
 OBSERVATIONS = "plots/observations"
 INSTANCES = "plots/instances"
@@ -43,3 +44,4 @@ FEATURES_FOUND = "plots/tracking/features"
 GRAPH_SIZE = "plots/pose_graph"
 
 FRAME_BY_FRAME = (CAMERA, GROWING, DECISIONS)  # the bulk of a recording, which a viewer reads last
+READ_FIRST = (SURFACE, BOXES, LABELS, CAMERA, SUMMARY, INSTANCES, STAGES, MEMORY, SIGMA)  # in this order

@@ -11,7 +11,7 @@ from app.render.mesh_decimation import cluster_vertices
 from app.timeline import entities
 from app.timeline.config import TimelineConfig
 from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk
-from app.timeline.rerun_log import RerunLog
+from app.timeline.recording.rerun_log import RerunLog
 from app.timeline.surface_colors import lightly_tinted
 from razer.arrays import Float32Array, Int32Array
 from razer.boxes.oriented_box import SURFACE_TRIM, OrientedBox

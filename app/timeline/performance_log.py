@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from app.timeline import entities
-from app.timeline.rerun_log import Color, RerunLog
+from app.timeline.recording.rerun_log import Color, RerunLog
 
 CLIP_QUANTILE = 0.99
 HEADROOM = 1.1

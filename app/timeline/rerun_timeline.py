@@ -24,6 +24,7 @@ from app.timeline.entities import (
     INSTANCE_IMAGE,
     INSTANCES,
     LABELS,
+    OBJECTS,
     PATH,
     RECENT_PATH,
     SUMMARY,
@@ -31,13 +32,14 @@ from app.timeline.entities import (
 )
 from app.timeline.growing_map import GrowingMap
 from app.timeline.images import depth_png, every_nth, instance_overlay, jpeg, resized, scaled_to, subsampling_step
-from app.timeline.layout import RunView, run_layout
 from app.timeline.objects.decision_words import decision_table
-from app.timeline.objects.object_history import ObjectHistory
-from app.timeline.objects.object_log import item_label, log_objects
+from app.timeline.objects.lives_document import item_label
+from app.timeline.objects.object_history import ObjectHistory, entity_names
+from app.timeline.objects.object_log import log_objects
 from app.timeline.performance_log import PerformanceLog
 from app.timeline.poses.pose_estimation_log import PoseEstimationLog
-from app.timeline.rerun_log import RerunLog
+from app.timeline.recording.layout import RunView, run_layout
+from app.timeline.recording.rerun_log import RerunLog
 from app.timeline.summary import RunSummary
 from app.timeline.surface_colors import lightly_tinted
 from razer.arrays import Float64Array, Pose
@@ -66,7 +68,7 @@ class Timeline:
         self._history = ObjectHistory()
         self._growing = GrowingMap(self._log, config)
         self._performance = PerformanceLog(self._log)
-        self._summary = RunSummary("The run so far")
+        self._summary = RunSummary()
         self._n_shown = 0
         self._last_index = 0
         self._last_images: dict[str, bytes] = {}
@@ -146,9 +148,11 @@ class Timeline:
         mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
         with self._log.in_front():
             if len(mesh.vertices):
-                self._lay_out(*self._eyes(mesh.vertices.astype(np.float64)))
-                self._log.clear(GROWING, recursive=True)
                 stuff = frozenset(item.id for item in panoptic.objects if item.is_stuff)
+                names = entity_names({item.id: item.class_name for item in panoptic.objects if item.is_stuff})
+                hidden = tuple(f"{OBJECTS}/{name}" for name in names.values())
+                self._lay_out(*self._eyes(mesh.vertices.astype(np.float64)), hidden)
+                self._log.clear(GROWING, recursive=True)
                 self._log.mesh(SURFACE, mesh, lightly_tinted(mesh, stuff))
             self._log_finished(panoptic)
 
@@ -160,7 +164,9 @@ class Timeline:
             self._log.jpeg(entity, image)
         if self._poses:
             self._log_camera(self._poses[-1])
-        if self._pose_log is None and self._poses:  # it shows estimated poses as they were corrected
+        if self._pose_log is not None:
+            self._pose_log.settle()
+        elif self._poses:  # it shows estimated poses as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [np.array(self._poses)[:, :3, 3]])
         log_objects(self._log, panoptic, self._history.lives, self._growing.drawn())
@@ -175,9 +181,9 @@ class Timeline:
         up, forward = -poses[:, :3, 1].mean(axis=0), poses[:, :3, 2].mean(axis=0)
         return overview(points, up, forward), from_above(poses[:, :3, 3], up, forward)
 
-    def _lay_out(self, eye: Viewpoint, top: Viewpoint) -> None:
+    def _lay_out(self, eye: Viewpoint, top: Viewpoint, hidden: tuple[str, ...] = ()) -> None:
         estimated = self._pose_log is not None
-        self._log.show(run_layout(RunView(eye, top, estimated, self._performance.clipped_ms)))
+        self._log.show(run_layout(RunView(eye, top, estimated, self._performance.clipped_ms, hidden)))
 
     def _due(self, every: int) -> bool:
         return self._n_shown % every == 0

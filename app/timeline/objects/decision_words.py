@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from razer.tracking.step_result import Candidate, Decision, StepResult
 
 RUNNERS_UP = 2
 CLOSE_CALL = 0.1  # above the gate: a track that was nearly taken is worth a word
 LONG_UNSEEN = 60  # frames after which it is news that a track is seen again
-TOLD_OUTCOMES = ("born", "joined")
 
 
 class Event(NamedTuple):
-    """One line of the log; the track that it belongs to."""
+    """One line of the log; the track that it belongs to; whether much the same may be said of it frame after frame."""
 
     track_id: int
     text: str
+    repeats: bool = False
 
 
 def step_events(step: StepResult, names: Mapping[int, str], last_seen: Mapping[int, int]) -> Iterator[Event]:
@@ -29,19 +29,21 @@ def step_events(step: StepResult, names: Mapping[int, str], last_seen: Mapping[i
         last_seen: the frame before this one in which each track was seen.
     """
     for decision in step.decisions:
-        track_id = decision.track_id
+        track_id, name = decision.track_id, called(decision.track_id, names)
+        gap = step.frame_index - last_seen.get(track_id, step.frame_index)
         if decision.outcome == "born":
-            yield Event(track_id, f"{called(track_id, names)} appears: {_why_new(decision, names)}")
+            yield Event(track_id, f"{name} appears: {_why_new(decision, names)}")
         elif decision.outcome == "joined":
-            yield Event(track_id, f"a further part joins {called(track_id, names)}{_reasons(decision, names)}")
-        elif (gap := step.frame_index - last_seen.get(track_id, step.frame_index)) > LONG_UNSEEN:
-            yield Event(track_id, f"{called(track_id, names)} is seen again after {gap} frames{_reasons(decision, names)}")
+            yield Event(track_id, f"a further part joins {name}{_reasons(decision, names)}", repeats=True)
+        elif gap > LONG_UNSEEN:
+            yield Event(track_id, f"{name} is seen again after {gap} frames{_reasons(decision, names)}")
         elif _was_close(decision):
-            yield Event(track_id, f"seen as {called(track_id, names)}{_reasons(decision, names)}")
+            yield Event(track_id, f"seen as {name}{_reasons(decision, names)}", repeats=True)
     for gone, survivor in step.fused:
-        yield Event(survivor, f"{called(gone, names)} was the same thing as {called(survivor, names)}, and is part of it now")
+        same = f"{called(gone, names)} was the same thing as {called(survivor, names)}"
+        yield Event(survivor, f"{same}, and is part of it now")
     for track_id in step.pruned:
-        yield Event(track_id, f"{called(track_id, names)} is dropped: later frames looked through it or never saw it again")
+        yield Event(track_id, f"{called(track_id, names)} is dropped: it was not seen again, or looked through")
 
 
 def called(track_id: int, names: Mapping[int, str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -15,6 +15,7 @@ from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
 
 CROP_PX = 96  # edges of the pictures that are kept
+QUIET_FRAMES = 30  # between two lines that say much the same
 MARGIN = 0.15  # of a crop, round what it shows
 
 
@@ -34,11 +35,12 @@ class ObjectHistory:
     def __init__(self) -> None:
         self.lives: dict[int, Life] = {}
 
-    def add(self, frame: Frame, step: StepResult, tracks: Iterable[Track]) -> list[Event]:
+    def add(self, frame: Frame, step: StepResult, tracks: Sequence[Track]) -> list[Event]:
         """Take in a frame; returns what happened in it."""
         names = {track.id: track.class_name for track in tracks if track.class_name}
         last_seen = {track_id: life.seen[-1] for track_id, life in self.lives.items() if life.seen}
-        events = list(step_events(step, names, last_seen))
+        stuff = {track.id for track in tracks if track.is_stuff}
+        events = [e for e in step_events(step, names, last_seen) if not e.repeats or self._is_news(e, step, stuff)]
         for decision in step.decisions:
             life = self._life(decision.track_id)
             if not life.seen or life.seen[-1] != step.frame_index:
@@ -50,6 +52,11 @@ class ObjectHistory:
         for gone, survivor in step.fused:
             self._join(gone, survivor)
         return events
+
+    def _is_news(self, event: Event, step: StepResult, stuff: set[int]) -> bool:
+        """Whether nothing was said of the track for a while; walls have parts in every frame."""
+        told = self._life(event.track_id).events
+        return event.track_id not in stuff and (not told or step.frame_index - told[-1][0] >= QUIET_FRAMES)
 
     def _life(self, track_id: int) -> Life:
         return self.lives.setdefault(track_id, Life())

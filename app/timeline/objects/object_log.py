@@ -11,8 +11,9 @@ from scipy.spatial import cKDTree
 from app.render.palette import instance_colors
 from app.timeline import entities
 from app.timeline.images import jpeg
+from app.timeline.objects.lives_document import item_label, lives_document
 from app.timeline.objects.object_history import CROP_PX, Life, entity_names
-from app.timeline.rerun_log import Color, RerunLog
+from app.timeline.recording.rerun_log import Color, RerunLog
 from razer.arrays import Float32Array, Int32Array, Uint8Array
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
@@ -20,6 +21,7 @@ from razer.panoptic_map import PanopticMap
 MAX_POINTS = 1500  # of an instance
 SAME_PLACE_M = 0.1  # surface of a track as last drawn, and of the finished map
 MIN_SHARE = 0.2  # of an instance's surface, for a track to be told as part of it
+MAX_LABELS = 15
 CAPTION_PX, SHEET_COLUMNS, SHEET_TILES = 14, 8, 48
 
 
@@ -37,24 +39,23 @@ def log_objects(
     names = entity_names({item.id: item.class_name for item in panoptic.objects})
     rows = _rows_by_instance(panoptic.mesh.instances)
     tiles: list[tuple[str, Color, Uint8Array]] = []
-    for item in sorted(panoptic.objects, key=lambda item: item.n_voxels, reverse=True):
+    stories: dict[int, list[tuple[int, str]]] = {}
+    largest = sorted(panoptic.objects, key=lambda item: (item.is_stuff, -item.n_voxels))
+    for rank, item in enumerate(largest):
         points = panoptic.mesh.vertices[rows.get(item.id, np.zeros(0, np.int64))]
         told = [(item.id, lives[item.id])] if item.id in lives else _lives_at(points, lives, drawn)
         red, green, blue = instance_colors(np.array([item.id]))[0].tolist()
         color, entity = (red, green, blue), f"{entities.OBJECTS}/{names[item.id]}"
-        log.item(entity, item.box, points[:: len(points) // MAX_POINTS + 1], color, item_label(item))
+        surface = points[:: len(points) // MAX_POINTS + 1]
+        log.item(entity, item.box, surface, color, item_label(item), show_label=rank < MAX_LABELS)
         log.facts(entity, facts(item))
-        _log_life(log, entity, names[item.id], item, told, color)
+        stories[item.id] = _log_life(log, entity, names[item.id], item, told, color)
         crops = [life.crop for _, life in told if life.crop is not None]
         if crops:
             tiles.append((item_label(item), color, crops[0]))
+    log.document(entities.LIVES, lives_document(panoptic.objects, stories))
     if tiles:
         log.jpeg(entities.CROPS, jpeg(_contact_sheet(tiles[:SHEET_TILES]), 80))
-
-
-def item_label(item: MapObject) -> str:
-    """"chair #12", or "#12" where there is no name."""
-    return f"{item.class_name or ''} #{item.id}".lstrip()
 
 
 def facts(item: MapObject) -> dict[str, str | float]:
@@ -77,7 +78,8 @@ def facts(item: MapObject) -> dict[str, str | float]:
 
 def _log_life(
     log: RerunLog, entity: str, name: str, item: MapObject, told: Sequence[tuple[int, Life]], color: Color
-) -> None:
+) -> list[tuple[int, str]]:
+    """Log what happened to an instance, which is returned, and how often it was seen until when."""
     events = sorted(event for _, life in told for event in life.events)
     if told and [number for number, _ in told] != [item.id]:
         parts = ", ".join(f"#{number}" for number, _ in told)
@@ -88,6 +90,7 @@ def _log_life(
     if seen:
         log.series(f"{entities.OBSERVATIONS}/{name}", [item_label(item)], [color])
         log.curve(f"{entities.OBSERVATIONS}/{name}", seen, list(range(1, len(seen) + 1)))
+    return events
 
 
 def _rows_by_instance(instances: Int32Array) -> dict[int, Int32Array]:

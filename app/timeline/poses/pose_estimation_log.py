@@ -10,7 +10,7 @@ from app.timeline import entities
 from app.timeline.config import TimelineConfig
 from app.timeline.poses.ellipsoids import position_ellipsoids
 from app.timeline.poses.trajectory_lines import TrajectoryLines, dashed
-from app.timeline.rerun_log import RerunLog
+from app.timeline.recording.rerun_log import RerunLog
 from razer.arrays import Float64Array, Pose
 from razer.geometry import inverse
 from slam.report import GraphReport, PoseReport, TrackingQuality
@@ -88,11 +88,18 @@ class PoseEstimationLog:
         if report.graph is not None:
             self._log_graph(report.graph)
 
+    def settle(self) -> None:
+        """The run is over: nothing is new any more."""
+        for entity in (entities.NEWEST_CLOSURES, entities.CORRECTION):
+            self._log.clear(entity, recursive=False)
+
     def _log_loss(self, index: int, report: PoseReport) -> None:
         if report.world_from_camera is None:
             self._log.scalars(entities.LOST_MARKS, [0.0])
             if self._n_lost == 0:
-                self._log.event(entities.POSE_EVENTS, f"the camera is lost from frame {index} on: {self._why()}", "WARN")
+                self._log.event(
+                    entities.POSE_EVENTS, f"the camera is lost from frame {index} on: {self._why()}", "WARN"
+                )
                 self._lost_at += [] if self._last_tracked is None else [self._last_tracked]
             self._n_lost += 1
             return
@@ -172,9 +179,9 @@ class PoseEstimationLog:
         self._log.lines(entities.NEWEST_CLOSURES, ends[new])
         if not new:
             return
-        pairs = ", ".join("frame {1} with frame {0}".format(*frames[n]) for n in new[:3])
-        more = f" and {len(new) - 3} more" if len(new) > 3 else ""
-        self._log.event(entities.POSE_EVENTS, f"seen again: {pairs}{more}", "INFO")
+        pairs = ", ".join("frame {1} shows what frame {0} did".format(*frames[n]) for n in new[:2])
+        more = f", and {len(new) - 2} more" if len(new) > 2 else ""
+        self._log.event(entities.POSE_EVENTS, f"loop closed: {pairs}{more}", "INFO")
         sigma_cm = 100 * self._quality.sigma_shift_m if self._quality is not None else 0.0
         self._log.scalars(entities.CLOSURE_MARKS, [sigma_cm])
 

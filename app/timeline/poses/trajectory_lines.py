@@ -10,7 +10,6 @@ import numpy as np
 from razer.arrays import Float64Array, Pose
 from razer.geometry import transform_points
 
-
 DASH_M = 0.04
 
 

@@ -5,6 +5,7 @@ It only reads files, so that the run that writes them waits for no browser, howe
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import threading
 import time
@@ -18,6 +19,7 @@ import rerun as rr
 from app.timeline.viewer.free_port import HOST, free_port
 from app.timeline.viewer.live_files import growing, live_parts, recordings_at
 from app.timeline.viewer.page import VIEWER_JS, VIEWER_WASM, page
+from app.timeline.viewer.rerun_viewer import UNTIL_IDLE, WINDOW, window_command
 
 LINGER_S = 60.0  # after the run, for a browser that comes late
 CHECK_S = 2.0
@@ -94,13 +96,17 @@ class _Handler(BaseHTTPRequestHandler):
         """Requests are nobody's business."""
 
 
-def serve(run: Path, port: int, until_idle: bool) -> None:
-    """Serve until the process ends, or with `until_idle` until nobody needs it any more."""
+def serve(run: Path, port: int, *, until_idle: bool, window: bool) -> None:
+    """Serve until the process ends, or with `until_idle` until nobody needs it any more; with `window` Rerun's own is
+    opened on what is served."""
     with PageServer(run, port) as server:
         if until_idle:
             threading.Thread(target=server.end_when_idle, daemon=True).start()
+        if window:
+            urls = [f"http://{HOST}:{port}/{number}.rrd" for number in range(len(recordings_at(run)))]
+            subprocess.Popen(window_command(urls))
         server.serve_forever(poll_interval=0.2)
 
 
 if __name__ == "__main__":
-    serve(Path(sys.argv[1]), int(sys.argv[2]), until_idle="--until-idle" in sys.argv[3:])
+    serve(Path(sys.argv[1]), int(sys.argv[2]), until_idle=UNTIL_IDLE in sys.argv[3:], window=WINDOW in sys.argv[3:])

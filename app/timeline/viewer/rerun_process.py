@@ -16,7 +16,7 @@ def rerun_command(*arguments: str) -> list[str]:
 
 
 def rerun_environment() -> dict[str, str]:
-    """The environment for it: warnings only, and a configuration folder in which its collection of usage data is off."""
+    """The environment for it: warnings only, and a configuration in which it collects no data on its use."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "razer" / "viewer"
     config = folder / _CONFIG
     off = {"analytics_enabled": False, "analytics_id": "", "metadata": {}}

@@ -16,7 +16,7 @@ from app.run_folder.save_run import write_pose_covariances
 from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
 from app.timeline.ellipsoids import position_ellipsoids
-from app.timeline.rerun_log import run_layout
+from app.timeline.recording.rerun_log import run_layout
 from app.timeline.rerun_timeline import Timeline
 from app.timeline.trajectory_lines import TrajectoryLines
 from data_tools.synthetic.camera.sensor_model import SensorModel

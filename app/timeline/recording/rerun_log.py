@@ -20,7 +20,8 @@ from scipy.spatial.transform import Rotation
 
 from app.timeline import entities
 from app.timeline.poses.ellipsoids import Ellipsoids
-from app.timeline.recording_parts import RecordingParts
+from app.timeline.recording.recording_parts import RecordingParts
+from app.timeline.recording.saved_recording import open_stream
 from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
@@ -39,17 +40,12 @@ class RerunLog:
 
     def __init__(self, path: Path, *, live: bool = False) -> None:
         batches = rr.ChunkBatcherConfig(flush_tick=LIVE_BATCH_S if live else BATCH_S, flush_num_bytes=BATCH_BYTES)
-        name = str(uuid.uuid4())
-        self._streams = [
-            rr.RecordingStream("razer", recording_id=name, send_properties=part == FIRST, batcher_config=batches)
-            for part in (FIRST, CURVES, FRAMES)
-        ]
-        self._parts = RecordingParts(path, len(self._streams))
-        for stream, part in zip(self._streams, self._parts.paths, strict=True):
-            stream.set_log_tick_enabled(False)
-            stream.set_log_time_enabled(False)
-            stream.save(part)
+        self._path = path
+        self._name = str(uuid.uuid4())
+        self._parts = RecordingParts(path, len((FIRST, CURVES, FRAMES)))
+        self._streams = [open_stream(part, self._name, batches) for part in self._parts.paths]
         self._parts.lock()
+        self._layout: rrb.Blueprint | None = None
         self._in_front = False
         self._open = True
 
@@ -95,7 +91,13 @@ class RerunLog:
         self._log(path, rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0))
 
     def boxes(
-        self, path: str, boxes: Sequence[OrientedBox], colors: Uint8Array, labels: Sequence[str] = ()
+        self,
+        path: str,
+        boxes: Sequence[OrientedBox],
+        colors: Uint8Array,
+        labels: Sequence[str] = (),
+        *,
+        show_labels: bool = True,
     ) -> None:
         """Log wire frames.
 
@@ -104,6 +106,7 @@ class RerunLog:
             boxes: N boxes.
             colors: (N, 3) of the boxes.
             labels: N texts beside them, or none.
+            show_labels: or only where one is pointed at.
         """
         self._log(
             path,
@@ -112,7 +115,7 @@ class RerunLog:
                 half_sizes=np.array([box.extent for box in boxes]) / 2,
                 quaternions=Rotation.from_matrix([box.rotation for box in boxes]).as_quat(),
                 fill_mode=rr.components.FillMode.MajorWireframe,
-                show_labels=True,
+                show_labels=show_labels,
                 colors=colors,
                 labels=list(labels) or None,
             ),
@@ -191,10 +194,12 @@ class RerunLog:
         dark = [(30, 30, 30)]
         self._log(path, rr.Points3D(positions, labels=list(texts), colors=dark, radii=radius, show_labels=True))
 
-    def item(self, path: str, box: OrientedBox, points: Float32Array, color: Color, label: str) -> None:
+    def item(
+        self, path: str, box: OrientedBox, points: Float32Array, color: Color, label: str, *, show_label: bool
+    ) -> None:
         """One thing: its box with a label, and its surface as points (N, 3) that stand for it when clicked on."""
-        self.boxes(path, [box], np.array([color], np.uint8), [label])
-        radius = rr.components.Radius.ui_points(1.6)
+        self.boxes(path, [box], np.array([color], np.uint8), [label], show_labels=show_label)
+        radius = rr.components.Radius.ui_points(1.8)
         self._log(path, rr.Points3D(points, colors=[color], radii=radius))
 
     def facts(self, path: str, facts: Mapping[str, str | float]) -> None:
@@ -232,6 +237,7 @@ class RerunLog:
 
     def show(self, layout: rrb.Blueprint) -> None:
         """How the viewer lays the recording out."""
+        self._layout = layout
         self._streams[FIRST].send_blueprint(layout)
 
     def close(self, timeout_s: float) -> None:
@@ -243,7 +249,7 @@ class RerunLog:
             for stream in self._streams:
                 stream.flush(timeout_sec=timeout_s)
                 stream.disconnect()
-            self._parts.join()
+            self._parts.join(self._name, self._layout)
         except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
             warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
         finally:

@@ -9,23 +9,26 @@ import rerun.blueprint as rrb
 
 from app.render.viewpoint import Viewpoint
 from app.timeline import entities
-from app.timeline.rerun_log import FRAME
+from app.timeline.recording.rerun_log import FRAME
 
 WHITE = (255, 255, 255)
-LOG_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["LogLevel", "EntityPath", "Body"])
+LOG_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["LogLevel", "Body"])
+OBJECT_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["EntityPath", "Body"])
 ALL_BUT_DEBUG = rrb.TextLogRows(filter_by_log_level=["INFO", "WARN", "ERROR", "CRITICAL"])
+LEGEND_BOUNDS = rrb.VisualBounds2D(x_range=(-2.0, 4.0), y_range=(-1.0, 13.0))  # rows of names below each other
 NO_LEGEND = rrb.PlotLegend(visible=False)
 
 
 @dataclass(frozen=True)
 class RunView:
     """What a layout depends on: the eye of the map and the one above the path; whether poses are estimated; the
-    milliseconds and the frame where plots of stages end; the entity below which the run lies."""
+    milliseconds where the plot of stages ends; objects that are hidden at first; the entity the run lies below."""
 
     eye: Viewpoint
     top: Viewpoint
     poses_estimated: bool = False
     clipped_ms: float | None = None
+    hidden: tuple[str, ...] = ()
     root: str = ""
 
     def path(self, entity: str) -> str:
@@ -92,11 +95,14 @@ def overview_tab(run: RunView) -> rrb.Horizontal:
 
 def _map(run: RunView, name: str) -> rrb.Spatial3DView:
     shown = (entities.SURFACE, entities.GROWING, entities.BOXES, entities.LABELS, entities.RECENT_PATH)
-    camera = [f"+ {run.path(entities.CAMERA)}", f"+ {run.path(entities.COLOR)}"]
     return rrb.Spatial3DView(
-        origin=run.path(""), name=name, contents=[*run.contents(*shown), *camera],
+        origin=run.path(""), name=name, contents=[*run.contents(*shown), *_camera(run)],
         background=WHITE, line_grid=False, eye_controls=_eye(run.eye),
     )  # fmt: skip
+
+
+def _camera(run: RunView) -> list[str]:
+    return [f"+ {run.path(entities.CAMERA)}", f"+ {run.path(entities.COLOR)}"]
 
 
 def _image(run: RunView) -> rrb.Tabs:
@@ -107,28 +113,28 @@ def _image(run: RunView) -> rrb.Tabs:
     )
 
 
-def _objects_tab(run: RunView) -> rrb.Horizontal:
+def _objects_tab(run: RunView) -> rrb.Vertical:
     crops = rrb.Spatial2DView(origin=run.path(entities.CROPS), name="Best views")
     seen = rrb.TimeSeriesView(
-        origin=run.path(entities.OBSERVATIONS), name="Times seen (the colours are those of the map)",
-        plot_legend=NO_LEGEND,
-    )  # fmt: skip
-    lives = rrb.TextLogView(
-        origin=run.path(""), contents=run.contents(entities.OBJECTS), name="Lives of the objects", columns=LOG_COLUMNS,
-        rows=ALL_BUT_DEBUG,
-    )  # fmt: skip
+        origin=run.path(entities.OBSERVATIONS), name="Times seen, each in its colour", plot_legend=NO_LEGEND
+    )
+    lives = rrb.TextDocumentView(origin=run.path(entities.LIVES), name="Lives of the objects")
+    log = rrb.TextLogView(
+        origin=run.path(entities.OBJECTS), name="Lives as a log", columns=OBJECT_COLUMNS, rows=ALL_BUT_DEBUG
+    )
     events = rrb.TextLogView(
         origin=run.path(entities.EVENTS), name="All events", columns=LOG_COLUMNS, rows=ALL_BUT_DEBUG
     )
     frame = rrb.TextDocumentView(origin=run.path(entities.DECISIONS), name="This frame")
-    left = rrb.Vertical(_objects(run, "Objects (click on one)"), rrb.Horizontal(crops, seen), row_shares=[3, 2])
-    return rrb.Horizontal(left, rrb.Tabs(lives, events, frame), column_shares=[1, 1], name="Objects")
+    above = rrb.Horizontal(_objects(run, "Objects: click on one"), rrb.Vertical(crops, seen), column_shares=[3, 2])
+    return rrb.Vertical(above, rrb.Tabs(lives, log, events, frame), row_shares=[3, 2], name="Objects")
 
 
 def _objects(run: RunView, name: str) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         origin=run.path(""), name=name, contents=run.contents(entities.OBJECTS), background=WHITE, line_grid=False,
         eye_controls=_eye(run.eye),
+        overrides={run.path(entity): rrb.EntityBehavior(visible=False) for entity in run.hidden},
     )  # fmt: skip
 
 
@@ -143,7 +149,7 @@ def _poses_tab(run: RunView) -> rrb.Horizontal:
     }
     above = rrb.Spatial3DView(
         origin=run.path(""), name="Path from above: given grey, estimated orange, corrections red",
-        contents=[*_path_contents(run), f"+ {run.path(entities.CAMERA)}", f"+ {run.path(entities.COLOR)}"],
+        contents=[*_path_contents(run), *run.contents(entities.SURFACE), *_camera(run)],
         overrides=hidden, background=WHITE, line_grid=False, eye_controls=_eye(run.top),
     )  # fmt: skip
     if not run.poses_estimated:
@@ -160,8 +166,10 @@ def _uncertainty(run: RunView, name: str) -> rrb.TimeSeriesView:
 
 
 def _performance_tab(run: RunView) -> rrb.Vertical:
-    legend = rrb.Spatial2DView(origin=run.path(entities.STAGE_LEGEND), name="Stages, from the top", background=WHITE)
-    stages = rrb.Horizontal(_stages(run, "Milliseconds, stage upon stage"), legend, column_shares=[6, 1])
+    legend = rrb.Spatial2DView(
+        origin=run.path(entities.STAGE_LEGEND), name="Stages", background=WHITE, visual_bounds=LEGEND_BOUNDS
+    )
+    stages = rrb.Horizontal(_stages(run, "Milliseconds, stage upon stage"), legend, column_shares=[7, 1])
     memory = rrb.TimeSeriesView(origin=run.path(entities.MEMORY), name="Memory, MB", plot_legend="LeftTop")
     instances = rrb.TimeSeriesView(origin=run.path(entities.INSTANCES), name="Instances", plot_legend="LeftTop")
     slow = rrb.TextLogView(origin=run.path(entities.SLOW_EVENTS), name="Slow frames, and why", columns=LOG_COLUMNS)
@@ -172,9 +180,7 @@ def _performance_tab(run: RunView) -> rrb.Vertical:
 def _stages(run: RunView, name: str) -> rrb.TimeSeriesView:
     axis = None if run.clipped_ms is None else rrb.ScalarAxis(range=(0.0, run.clipped_ms))
     shown = [f"+ {run.path(entities.STAGES)}", f"+ {run.path(entities.SLOW)}"]
-    return rrb.TimeSeriesView(
-        origin=run.path("plots"), name=name, contents=shown, axis_y=axis, plot_legend=NO_LEGEND
-    )
+    return rrb.TimeSeriesView(origin=run.path("plots"), name=name, contents=shown, axis_y=axis, plot_legend=NO_LEGEND)
 
 
 def _eye(view: Viewpoint) -> rrb.EyeControls3D:

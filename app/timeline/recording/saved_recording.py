@@ -1,0 +1,44 @@
+"""Recordings in files: written by streams, read back, and put together anew."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from pathlib import Path
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+
+def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = None) -> rr.RecordingStream:
+    """A stream that writes a file; streams of one name are one recording."""
+    stream = rr.RecordingStream("razer", recording_id=name, send_properties=False, batcher_config=batches)
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    stream.save(path)
+    return stream
+
+
+class SavedRecording:
+    """The data of a recording, read back."""
+
+    def __init__(self, path: Path) -> None:
+        self._chunks = rr.chunk.RrdReader(path).stream().to_chunks()
+
+    def holds(self, path: str) -> bool:
+        """Whether anything was logged at an entity."""
+        return any(chunk.entity_path.lstrip("/") == path for chunk in self._chunks)
+
+    def under(self, name: str) -> list[rr.chunk.Chunk]:
+        """All of it below the entity `name`."""
+        ours = [chunk for chunk in self._chunks if not chunk.entity_path.startswith("/__")]
+        return [chunk.with_entity_path(f"/{name}{chunk.entity_path}") for chunk in ours]
+
+
+def write_merged(path: Path, chunks: Sequence[rr.chunk.Chunk], layout: rrb.Blueprint) -> None:
+    """Write data of other recordings as one."""
+    stream = open_stream(path, str(uuid.uuid4()))
+    stream.send_blueprint(layout)
+    stream.send_chunks(chunks)
+    stream.flush()
+    stream.disconnect()

@@ -1,0 +1,48 @@
+"""Two runs on one timeline: what each recorded under a name of its own, on the one axis of frames, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+import numpy as np
+
+from app.render.viewpoint import from_above, overview
+from app.run_folder.mapped_run import read_run
+from app.run_folder.run_folder import TIMELINE
+from app.timeline.entities import POSE_EVENTS, SIGMA
+from app.timeline.recording.layout import RunView, pair_layout
+from app.timeline.recording.saved_recording import SavedRecording, write_merged
+from razer.errors import BadInput
+from razer.storage.atomic_files import replace_file
+
+
+def write_side_by_side(path: Path, runs: Sequence[Path]) -> None:
+    """Write the timelines of runs, which are named by their folders, as one recording; raises BadInput."""
+    names = _distinct_names(runs)
+    recordings = []
+    for run in runs:
+        if not (run / TIMELINE).is_file():
+            raise BadInput(f"{run / TIMELINE} does not exist; runs side by side need one each, made with --timeline")
+        recordings.append(SavedRecording(run / TIMELINE))
+    views = [(name, _view(run, name, recording)) for name, run, recording in zip(names, runs, recordings, strict=True)]
+    moved = [recording.under(name) for name, recording in zip(names, recordings, strict=True)]
+    # In turn, so that a viewer shows both early.
+    chunks = [chunk for pair in zip_longest(*moved) for chunk in pair if chunk is not None]
+    replace_file(path, lambda target: write_merged(target, chunks, pair_layout(views)))
+
+
+def _distinct_names(runs: Sequence[Path]) -> list[str]:
+    names = [run.absolute().name for run in runs]
+    return names if len(set(names)) == len(names) else [f"{name}_{n}" for n, name in enumerate(names, start=1)]
+
+
+def _view(run: Path, name: str, recording: SavedRecording) -> RunView:
+    mapped = read_run(run)
+    points, up = mapped.panoptic.mesh.vertices.astype(np.float64), mapped.panoptic.up_or_z
+    poses = np.eye(4)[None] if mapped.trajectory is None else mapped.trajectory.world_from_camera
+    forward = poses[:, :3, 2].mean(axis=0)
+    eye = overview(points if len(points) else poses[:, :3, 3], up, forward)
+    estimated = recording.holds(SIGMA) or recording.holds(POSE_EVENTS)
+    return RunView(eye, from_above(poses[:, :3, 3], up, forward), estimated, root=f"/{name}")
