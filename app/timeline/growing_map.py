@@ -66,7 +66,8 @@ class GrowingMap:
         positions, instances = self.drawn()
         order = np.argsort(instances, kind="stable")
         ids, first = np.unique(instances[order], return_index=True)
-        points = dict(zip(ids.tolist(), np.split(positions[order], first[1:]), strict=True))
+        # Where there is nothing, splitting it gives one empty part all the same.
+        points = dict(zip(ids.tolist(), np.split(positions[order], first[1:]), strict=False))
         boxes = {track.id: _within(track.box, points.get(track.id)) for track in tracks}
         return {track_id: box for track_id, box in boxes.items() if box is not None}
 

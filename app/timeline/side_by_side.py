@@ -41,7 +41,7 @@ def _distinct_names(runs: Sequence[Path]) -> list[str]:
 def _view(run: Path, name: str, recording: SavedRecording) -> RunView:
     mapped = read_run(run)
     points, up = mapped.panoptic.mesh.vertices.astype(np.float64), mapped.panoptic.up_or_z
-    poses = np.eye(4)[None] if mapped.trajectory is None else mapped.trajectory.world_from_camera
+    poses = np.eye(4)[None] if mapped.trajectory is None else mapped.trajectory.world_from_camera.astype(np.float64)
     forward = poses[:, :3, 2].mean(axis=0)
     eye = overview(points if len(points) else poses[:, :3, 3], up, forward)
     estimated = recording.holds(SIGMA) or recording.holds(POSE_EVENTS)

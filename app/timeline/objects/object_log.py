@@ -96,7 +96,8 @@ def _log_life(
 def _rows_by_instance(instances: Int32Array) -> dict[int, Int32Array]:
     order = np.argsort(instances, kind="stable")
     ids, first = np.unique(instances[order], return_index=True)
-    return dict(zip(ids.tolist(), np.split(order, first[1:]), strict=True))
+    # Where there is nothing, splitting it gives one empty part all the same.
+    return dict(zip(ids.tolist(), np.split(order, first[1:]), strict=False))
 
 
 def _lives_at(

@@ -10,7 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from app.timeline.entities import READ_FIRST
-from app.timeline.recording.saved_recording import open_stream
+from app.timeline.recording.saved_recording import data_of, open_stream
 from app.timeline.viewer import live_files
 
 
@@ -32,12 +32,12 @@ class RecordingParts:
             file.close()
 
     def join(self, name: str, layout: rrb.Blueprint | None) -> None:
-        """Write the recording: the layout, what a viewer should show first, the rest, the bulk; and remove the parts."""
+        """Write the recording, layout and finished map first, the bulk last, and remove the parts."""
         joined = self._path.with_name(f".{self._path.name}.joined")
         stream = open_stream(joined, name)
         if layout is not None:
             stream.send_blueprint(layout)
-        *early, bulk = (rr.chunk.RrdReader(part).stream() for part in self.paths)
+        *early, bulk = (data_of(part) for part in self.paths)
         stream.send_chunks(sorted(_in_few_chunks(rr.chunk.LazyChunkStream.merge(*early)), key=_reading_rank))
         stream.send_chunks(bulk)
         stream.flush()

@@ -19,11 +19,17 @@ def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = N
     return stream
 
 
+def data_of(path: Path) -> rr.chunk.LazyChunkStream:
+    """What a file holds but for layouts, in its order; nothing of a file without any."""
+    reader = rr.chunk.RrdReader(path)
+    return reader.stream() if reader.recordings() else rr.chunk.LazyChunkStream.from_iter([])
+
+
 class SavedRecording:
     """The data of a recording, read back."""
 
     def __init__(self, path: Path) -> None:
-        self._chunks = rr.chunk.RrdReader(path).stream().to_chunks()
+        self._chunks = data_of(path).to_chunks()
 
     def holds(self, path: str) -> bool:
         """Whether anything was logged at an entity."""
