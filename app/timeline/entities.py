@@ -29,6 +29,7 @@ DECISIONS = "decisions"
 SUMMARY = "summary"
 LIVES = "lives"
 CROPS = "crops"
+FIGURES = "figures"  # of runs beside each other
 OBSERVATIONS = "plots/observations"
 INSTANCES = "plots/instances"
 MEMORY = "plots/memory"

@@ -16,6 +16,7 @@ LOG_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["Lo
 OBJECT_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["EntityPath", "Body"])
 ALL_BUT_DEBUG = rrb.TextLogRows(filter_by_log_level=["INFO", "WARN", "ERROR", "CRITICAL"])
 LEGEND_BOUNDS = rrb.VisualBounds2D(x_range=(-2.0, 4.0), y_range=(-1.0, 13.0))  # rows of names below each other
+COLOR_WORDS = ("blue", "orange")
 NO_LEGEND = rrb.PlotLegend(visible=False)
 
 
@@ -51,14 +52,16 @@ def pair_layout(runs: Sequence[tuple[str, RunView]]) -> rrb.Blueprint:
     overviews = rrb.Horizontal(
         *(rrb.Vertical(_map(run, name), _image(run), row_shares=[3, 2]) for name, run in runs), name="Overview"
     )
-    poses = rrb.Vertical(
-        rrb.Spatial3DView(
-            origin="/", name="Paths from above", contents=[c for _, r in runs for c in _path_contents(r)],
-            background=WHITE, line_grid=False, eye_controls=_eye(runs[0][1].top),
-        ),
-        rrb.Horizontal(*(_uncertainty(run, f"{name}: position uncertainty, cm") for name, run in runs)),
-        row_shares=[3, 2], name="Poses",
+    shown = (entities.PATH, entities.ESTIMATED, entities.LOST, entities.FOUND)
+    colors = ", ".join(f"{name} {color}" for (name, _), color in zip(runs, COLOR_WORDS, strict=False))
+    above = rrb.Spatial3DView(
+        origin="/", name=f"Paths from above: {colors}",
+        contents=[line for _, run in runs for line in run.contents(*shown)],
+        background=WHITE, line_grid=False, eye_controls=_eye(runs[0][1].top),
     )  # fmt: skip
+    plots = [_uncertainty(run, f"{name}: position uncertainty, cm") for name, run in runs if run.poses_estimated]
+    figures = rrb.TextDocumentView(origin=entities.FIGURES, name="Which poses are better")
+    poses = rrb.Horizontal(above, rrb.Vertical(figures, *plots), column_shares=[3, 2], name="Poses")
     objects = rrb.Horizontal(*(_objects(run, name) for name, run in runs), name="Objects")
     performance = rrb.Horizontal(*(_stages(run, f"{name}: ms") for name, run in runs), name="Performance")
     return _with_panels(rrb.Tabs(overviews, objects, poses, performance, active_tab=0))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import rerun as rr
 import rerun.blueprint as rrb
+
+from app.timeline.entities import ESTIMATED, FIGURES, PATH
+from razer.arrays import Float64Array
 
 
 def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = None) -> rr.RecordingStream:
@@ -41,10 +45,35 @@ class SavedRecording:
         return [chunk.with_entity_path(f"/{name}{chunk.entity_path}") for chunk in ours]
 
 
-def write_merged(path: Path, chunks: Sequence[rr.chunk.Chunk], layout: rrb.Blueprint) -> None:
-    """Write data of other recordings as one."""
+@dataclass(frozen=True)
+class RunStyle:
+    """How a run is shown among others: moved (4, 4) from its own world into the common one, its path in one colour."""
+
+    world_from_own: Float64Array
+    color: tuple[int, int, int]
+
+
+def write_merged(
+    path: Path, chunks: Sequence[rr.chunk.Chunk], layout: rrb.Blueprint, styles: Mapping[str, RunStyle], figures: str
+) -> None:
+    """Write data of several recordings as one.
+
+    Args:
+        path: the file.
+        chunks: each under the name of its run.
+        layout: of the viewer.
+        styles: of the runs, by name.
+        figures: Markdown that compares them.
+    """
     stream = open_stream(path, str(uuid.uuid4()))
     stream.send_blueprint(layout)
+    stream.log(FIGURES, rr.TextDocument(figures, media_type="text/markdown"), static=True)
+    for name, style in styles.items():
+        motion = style.world_from_own
+        stream.log(name, rr.Transform3D(translation=motion[:3, 3], mat3x3=motion[:3, :3]), static=True)
+        for line in (PATH, f"{ESTIMATED}/whole", f"{ESTIMATED}/newest"):
+            stream.log(f"{name}/{line}", rr.LineStrips3D.from_fields(colors=[style.color]), static=True)
+    stream.flush()  # so that these come first: data that was read back is not held back to be batched
     stream.send_chunks(chunks)
     stream.flush()
     stream.disconnect()
