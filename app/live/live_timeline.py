@@ -38,10 +38,9 @@ class LiveTimeline(NullTimeline):
         *,
         corrections: Mapping[int, Pose | None],
         given: Pose | None = None,
-        pose_ms: float = 0.0,
     ) -> None:
         """Show how a frame was located."""
-        self._timeline.track(frame_index, report, corrections=corrections, given=given, pose_ms=pose_ms)
+        self._timeline.track(frame_index, report, corrections=corrections, given=given)
 
     def finish_tracking(self, report: PoseReport | None, corrections: Mapping[int, Pose | None]) -> None:
         """Show the last corrections."""

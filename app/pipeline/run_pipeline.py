@@ -22,6 +22,7 @@ from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.pipeline.stored_masks import note_stored_masks
+from app.pipeline.watchers import NOBODY, Watchers
 from app.profiling.map_device import MapDevice
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
@@ -29,6 +30,7 @@ from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
+from app.timeline.viewer.live_viewer import open_live
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
@@ -55,7 +57,7 @@ class RunResult:
 
 
 def run_to_folder(
-    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, live: LiveRun | None = None
+    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, watchers: Watchers = NOBODY
 ) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
@@ -64,7 +66,7 @@ def run_to_folder(
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
-        live: shows the map to others while it grows.
+        watchers: who sees the run while it goes on.
 
     Raises:
         BadInput: for input or settings that cannot be used.
@@ -77,7 +79,11 @@ def run_to_folder(
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
-        with closing(_watched(open_timeline(folder.partial, sequence, config), folder, config, live)) as timeline:
+        written = open_timeline(folder.partial, sequence, config, live=watchers.viewer is not None)
+        with closing(_watched(written, folder, config, watchers.live)) as timeline:
+            if watchers.viewer is not None:
+                place = open_live(folder.final, watchers.viewer)
+                console.print(f"the run can be watched {place}", soft_wrap=True, highlight=False)
             warp = registration.warp
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
@@ -91,8 +97,8 @@ def run_to_folder(
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
-    if live is not None:
-        live.finish(folder.final)
+    if watchers.live is not None:
+        watchers.live.finish(folder.final)
     return RunResult(accounting, panoptic, timings, registration, config)
 
 
@@ -216,10 +222,13 @@ def _device(choice: str) -> str:
     return "CPU:0" if lacking or choice == "cpu" else "CUDA:0"
 
 
-def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NullTimeline:
-    """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
+def open_timeline(
+    folder: Path, sequence: RgbdSequence, config: RunConfig, *, live: bool = False
+) -> Timeline | NullTimeline:
+    """A timeline that is written into `folder`, soon enough to be watched where it is `live`; or one that ignores
+    everything if the settings say so."""
     if not config.run.timeline:
         return NullTimeline()
     from app.timeline.rerun_timeline import Timeline
 
-    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline, live=live)

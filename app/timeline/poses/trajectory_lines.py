@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import groupby
 
 import numpy as np
 
 from razer.arrays import Float64Array, Pose
 from razer.geometry import transform_points
+
+DASH_M = 0.04
 
 
 class TrajectoryLines:
@@ -43,3 +45,16 @@ class TrajectoryLines:
         stretches = (list(run) for known, run in groupby(indices, self.poses.__contains__) if known)
         positions = (np.array([self.poses[index][:3, 3] for index in run]) for run in stretches)
         return [transform_points(world_from_trajectory, line) for line in positions if len(line) > 1]
+
+
+def dashed(lines: Iterable[Float64Array], dash_m: float = DASH_M) -> list[Float64Array]:
+    """Lines of positions (N, 3) as dashes as long as the gaps between them, metres."""
+    dashes = []
+    for line in lines:
+        along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+        starts = np.arange(0.0, along_m[-1], 2 * dash_m)
+        for start_m in starts:
+            inside = (along_m > start_m) & (along_m < start_m + dash_m)
+            stops_m = np.concatenate([[start_m], along_m[inside], [min(start_m + dash_m, along_m[-1])]])
+            dashes.append(np.stack([np.interp(stops_m, along_m, line[:, axis]) for axis in range(3)], axis=1))
+    return dashes
