@@ -59,8 +59,7 @@ def run(
     view:
         Watch the run in Rerun's viewer as it goes on; --view web in a browser. The run waits for neither.
     serve:
-        Show the map in browsers on this machine while it grows, and when it is finished until Ctrl-C, as `razer serve`
-        does.
+        Show the map in browsers on this machine while it grows, and when it is finished until Ctrl-C.
     port:
         Where to, with --serve; 0: any free port.
     overwrite:
@@ -77,13 +76,17 @@ def run(
     target = RunFolder(out, overwrite=overwrite)
     with _served(port if serve else None) as live:
         result = _run(folder, options.read(), target, classes, Watchers(live, viewer))
-
-        from app.pipeline.run_report import print_run
-
-        print_run(result, target.final, as_json=json)
-        if live is not None and not result.accounting.interrupted:
-            _go_on_serving(live)
+        _report(result, target.final, live, as_json=json)
     return INTERRUPTED if result.accounting.interrupted else 0
+
+
+def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: bool) -> None:
+    """Say what there is now, and go on showing it where it is served."""
+    from app.pipeline.run_report import print_run
+
+    print_run(result, folder, as_json=as_json)
+    if live is not None and not result.accounting.interrupted:
+        _go_on_serving(live)
 
 
 def checked_viewer(view: tuple[ViewerKind, ...], options: RunOptions) -> ViewerKind:
