@@ -19,7 +19,7 @@ from razer.config import MapperConfig, VoxelSettings
 from razer.mapper import Mapper
 
 pytestmark = pytest.mark.full
-playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install 'razer[browser]'")
+playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright")
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 TABS = {"Objects": (125, 50), "Poses": (205, 50), "Performance": (305, 50)}  # where they lie, pixels
