@@ -24,7 +24,7 @@ BORDER = {
     "razer.settings",
     "razer.vocabulary",
 }
-ONE_FILE_FENCES = ("gtsam", "rtree", "rerun", "rosbags")
+ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags")
 MODEL_LIBRARIES = {
     "onnxruntime",
     "huggingface_hub",
@@ -134,6 +134,12 @@ def test_named_parts_follow_the_direction_and_exist():
 def test_fenced_library_is_imported_by_one_file_at_most(library):
     users = [relative(path) for path in FILES if library in {name.split(".")[0] for name in imports_of(path)}]
     assert len(users) <= 1, users
+
+
+def test_rerun_stays_in_recordings():
+    for path in FILES:
+        if "rerun" in {name.split(".")[0] for name in imports_of(path)}:
+            assert relative(path).startswith("app/timeline/recording/")
 
 
 def test_model_libraries_stay_in_models():

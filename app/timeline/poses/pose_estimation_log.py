@@ -8,8 +8,8 @@ import numpy as np
 
 from app.timeline import entities
 from app.timeline.config import TimelineConfig
-from app.timeline.poses.ellipsoids import position_ellipsoids
 from app.timeline.poses.trajectory_lines import TrajectoryLines, dashed
+from app.timeline.recording.ellipsoids import position_ellipsoids
 from app.timeline.recording.rerun_log import RerunLog
 from razer.arrays import Float64Array, Pose
 from razer.geometry import inverse

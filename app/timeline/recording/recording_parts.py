@@ -10,8 +10,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from app.timeline.entities import READ_FIRST
+from app.timeline.recording import live_files
 from app.timeline.recording.saved_recording import data_of, open_stream
-from app.timeline.viewer import live_files
 
 
 class RecordingParts:

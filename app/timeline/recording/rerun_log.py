@@ -19,7 +19,7 @@ import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
 from app.timeline import entities
-from app.timeline.poses.ellipsoids import Ellipsoids
+from app.timeline.recording.ellipsoids import Ellipsoids
 from app.timeline.recording.recording_parts import RecordingParts
 from app.timeline.recording.saved_recording import open_stream
 from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array

@@ -12,12 +12,10 @@ import time
 from functools import cached_property
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.request import urlopen
 
-import rerun as rr
-
+from app.timeline.recording.live_files import growing, live_parts, recordings_at
+from app.timeline.recording.web_assets import web_assets
 from app.timeline.viewer.free_port import HOST, free_port
-from app.timeline.viewer.live_files import growing, live_parts, recordings_at
 from app.timeline.viewer.page import VIEWER_JS, VIEWER_WASM, page
 from app.timeline.viewer.rerun_viewer import UNTIL_IDLE, WINDOW, window_command
 
@@ -39,10 +37,8 @@ class PageServer(ThreadingHTTPServer):
 
     @cached_property
     def assets(self) -> dict[str, bytes]:
-        """The viewer's files, as the installed Rerun brings them."""
-        port = free_port(0)
-        rr.start_web_viewer_server(port)
-        return {name: urlopen(f"http://{HOST}:{port}/{name}").read() for name in _TYPES}
+        """The viewer's files."""
+        return web_assets(list(_TYPES), free_port(0))
 
     def end_when_idle(self) -> None:
         """Stop serving a while after the run has ended and the last browser has what it asked for."""

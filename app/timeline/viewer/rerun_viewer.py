@@ -9,8 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from app.timeline.recording.live_files import live_parts, recordings_at
 from app.timeline.viewer.free_port import HOST, PAGE_PORT, free_port
-from app.timeline.viewer.live_files import live_parts, recordings_at
 from app.timeline.viewer.rerun_process import rerun_command, rerun_environment
 from razer.errors import BadInput
 

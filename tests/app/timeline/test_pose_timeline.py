@@ -17,8 +17,8 @@ from app.render.viewpoint import behind
 from app.run_folder.save_run import write_pose_covariances
 from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
-from app.timeline.poses.ellipsoids import position_ellipsoids
 from app.timeline.poses.trajectory_lines import TrajectoryLines, dashed
+from app.timeline.recording.ellipsoids import position_ellipsoids
 from app.timeline.recording.layout import RunView, run_layout
 from app.timeline.rerun_timeline import Timeline
 from data_tools.synthetic.camera.sensor_model import SensorModel

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from app.timeline.viewer.live_files import growing, is_written, live_parts, lock, recordings_at
+from app.timeline.recording.live_files import growing, is_written, live_parts, lock, recordings_at
 
 
 @pytest.fixture
