@@ -26,6 +26,7 @@ from razer.models import embedder_of
 from razer.panoptic_map import PanopticMap
 from razer.plugins import Trust
 from razer.query.text_queries import TextQueryEncoder
+from razer.semantics.gravity import up_direction
 
 T = TypeVar("T")
 Announce = Callable[[str, dict[str, Any]], None]
@@ -150,6 +151,6 @@ class LiveMap:
         mesh = self._mesh.whole(np.array([o.id for o in objects], np.int32))
         counts = np.bincount(mesh.instances, minlength=max((o.id for o in objects), default=0) + 1)
         counted = tuple(replace(o, n_vertices=int(counts[o.id])) for o in sorted(objects, key=lambda o: o.id))
-        up = self._snapshot.up
-        length = 0.0 if up is None else float(np.linalg.norm(up))
-        return PanopticMap(counted, mesh, self._encoder, up=up / length if up is not None and length > 0 else None)
+        guess = np.zeros(3) if self._snapshot.up is None else self._snapshot.up
+        up = up_direction(mesh, guess)
+        return PanopticMap(counted, mesh, self._encoder, up=up if up.any() else None)
