@@ -18,7 +18,7 @@ from razer.tracking.parts.frozen_parts import frozen
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_part
 
-TIME_SHARE = 0.025  # of the run's, at most: the process that serves takes of it, too
+TIME_SHARE = 0.03  # of the run's, at most: the process that serves takes of it, too
 AIM_S = 0.04  # what one snapshot may take; a smaller one has hardly more chunks than it has overhead
 _FIRST_GUESS_S = 0.005  # for a chunk
 _WAITING = 2  # snapshots, for a reader that is slower
@@ -41,11 +41,12 @@ class Publisher:
     def show(self, frame: Frame, step: StepResult, mapper: Mapper) -> None:
         """Note what a frame changed, and send a snapshot if it is time for one."""
         self._note(frame, step)
-        if self._is_gone or perf_counter() < self._next_s or self._waiting.full():
+        started_s = perf_counter()
+        if self._is_gone or started_s < self._next_s or self._waiting.full():
             return
-        started_s = thread_time()  # while others have the processor the run is not held up by this
         self._put(self._snapshot(frame.index, mapper))
-        self._next_s = perf_counter() + (thread_time() - started_s) / TIME_SHARE
+        done_s = perf_counter()
+        self._next_s = done_s + (done_s - started_s) / TIME_SHARE
 
     def finish(self, finished: Finished) -> None:
         """Send that the run is over, after all that waits; waits for it itself, as there is nothing else to do."""
@@ -62,7 +63,7 @@ class Publisher:
 
     def _snapshot(self, frame_index: int, mapper: Mapper) -> Snapshot:
         chunks = self._due.take(max(int(AIM_S / self._chunk_s), 4))
-        started_s = thread_time()
+        started_s = thread_time()  # a busy machine makes a snapshot late, not small
         mesh = extract_part(mapper.voxels, blocks_of(chunks))
         parts = split(mesh, chunks, mapper.voxels.settings.voxel_size_m)
         if chunks:

@@ -40,11 +40,7 @@ def test_questions_light_up_what_is_meant_and_say_what_is_not_in_this_map(browse
 
 
 def test_an_edit_is_there_after_a_reload_for_others_and_in_the_folder_until_it_is_undone(browser, folder):
-    with (
-        server_process(folder) as (_, address),
-        opened(browser, address) as seen,
-        opened(browser, address) as other,
-    ):
+    with server_process(folder) as (_, address), opened(browser, address) as seen, opened(browser, address) as other:
         page = seen.page
         page.get_by_role("button", name=f"chair {CHAIR}").click()
         page.locator(".editing summary").click()
