@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from razer.plugins import Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.gravity import up_direction
 
-T = TypeVar("T")
+_SETTLE_S = 60.0
 Announce = Callable[[str, dict[str, Any]], None]
 
 
@@ -48,6 +48,7 @@ class LiveMap:
         self._epoch = 0
         self._asked: AskedMap | None = None
         self._finished: SharedMap | None = None
+        self._is_settled = threading.Event()
 
     def take(self, snapshot: Snapshot) -> None:
         """Go on from the next snapshot, and tell of it."""
@@ -65,15 +66,19 @@ class LiveMap:
 
     def finish(self, folder: Path, trust: Trust) -> SharedMap:
         """Go on from the finished run in a folder; raises BadInput where it cannot be opened."""
-        finished = SharedMap(folder, trust=trust)
-        with self._lock:
-            self._finished = finished
+        try:
+            finished = SharedMap(folder, trust=trust)
+            with self._lock:
+                self._finished = finished
+        finally:
+            self._is_settled.set()
         self._announce("edit", {"epoch": finished.current.epoch, "kind": "finished", "author": ""})
         return finished
 
     @property
     def current(self) -> AskedMap:
         """The map as it is now."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.current
@@ -106,12 +111,14 @@ class LiveMap:
     @property
     def edits(self) -> EditList:
         """The edit log."""
+        self._settle()
         with self._lock:
             return self._finished.edits if self._finished is not None else listed(self._opened().log)
 
     def edit(self, request: EditStamp) -> EditDone:
         """Make an edit; it stays with its instances as the map grows. Raises EditConflict, BadInput."""
         change, author, epoch = request.edit(), request.author, request.epoch
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.edit(request)
@@ -119,6 +126,7 @@ class LiveMap:
 
     def undo(self, author: str = "", epoch: int | None = None) -> EditDone:
         """Take back the last edit; raises EditConflict."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.undo(author, epoch)
@@ -126,10 +134,16 @@ class LiveMap:
 
     def redo(self, author: str = "", epoch: int | None = None) -> EditDone:
         """Do again what was undone last; raises EditConflict."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.redo(author, epoch)
             return self._done(self._opened().redo(time=now_utc(), author=author, epoch=epoch))
+
+    def _settle(self) -> None:
+        """Wait for the finished map once the run has given its folder, and the edits in it, another name."""
+        if self._finished is None and not self._folder.is_dir():
+            self._is_settled.wait(_SETTLE_S)
 
     def _done(self, entry: Entry) -> EditDone:
         self._asked, self._epoch = None, entry.number

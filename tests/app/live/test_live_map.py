@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +96,18 @@ def test_an_edit_stays_with_its_instance_when_the_map_goes_on(live, told):
     live.undo()
     assert live.current.instances[CHAIR].name == "chair"
     assert [edit.kind for edit in live.edits.edits] == ["rename", "undo"]
+
+
+def test_who_asks_while_the_folder_gets_its_name_waits_for_the_finished_map(live, tmp_path):
+    live.take(snapshot())
+    live.edit(RenameRequest(epoch=0, author="Ada", instance=CHAIR, name="throne"))
+    live.take(snapshot(1))
+    run = saved_map(tmp_path / "run")
+    (tmp_path / "unfinished" / "edits.jsonl").rename(run / "edits.jsonl")
+    (tmp_path / "unfinished").rmdir()
+    threading.Timer(0.3, live.finish, (run, NO_TRUST)).start()
+    assert [hit.id for hit in live.current.ask("throne", 5).hits] == [CHAIR]
+    assert live.edits.epoch == 1
 
 
 def test_the_finished_map_takes_its_place(live, told, tmp_path):
