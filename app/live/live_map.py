@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +26,9 @@ from razer.models import embedder_of
 from razer.panoptic_map import PanopticMap
 from razer.plugins import Trust
 from razer.query.text_queries import TextQueryEncoder
+from razer.semantics.gravity import up_direction
 
-T = TypeVar("T")
+_SETTLE_S = 60.0
 Announce = Callable[[str, dict[str, Any]], None]
 
 
@@ -47,6 +48,7 @@ class LiveMap:
         self._epoch = 0
         self._asked: AskedMap | None = None
         self._finished: SharedMap | None = None
+        self._is_settled = threading.Event()
 
     def take(self, snapshot: Snapshot) -> None:
         """Go on from the next snapshot, and tell of it."""
@@ -64,15 +66,19 @@ class LiveMap:
 
     def finish(self, folder: Path, trust: Trust) -> SharedMap:
         """Go on from the finished run in a folder; raises BadInput where it cannot be opened."""
-        finished = SharedMap(folder, trust=trust)
-        with self._lock:
-            self._finished = finished
+        try:
+            finished = SharedMap(folder, trust=trust)
+            with self._lock:
+                self._finished = finished
+        finally:
+            self._is_settled.set()
         self._announce("edit", {"epoch": finished.current.epoch, "kind": "finished", "author": ""})
         return finished
 
     @property
     def current(self) -> AskedMap:
         """The map as it is now."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.current
@@ -105,12 +111,14 @@ class LiveMap:
     @property
     def edits(self) -> EditList:
         """The edit log."""
+        self._settle()
         with self._lock:
             return self._finished.edits if self._finished is not None else listed(self._opened().log)
 
     def edit(self, request: EditStamp) -> EditDone:
         """Make an edit; it stays with its instances as the map grows. Raises EditConflict, BadInput."""
         change, author, epoch = request.edit(), request.author, request.epoch
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.edit(request)
@@ -118,6 +126,7 @@ class LiveMap:
 
     def undo(self, author: str = "", epoch: int | None = None) -> EditDone:
         """Take back the last edit; raises EditConflict."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.undo(author, epoch)
@@ -125,10 +134,16 @@ class LiveMap:
 
     def redo(self, author: str = "", epoch: int | None = None) -> EditDone:
         """Do again what was undone last; raises EditConflict."""
+        self._settle()
         with self._lock:
             if self._finished is not None:
                 return self._finished.redo(author, epoch)
             return self._done(self._opened().redo(time=now_utc(), author=author, epoch=epoch))
+
+    def _settle(self) -> None:
+        """Wait for the finished map once the run has given its folder, and the edits in it, another name."""
+        if self._finished is None and not self._folder.is_dir():
+            self._is_settled.wait(_SETTLE_S)
 
     def _done(self, entry: Entry) -> EditDone:
         self._asked, self._epoch = None, entry.number
@@ -150,6 +165,6 @@ class LiveMap:
         mesh = self._mesh.whole(np.array([o.id for o in objects], np.int32))
         counts = np.bincount(mesh.instances, minlength=max((o.id for o in objects), default=0) + 1)
         counted = tuple(replace(o, n_vertices=int(counts[o.id])) for o in sorted(objects, key=lambda o: o.id))
-        up = self._snapshot.up
-        length = 0.0 if up is None else float(np.linalg.norm(up))
-        return PanopticMap(counted, mesh, self._encoder, up=up / length if up is not None and length > 0 else None)
+        guess = np.zeros(3) if self._snapshot.up is None else self._snapshot.up
+        up = up_direction(mesh, guess)
+        return PanopticMap(counted, mesh, self._encoder, up=up if up.any() else None)

@@ -11,7 +11,6 @@ from razer.arrays import Pose
 from razer.frame import Frame
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.stages import stage
 from razer.tracking.step_result import StepResult
 from slam.report import PoseReport
 
@@ -28,8 +27,7 @@ class LiveTimeline(NullTimeline):
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Show one mapped frame."""
         self._timeline.show(frame, step, mapper, stage_ms)
-        with stage("publish"):
-            self._publisher.show(frame, step, mapper)
+        self._publisher.show(frame, step, mapper)
 
     def track(
         self,

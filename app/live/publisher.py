@@ -6,7 +6,7 @@ import pickle
 import queue
 import threading
 from multiprocessing.connection import Connection
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from razer.tracking.parts.frozen_parts import frozen
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_part
 
-TIME_SHARE = 0.025  # of the run's, at most: the process that serves takes of it, too
+TIME_SHARE = 0.03  # of the run's, at most: the process that serves takes of it, too
 AIM_S = 0.04  # what one snapshot may take; a smaller one has hardly more chunks than it has overhead
 _FIRST_GUESS_S = 0.005  # for a chunk
 _WAITING = 2  # snapshots, for a reader that is slower
@@ -45,7 +45,8 @@ class Publisher:
         if self._is_gone or started_s < self._next_s or self._waiting.full():
             return
         self._put(self._snapshot(frame.index, mapper))
-        self._next_s = perf_counter() + (perf_counter() - started_s) / TIME_SHARE
+        done_s = perf_counter()
+        self._next_s = done_s + (done_s - started_s) / TIME_SHARE
 
     def finish(self, finished: Finished) -> None:
         """Send that the run is over, after all that waits; waits for it itself, as there is nothing else to do."""
@@ -62,11 +63,11 @@ class Publisher:
 
     def _snapshot(self, frame_index: int, mapper: Mapper) -> Snapshot:
         chunks = self._due.take(max(int(AIM_S / self._chunk_s), 4))
-        started_s = perf_counter()
+        started_s = thread_time()  # a busy machine makes a snapshot late, not small
         mesh = extract_part(mapper.voxels, blocks_of(chunks))
         parts = split(mesh, chunks, mapper.voxels.settings.voxel_size_m)
         if chunks:
-            measured_s = (perf_counter() - started_s) / len(chunks)
+            measured_s = (thread_time() - started_s) / len(chunks)
             self._chunk_s = 0.7 * self._chunk_s + 0.3 * measured_s
         objects = tuple(frozen(track, 0) for track in mapper.tracks if track.confirmed)
         snapshot = Snapshot(frame_index, objects, parts, self._renamed, self._up.copy(), self._is_rebuilt)

@@ -57,7 +57,10 @@ def page_payload(run: Path, epoch: int = 0, opened: tuple[PanopticMap, RunConfig
 def growing_payload(panoptic: PanopticMap, title: str, epoch: int = 0) -> bytes:
     """The packet of a map that grows: all but its mesh, which comes block by block, and its relations, which take
     long."""
-    return pack(map_header(panoptic, title, with_relations=False) | {"epoch": epoch, "growing": True}, {})
+    header = map_header(panoptic, title, with_relations=False) | {"epoch": epoch, "growing": True}
+    for record in header["instances"]:
+        record["crops"] = 0  # pictures are cut when the run is done
+    return pack(header, {})
 
 
 def map_header(panoptic: PanopticMap, title: str, *, with_relations: bool = True) -> dict[str, Any]:
