@@ -129,7 +129,11 @@ def _objects_tab(run: RunView) -> rrb.Vertical:
         origin=run.path(entities.EVENTS), name="All events", columns=LOG_COLUMNS, rows=ALL_BUT_DEBUG
     )
     frame = rrb.TextDocumentView(origin=run.path(entities.DECISIONS), name="This frame")
-    above = rrb.Horizontal(_objects(run, "Objects: click on one"), rrb.Vertical(crops, seen), column_shares=[3, 2])
+    above = rrb.Horizontal(
+        _objects(run, "Objects: click on one, the panel on the right (button at the top) tells of it"),
+        rrb.Vertical(crops, seen),
+        column_shares=[3, 2],
+    )
     return rrb.Vertical(above, rrb.Tabs(lives, log, events, frame), row_shares=[3, 2], name="Objects")
 
 
