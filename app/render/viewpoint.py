@@ -47,9 +47,7 @@ def from_above(points: Float64Array, up: Float64Array, forward: Float64Array, le
     up = up / np.linalg.norm(up)
     low, high = points.min(axis=0), points.max(axis=0)
     target, size_m = (low + high) / 2, max(float(np.linalg.norm(high - low)), least_m)
-    ahead = _horizontal(forward, up)
-    # Not quite straight: an eye that looks along its own up direction has none.
-    return Viewpoint(target + size_m * (1.3 * up - 0.01 * ahead), target, up)
+    return Viewpoint(target + 1.3 * size_m * up, target, _horizontal(forward, up))
 
 
 def _horizontal(forward: Float64Array, up: Float64Array) -> Float64Array:

@@ -16,6 +16,7 @@ LOG_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["Lo
 OBJECT_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["EntityPath", "Body"])
 ALL_BUT_DEBUG = rrb.TextLogRows(filter_by_log_level=["INFO", "WARN", "ERROR", "CRITICAL"])
 LEGEND_BOUNDS = rrb.VisualBounds2D(x_range=(-2.0, 4.0), y_range=(-1.0, 13.0))  # rows of names below each other
+OBJECTS_TITLE = "Objects: click on one, and the panel on the right (last button at the top) tells of it"
 COLOR_WORDS = ("blue", "orange")
 NO_LEGEND = rrb.PlotLegend(visible=False)
 
@@ -129,11 +130,7 @@ def _objects_tab(run: RunView) -> rrb.Vertical:
         origin=run.path(entities.EVENTS), name="All events", columns=LOG_COLUMNS, rows=ALL_BUT_DEBUG
     )
     frame = rrb.TextDocumentView(origin=run.path(entities.DECISIONS), name="This frame")
-    above = rrb.Horizontal(
-        _objects(run, "Objects: click on one, the panel on the right (button at the top) tells of it"),
-        rrb.Vertical(crops, seen),
-        column_shares=[3, 2],
-    )
+    above = rrb.Horizontal(_objects(run, OBJECTS_TITLE), rrb.Vertical(crops, seen), column_shares=[3, 2])
     return rrb.Vertical(above, rrb.Tabs(lives, log, events, frame), row_shares=[3, 2], name="Objects")
 
 
