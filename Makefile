@@ -1,6 +1,8 @@
 # make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors;
 # make test-full: also what takes long (kills, long walks, many seeds, mutants).
 # make mutants: whether the tests of the method's core notice changed code (ARGS="--seed 1": another draw).
+# make page: the viewer of razer view --page, from app/page/viewer into app/page/bundle; needs Node 20 or newer.
+# make animation: docs/query.webp, the animation of the README, from the demo's run; needs Debian's chromium.
 # make docs: the site, into site/; any broken link or unknown name is an error.
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
@@ -8,7 +10,7 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test test-full mutants lint format docs clean
+.PHONY: help demo test test-full mutants lint format page animation docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -34,6 +36,13 @@ lint: $(VENV)/installed-dev
 format: $(VENV)/installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+page:
+	cd app/page/viewer && npm ci --no-audit --no-fund && npm run check && npm test && npm run build
+
+animation: $(VENV)/installed-dev
+	$(BIN)/razer demo -o demo_run
+	$(BIN)/python docs/animation.py demo_run
 
 docs: $(VENV)/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

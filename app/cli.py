@@ -29,9 +29,12 @@ VERBS = {
     "Ask": {
         "ask.query:query": "Find instances of a map by text or by image.",
         "ask.label:label": "Classify the instances of a map by a vocabulary.",
+        "ask.edit:edit": "Rename, merge, split or delete instances by hand; undo.",
     },
     "Look": {
         "look.view:view": "Open the timeline of a run in the Rerun viewer.",
+        "look.serve:serve": "Serve a map: page in the browser, API for programs.",
+        "look.mcp:mcp": "Offer a map as tools for agents (MCP).",
         "look.inspect:inspect": "Check a recording and name what looks wrong.",
         "look.config:config": "Print every setting with its value, range and meaning.",
     },

@@ -15,6 +15,10 @@ class UntrustedPlugin(BadInput):
     """Code from outside that data names; it is not loaded."""
 
 
+class EditConflict(BadInput):
+    """An edit that somebody else's was faster than; the message says whose and what it did."""
+
+
 class UnusableFrame(BadInput):
     """One frame that cannot be used; the message says why. The rest of the sequence may be fine."""
 

@@ -15,7 +15,8 @@ class MapObject:
     """One instance: id >= 1; score, the track's confidence alpha in [0, 1]; embeddings (J, D) float32 of unit
     length with weights (J,) adding up to 1; views, the frames that show it best, the best first; is_stuff, whether it
     is a surface that is not counted, such as a floor; class_votes, what it was called from which side; part_of, the id
-    of its whole, None for wholes."""
+    of its whole, None for wholes; is_edited, whether people changed it by hand; is_named_by_hand, whether its name is
+    from them, and so certain."""
 
     id: int
     class_name: str | None
@@ -32,6 +33,8 @@ class MapObject:
     is_stuff: bool = False
     class_votes: tuple[ClassVote, ...] = ()
     part_of: int | None = None
+    is_edited: bool = False
+    is_named_by_hand: bool = False
 
 
 @dataclass(frozen=True)

@@ -5,27 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib.metadata import entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, IndexArray, Int32Array
+from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.errors import BadInput
-from razer.map_object import Answer, Hit, MapObject
+from razer.map_object import Answer, MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.query.embedding_table import EmbeddingTable
-from razer.query.instance_names import InstanceNames, NameChances
-from razer.query.kinds import NameSet
-from razer.query.naming import name_log_shares, ranked_names, set_shares
-from razer.query.part_answers import better_parts
-from razer.query.ranking import PRESENT, TextRanking, image_scores
+from razer.query.instance_names import InstanceNames
+from razer.query.map_queries import MapQueries
+from razer.query.ranking import PRESENT, TextRanking
 from razer.query.text_queries import TextQueryEncoder
-from razer.query.vote_table import NameList
 from razer.storage.map_folder import SavedParts, save_map
 from razer.tracking.parts.frozen_parts import frozen, frozen_parts, parts_as_instances
-from razer.tracking.parts.part_surface import PartSurface
-from razer.tracking.track import Track
-from razer.volume.mesh_extraction import LabelledMesh
-from razer.volume.voxel_map import VoxelMap
+
+if TYPE_CHECKING:  # they bring Open3D and torch along, which takes seconds: a saved map is asked without
+    from razer.tracking.parts.part_surface import PartSurface
+    from razer.tracking.track import Track
+    from razer.volume.voxel_map import VoxelMap
+
+VIEWERS = "razer.viewers"  # entry points: what is installed that shows a map's folder to people
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,9 @@ class PanopticMap:
 
     up (3,): the world's upward direction, where it is known; stamps: seconds of frames by index; config_text: the
     settings that it was made with, as TOML; open_volume: what gives its voxel volume; parts: those of the objects, by
-    id, with ids above all of theirs; vertex_parts (V,): the part that each vertex is of, 0 = none, None without any."""
+    id, with ids above all of theirs; vertex_parts (V,): the part that each vertex is of, 0 = none, None without any;
+    folder: where it was opened, None for a map in memory; epoch: how many entries the log of its hand edits has;
+    edit_problems: which of them could not be applied and why, a line each."""
 
     objects: tuple[MapObject, ...]
     mesh: LabelledMesh
@@ -45,6 +50,9 @@ class PanopticMap:
     open_volume: Callable[[], VoxelMap] | None = field(default=None, repr=False, compare=False)
     parts: tuple[MapObject, ...] = ()
     vertex_parts: Int32Array | None = None
+    folder: Path | None = None
+    epoch: int = 0
+    edit_problems: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -105,166 +113,55 @@ class PanopticMap:
         saved = SavedParts(self.objects, self.mesh, self.up, self.stamps, self.config_text, volume, *parts)
         save_map(Path(folder), saved)
 
+    def show(self) -> Path:
+        """Open the map in the browser, as a page of one file that needs no network; returns that file. The program
+        `razer` draws it. Raises BadInput for a map in memory, and where the program is not installed."""
+        if self.folder is None:
+            raise BadInput("this map is in memory only: save it, and show what razer.load_map opens")
+        for viewer in entry_points(group=VIEWERS):
+            page: Path = viewer.load()(self.folder)
+            return page
+        raise BadInput(f"nothing is installed that shows maps (entry points {VIEWERS}): pip install razer anew")
+
     def query(self, text: str, threshold: float = PRESENT) -> Answer:
         """The instances that a text means (RAZER section IV-I). Where only names are known, kinds, purposes and
         enumerations ("furniture", "something to sit on", "cups and plates") stand for their names, unless something is
-        there of exactly that name. A part is an answer where it fits better than its whole, but to no kind. Raises
-        BadInput where the embedder cannot tell."""
-        queries = self._text_queries()
-        meaning = queries.meaning(text)
-        if meaning is None or (queries.knows(text) and self._is_there(text)):
-            queries.query_vector(text)  # tells of kinds, where the text means nothing
-            return self._query_text(text, threshold)
-        return self._query_names(meaning, threshold)
-
-    def _query_text(self, text: str, threshold: float) -> Answer:
-        """The instances that a text means."""
-        scores, chances = self._text_scores(text)
-        rows = _above(scores, threshold)
-        answer = self._answer(scores, rows, threshold, self._guesses(rows))
-        if chances is not None:
-            hits = zip(answer.hits, rows.tolist(), strict=True)
-            answer = replace(answer, hits=tuple(replace(hit, runner_up=chances.runner_up(row)) for hit, row in hits))
-        return answer if not self.parts else self._with_parts_of_text(answer, text, scores)
-
-    def _with_parts_of_text(self, answer: Answer, text: str, scores: Float64Array) -> Answer:
-        """The same with parts that a text means rather than their wholes, which have `scores` (M,): whether by what was
-        said of a whole or by its embeddings, as of parts nothing was said."""
-        vector = self.text_vectors([text])
-        of_wholes = np.maximum(scores, self.text_ranking.scores(vector)[:, 0])
-        ranking = TextRanking(self.part_table, self._text_queries().negatives, self.embedding_table)
-        return self._with_parts(answer, ranking.scores(vector)[:, 0], of_wholes)
-
-    def _text_scores(self, text: str) -> tuple[Float64Array, NameChances | None]:
-        """The probability (M,) that each instance is what a text means, by what was said of it where anything was and
-        the text is a name, else by its embeddings alone; and all that competed, None where votes do not bear on it."""
-        ranking = self.text_ranking
-        if not len(self.embedding_table):
-            return np.zeros(0), None
-        scores = ranking.scores(self.text_vectors([text]))[:, 0]
-        chances = self.instance_names.asked(text)
-        if chances is not None:
-            scores = np.where(chances.has_votes, chances.probabilities[:, 0], scores)
-        return scores, chances
-
-    def _with_parts(self, answer: Answer, scores: Float64Array, of_wholes: Float64Array) -> Answer:
-        """An answer with the parts that fit better than their wholes, by the scores of `part_table` and of
-        `embedding_table`."""
-        part_by_id = {part.id: part for part in self.parts}
-        parts = [part_by_id[int(i)] for i in self.part_table.ids]
-        score_of = dict(zip(self.embedding_table.ids.tolist(), of_wholes.tolist(), strict=True))
-        wholes = np.array([score_of.get(part.part_of, 0.0) for part in parts])
-        rows = better_parts(scores, wholes, answer.threshold)
-        hits = [Hit(parts[row], float(scores[row]), parts[row].class_name) for row in rows.tolist()]
-        return replace(answer, hits=tuple(sorted([*answer.hits, *hits], key=lambda hit: -hit.score)))
-
-    def _is_there(self, name: str) -> bool:
-        return bool(self._text_scores(name)[0].max(initial=0.0) >= PRESENT)
-
-    def _query_names(self, meaning: NameSet, threshold: float) -> Answer:
-        """The instances whose name is one of a set."""
-        choices, members = self._text_queries().choices, meaning.rows
-        ranking = self.text_ranking
-        if not len(self.embedding_table):
-            return Answer((), threshold)
-        # What is like no name at all is as much like each of them, and so like most sets of a table of few names.
-        present = ranking.set_scores(choices.vectors[members])
-        scores = np.minimum(set_shares(self.embedding_table, choices.vectors, members), present)
-        best = name_log_shares(self.embedding_table, choices.vectors)[:, members]
-        chances = self.instance_names.asked_any(NameList([choices.names[i] for i in members], choices.vectors[members]))
-        if chances is not None:
-            voted = chances.has_votes
-            scores = np.where(voted, chances.probabilities.sum(axis=1).clip(max=1), scores)
-            best = np.where(voted[:, None], chances.probabilities, best)
-        rows = _above(scores, threshold)
-        best = best[rows].argmax(axis=1)
-        answer = self._answer(scores, rows, threshold, self._guesses(rows))
-        hits = [
-            replace(hit, through=choices.names[members[number]], kind=meaning.kinds[number])
-            for hit, number in zip(answer.hits, best, strict=True)
-        ]
-        return Answer(tuple(hits), threshold)
+        there of exactly that name. A part is an answer where it fits better than its whole, but to no kind. What people
+        named by hand is found by that name. Raises BadInput where the embedder cannot tell."""
+        return self.queries.by_text(text, threshold)
 
     def query_image(self, vector: Float32Array, threshold: float = PRESENT) -> Answer:
         """The instances that look like a vector (D,) of unit length, as of `ImageEncoder.embed_region`; raises BadInput
         for one of another embedder."""
-        self._check(len(vector))
-        if not len(self.embedding_table):
-            return Answer((), threshold)
-        scores = image_scores(self.embedding_table, vector)
-        rows = _above(scores, threshold)
-        answer = self._answer(scores, rows, threshold, [None] * len(rows))
-        if not self.parts:
-            return answer
-        return self._with_parts(answer, image_scores(self.part_table, vector, self.embedding_table), scores)
+        return self.queries.by_image(vector, threshold)
 
     def name_probabilities(self, names: Sequence[str]) -> Float64Array:
         """The probability (M, N) that each instance of `embedding_table` is called each of N names, which add up to 1:
-        by what the segmenter called it, from how many sides, and by its embeddings. Whatever gives instances names asks
-        here. Raises BadInput for a name that a table lacks, and for vectors of another embedder."""
-        self._check(self.text_vectors(names[:1]).shape[1])
-        return np.minimum(np.exp(self.instance_names.log_probabilities(names)), 1.0)
+        by what the segmenter called it, from how many sides, and by its embeddings; of what people named by hand by
+        that name alone. Whatever gives instances names asks here. Raises BadInput for a name that a table lacks, and
+        for vectors of another embedder."""
+        return self.queries.name_probabilities(names)
 
     @cached_property
+    def queries(self) -> MapQueries:
+        """What answers, with what it keeps from one query to the next."""
+        return MapQueries(self.objects, self.parts, self.text_queries)
+
+    @property
     def instance_names(self) -> InstanceNames:
         """What the instances of `embedding_table` may be called; raises BadInput where no embedder is known."""
-        votes = {o.id: o.class_votes for o in self.objects}
-        of_rows = [votes[i] for i in self.embedding_table.ids.tolist()]
-        return InstanceNames(self.embedding_table, of_rows, self._text_queries())
+        return self.queries.instance_names
 
-    def _guesses(self, rows: IndexArray) -> list[str]:
-        """The negative prompt that suits each of some instances best, by their rows in `embedding_table`."""
-        negatives = self._text_queries().negatives
-        best = ranked_names(self.embedding_table, negatives.vectors, rows)
-        return [negatives.names[number] for number in best[:, 0]]
-
-    @cached_property
+    @property
     def embedding_table(self) -> EmbeddingTable:
         """The embeddings of all objects."""
-        return EmbeddingTable.of({o.id: (o.embeddings, o.weights) for o in self.objects})
+        return self.queries.embedding_table
 
-    @cached_property
-    def part_table(self) -> EmbeddingTable:
-        """The embeddings of all parts."""
-        return EmbeddingTable.of({part.id: (part.embeddings, part.weights) for part in self.parts})
-
-    @cached_property
+    @property
     def text_ranking(self) -> TextRanking:
         """The objects, ready for texts; raises BadInput where the embedder cannot tell."""
-        negatives = self._text_queries().negatives
-        self._check(negatives.vectors.shape[1])
-        return TextRanking(self.embedding_table, negatives)
+        return self.queries.text_ranking
 
     def text_vectors(self, texts: Sequence[str]) -> Float32Array:
-        """Unit vectors (N, D) of texts."""
-        return self._text_queries().vectors(texts)
-
-    def _text_queries(self) -> TextQueryEncoder:
-        if self.text_queries is None:
-            raise BadInput("no embedder is known for this map, so that it cannot be queried by text")
-        return self.text_queries
-
-    def _check(self, dimension: int) -> None:
-        own = self.embedding_table.vectors.shape[1]
-        if len(self.embedding_table) and own != dimension:
-            raise BadInput(
-                f"the embedder makes vectors of {dimension} numbers, but those of this map have {own}: "
-                "name the embedder that made them with --embedder and --set"
-            )
-
-    def _answer(
-        self, scores: Float64Array, rows: IndexArray, threshold: float, guesses: Sequence[str | None]
-    ) -> Answer:
-        known = {o.id: o for o in self.objects}
-        matches = [known[int(i)] for i in self.embedding_table.ids[rows]]
-        hits = [
-            Hit(o, float(score), o.class_name or guess)
-            for o, score, guess in zip(matches, scores[rows], guesses, strict=True)
-        ]
-        return Answer(tuple(hits), threshold)
-
-
-def _above(scores: Float64Array, threshold: float) -> IndexArray:
-    """Rows of the scores (M,) that reach a threshold, the best first."""
-    order = np.argsort(-scores, kind="stable")
-    return order[scores[order] >= threshold]
+        """Unit vectors (N, D) of texts; raises BadInput where no embedder is known."""
+        return self.queries.known_encoder.vectors(texts)

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, Int32Array
+from razer.edits.apply import apply_edits
+from razer.edits.log import EditLog
 from razer.errors import BadInput, one_line
 from razer.map_object import MapObject
 from razer.models import Embedder, embedder_of, make_embedder
@@ -25,7 +27,6 @@ from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PA
 from razer.storage.instances_json import read_instances_json, read_parts_json
 from razer.storage.parts_npz import read_parts_npz
 from razer.storage.ply import read_mesh_ply
-from razer.storage.volume_npz import load_voxels
 
 Bank = tuple[Float32Array, Float64Array]
 _DAMAGED = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile)
@@ -38,8 +39,10 @@ def load_map(
     embedder_options: Mapping[str, Any] | None = None,
     trust_plugins: bool = False,
     device: str = "CPU:0",
+    edited: bool = True,
 ) -> PanopticMap:
-    """Open a map that a run or `PanopticMap.save` left; the volume and the embedder are loaded when they are needed.
+    """Open a map that a run or `PanopticMap.save` left, as people edited it by hand; the volume and the embedder are
+    loaded when they are needed.
 
     Args:
         folder: of a run, or that `save` wrote.
@@ -49,6 +52,7 @@ def load_map(
         trust_plugins: whether an embedder from outside the project, "module:Class", may be loaded because the
             folder's settings name it.
         device: where the volume is put, such as "CUDA:0".
+        edited: whether the hand edits of the folder's log are applied.
 
     Raises:
         BadInput: naming what is missing or damaged.
@@ -56,6 +60,14 @@ def load_map(
     folder = Path(folder)
     if not is_map_folder(folder):
         raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
+    trust = FULL_TRUST if trust_plugins else NO_TRUST
+    encoder = TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust))
+    panoptic = replace(_as_saved(folder), text_queries=encoder, open_volume=partial(_open_volume, folder, device))
+    return apply_edits(panoptic, EditLog.read(folder)) if edited else panoptic
+
+
+def _as_saved(folder: Path) -> PanopticMap:
+    """The map that the files of a folder hold, without its volume and what encodes texts; raises BadInput."""
     mesh = read_mesh_ply(folder / MESH_PLY)
     try:
         objects, up = read_instances_json(folder / INSTANCES)
@@ -66,16 +78,14 @@ def load_map(
         problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({one_line(error)})"
         raise BadInput(f"{folder}: {problem}; run again") from error
     known = np.isin(mesh.instances, [item.id for item in objects])
-    trust = FULL_TRUST if trust_plugins else NO_TRUST
     return PanopticMap(
         _completed(objects, mesh.instances, banks),
         replace(mesh, instances=np.where(known, mesh.instances, 0).astype(np.int32)),
-        TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust)),
         up=up,
         config_text=_config_text(folder),
-        open_volume=partial(_open_volume, folder, device),
         parts=parts if vertex_parts is None else _completed(parts, vertex_parts, banks),
         vertex_parts=vertex_parts,
+        folder=folder,
     )
 
 
@@ -120,4 +130,6 @@ def _config_text(folder: Path) -> str:
 def _open_volume(folder: Path, device: str) -> Any:
     if not (folder / VOXELS).is_file():
         raise BadInput(f"{folder} has no {VOXELS}: its volume was not saved")
+    from razer.storage.volume_npz import load_voxels  # late: it brings Open3D and torch along
+
     return load_voxels(folder / VOXELS, device)

@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from tests.support.edited_maps import saved
+
 FACES = {
     "razer": {
         "BadInput", "Frame", "Intrinsics", "Mapper", "MapperConfig", "Masks", "PanopticMap", "RazerError",
@@ -37,6 +39,26 @@ def test_importing_a_face_loads_nothing_heavy(package):
     assert done.stdout.strip() == "[]"
 
 
+def test_a_saved_map_is_asked_without_open3d_and_torch(tmp_path):
+    """They take seconds to load, and neither names nor boxes need them."""
+    folder = saved(tmp_path / "map")
+    code = (
+        "import sys, razer\n"
+        f"panoptic = razer.load_map({str(folder)!r}, embedder='oracle')\n"
+        "assert panoptic.query('a chair').found and panoptic.query('furniture').found\n"
+        "print([m for m in ('torch', 'open3d', 'scipy.spatial', 'scipy.special') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "app.cli", "query", folder, "a chair", "--embedder", "oracle"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time")}
+    assert "razer.panoptic_map" in loaded
+    assert not loaded & {"torch", "open3d", "scipy.special", "scipy.ndimage"}
+
+
 def test_help_loads_neither_numpy_nor_torch():
     code = (
         "import sys\nfrom app.cli import main\n"
@@ -55,7 +77,7 @@ def test_errors_are_kin():
 
 
 VERBS = (
-    "run", "track", "demo", "query", "label", "view", "inspect", "config",
+    "run", "track", "demo", "query", "label", "edit", "view", "inspect", "config",
     "eval", "compare", "reproduce", "ablate", "bench", "convert", "synth",
 )  # fmt: skip
 LOADED_BY_HELP = """

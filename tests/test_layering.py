@@ -24,7 +24,7 @@ BORDER = {
     "razer.settings",
     "razer.vocabulary",
 }
-ONE_FILE_FENCES = ("gtsam", "rtree", "rerun", "rosbags")
+ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags")
 MODEL_LIBRARIES = {
     "onnxruntime",
     "huggingface_hub",
@@ -35,6 +35,8 @@ MODEL_LIBRARIES = {
     "torchvision",
     "timm",
 }
+SERVE_LIBRARIES = {"fastapi", "starlette", "uvicorn", "mcp", "mcp_types"}
+SERVING_ROOMS = ("app/server/", "app/agents/")
 # Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
 MAY_COPY_TO_HOST = {"razer/volume/mesh_extraction.py", "razer/storage/volume_npz.py"}
 ATTRIBUTE_READERS = {"attribute", "read", "blocks", "views", "labels_at", "histograms_at"}
@@ -134,10 +136,22 @@ def test_fenced_library_is_imported_by_one_file_at_most(library):
     assert len(users) <= 1, users
 
 
+def test_rerun_stays_in_recordings():
+    for path in FILES:
+        if "rerun" in {name.split(".")[0] for name in imports_of(path)}:
+            assert relative(path).startswith("app/timeline/recording/")
+
+
 def test_model_libraries_stay_in_models():
     for path in FILES:
         found = {name.split(".")[0] for name in imports_of(path)} & MODEL_LIBRARIES
         assert not found or relative(path).startswith("razer/models/"), f"{relative(path)} imports {found}"
+
+
+def test_libraries_of_the_extra_serve_are_imported_where_maps_are_served():
+    for path in FILES:
+        found = {name.split(".")[0] for name in imports_of(path)} & SERVE_LIBRARIES
+        assert not found or relative(path).startswith(SERVING_ROOMS), f"{relative(path)} imports {found}"
 
 
 def test_no_import_cycles():

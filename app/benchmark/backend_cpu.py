@@ -9,6 +9,7 @@ from time import process_time
 
 from app.benchmark.plain_fusion import time_plain_fusion
 from app.pipeline.run_pipeline import make_mapper
+from app.profiling.map_device import MapDevice
 from app.settings.run_config import RunConfig
 from razer.errors import UnusableFrame
 from razer.frame import Frame
@@ -22,6 +23,7 @@ def measure_backend_cpu(frames: Sequence[Frame], config: RunConfig) -> dict[str,
     """Milliseconds of processor for each frame, threads added up, of the map's stages and of plain TSDF fusion, and
     their ratio. Unlike times by the clock they do not depend on what else a machine does."""
     mapper, cpu_s = make_mapper(config), defaultdict[str, float](float)
+    device = MapDevice(str(mapper.voxels.device))
 
     @contextmanager
     def measure(name: str) -> Iterator[None]:
@@ -34,7 +36,7 @@ def measure_backend_cpu(frames: Sequence[Frame], config: RunConfig) -> dict[str,
             with suppress(UnusableFrame):
                 mapper.step(frame)
     backend_ms = 1e3 * sum(cpu_s[name] for name in BACKEND) / len(frames)
-    plain_ms = sum(time_plain_fusion(frames, config.voxels, mapper.voxels.n_blocks, process_time)) / len(frames)
+    plain_ms = sum(time_plain_fusion(frames, config.voxels, mapper.voxels.n_blocks, device, process_time)) / len(frames)
     return {
         "frames": len(frames),
         "cpu_ms": round(backend_ms, 2),

@@ -29,6 +29,7 @@ from app.pipeline.run_pipeline import (
     require_poses,
     resolve_models,
 )
+from app.profiling.map_device import MapDevice
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
@@ -56,10 +57,10 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
         _, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
         timeline.finish(panoptic)
         timings = recorder.timings()
-    n_blocks = mapper.voxels.n_blocks
+    n_blocks, device = mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device))
     del mapper
     console.print("plain TSDF fusion of the same frames")
-    plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks))
+    plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks, device))
     return {
         "name": sequence.name,
         "segmenter": config.segmenter.name,

@@ -19,6 +19,7 @@ from app.comparison.map_alignment import MapAlignment, align_maps
 from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.geometry import inverse
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.metrics.preset import Preset
 from razer.metrics.protocol import scene_aggregation
 from razer.metrics.protocol.evaluation import plain_json
@@ -27,7 +28,6 @@ from razer.metrics.surface.surface_distance import TriangleSurface
 from razer.metrics.surface.surface_errors import metrics_of_distances
 from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, errors_over_time
 from razer.plugins import NO_TRUST, Trust
-from razer.volume.mesh_extraction import LabelledMesh
 
 Numbers = dict[str, Any]
 

@@ -10,7 +10,8 @@ from app.comparison.compare_runs import Comparison
 from app.render.mesh_decimation import decimated
 from app.render.viewpoint import Viewpoint, overview
 from app.run_folder.mapped_run import MappedRun
-from app.timeline.rerun_log import RerunLog, scene_layout
+from app.timeline.recording.layout import scene_layout
+from app.timeline.recording.rerun_log import RerunLog
 from razer.map_object import MapObject
 
 Color = tuple[int, int, int]

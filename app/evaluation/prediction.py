@@ -77,8 +77,8 @@ def _of_run(
 ) -> PredictedScene:
     panoptic, config = open_map(folder, trust=trust)
     own = {o.id: o.class_name for o in panoptic.objects if o.class_name}
-    # Structure bears names where nothing else does: they say nothing about things.
-    has_named_things = any(o.class_name and not o.is_stuff for o in panoptic.objects)
+    # Structure bears names where nothing else does, and so does what people named: they say nothing about other things.
+    has_named_things = any(o.class_name and not o.is_stuff and not o.is_named_by_hand for o in panoptic.objects)
     needs_text = naming == "text" or (naming == "auto" and not has_named_things)
     named = _by_text(panoptic, class_names, template) if needs_text else None
     by_text = None if named is None else {i: name for i, (name, _) in named.items()}

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from app.frames.run_registration import read_calibration_for
 from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.recorded_sequence import RecordedSequence
-from data_tools.recordings.rgbd_calibration import FILE_NAME, RgbdCalibration, read_rgbd_calibration
+from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from data_tools.recordings.sequence import RgbdSequence
 from data_tools.synthetic.rendered_frames import RenderedFrames
 from razer.errors import BadInput
@@ -74,28 +75,6 @@ def register_color(sequence: RgbdSequence, choice: str, console: Console) -> Col
         return ColorRegistration(camera, None, estimate)
     console.print(f"{estimate}: corrected (--rgbd-calibration off leaves it)", soft_wrap=True)
     return ColorRegistration(camera, estimate.calibration, estimate)
-
-
-def read_calibration_for(path: Path, depth_camera: Intrinsics) -> RgbdCalibration | None:
-    """The calibration in a file, for images of a depth camera's size; None where it says that the two are one; raises
-    BadInput."""
-    calibration = read_rgbd_calibration(path)
-    size, color = (depth_camera.width, depth_camera.height), calibration.color
-    if color.width * size[1] != color.height * size[0]:
-        raise BadInput(
-            f"{path} is for colour of {color.width}x{color.height}, but the images are {size[0]}x{size[1]}: "
-            "give the file of this recording"
-        )
-    calibration = RgbdCalibration(color.resized(*size), calibration.color_from_depth)
-    is_one = calibration.color == depth_camera and bool((calibration.color_from_depth == np.eye(4)).all())
-    return None if is_one else calibration
-
-
-def registration_of_run(run: Path, depth_camera: Intrinsics) -> ColorWarp | None:
-    """What brought colour onto depth in a finished run; None where nothing did."""
-    path = run / FILE_NAME
-    calibration = read_calibration_for(path, depth_camera) if path.is_file() else None
-    return None if calibration is None else ColorWarp.between(depth_camera, calibration)
 
 
 def json_text(registration: ColorRegistration) -> str:

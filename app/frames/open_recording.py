@@ -8,14 +8,16 @@ from rich.console import Console
 
 from app.settings.run_config import InputSettings
 from data_tools import open_sequence
-from data_tools.checks.depth_scale import check_depth_scale
-from data_tools.checks.pose_check import check_poses
-from data_tools.checks.sample import Sample
 from data_tools.recordings.sequence import RgbdSequence
 
 
 def open_recording(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
     """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
+    # Late: a recording is also opened unchecked, for a few frames of it at once.
+    from data_tools.checks.depth_scale import check_depth_scale
+    from data_tools.checks.pose_check import check_poses
+    from data_tools.checks.sample import Sample
+
     sequence = open_unchecked(folder, settings)
     sample = Sample.of(sequence)
     poses = check_poses(sample)

@@ -71,10 +71,4 @@ def map_frames(
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:
     update = packet.pose_update
     with stage("log"):
-        timeline.track(
-            packet.index,
-            update.report,
-            corrections=update.corrections,
-            given=update.given,
-            pose_ms=packet.stage_ms.get("pose", 0.0),
-        )
+        timeline.track(packet.index, update.report, corrections=update.corrections, given=update.given)

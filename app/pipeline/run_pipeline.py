@@ -22,12 +22,15 @@ from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.pipeline.stored_masks import note_stored_masks
+from app.pipeline.watchers import NOBODY, Watchers
+from app.profiling.map_device import MapDevice
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
 from app.timeline.null_timeline import NullTimeline
+from app.timeline.viewer.live_viewer import open_live
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
@@ -37,6 +40,7 @@ from razer.panoptic_map import PanopticMap
 from slam.poses import GivenPoses, Poses
 
 if TYPE_CHECKING:
+    from app.live.live_run import LiveRun
     from app.timeline.rerun_timeline import Timeline
 
 
@@ -52,7 +56,9 @@ class RunResult:
     config: RunConfig
 
 
-def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> RunResult:
+def run_to_folder(
+    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, watchers: Watchers = NOBODY
+) -> RunResult:
     """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
 
     Args:
@@ -60,6 +66,7 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
         config: the settings.
         folder: where the run goes.
         console: where progress is shown.
+        watchers: who sees the run while it goes on.
 
     Raises:
         BadInput: for input or settings that cannot be used.
@@ -72,7 +79,11 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with folder:
-        with closing(open_timeline(folder.partial, sequence, config)) as timeline:
+        written = open_timeline(folder.partial, sequence, config, live=watchers.viewer is not None)
+        with closing(_watched(written, folder, config, watchers.live)) as timeline:
+            if watchers.viewer is not None:
+                place = open_live(folder.final, watchers.viewer)
+                console.print(f"the run can be watched {place}", soft_wrap=True, highlight=False)
             warp = registration.warp
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
@@ -86,7 +97,18 @@ def run_to_folder(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, 
             timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
         save_timings(folder, timings)
         folder.commit()
+    if watchers.live is not None:
+        watchers.live.finish(folder.final)
     return RunResult(accounting, panoptic, timings, registration, config)
+
+
+def _watched(
+    timeline: Timeline | NullTimeline, folder: RunFolder, config: RunConfig, live: LiveRun | None
+) -> Timeline | NullTimeline:
+    if live is None:
+        return timeline
+    live.start(folder.partial, config)
+    return live.timeline(timeline)
 
 
 def map_sequence(
@@ -112,7 +134,7 @@ def map_sequence(
     """
     indices = selected_frames(sequence, config.input)
     accounting = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
-    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks)
+    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device)))
 
     def status() -> str:
         confirmed = sum(track.confirmed for track in mapper.tracks)
@@ -190,16 +212,23 @@ def require_poses(sequence: RgbdSequence) -> None:
 
 
 def _device(choice: str) -> str:
-    has_cuda = o3d.core.cuda.is_available()
-    if choice == "cuda" and not has_cuda:
-        raise BadInput("--device cuda: Open3D finds no CUDA device here; use --device cpu or auto")
-    return "CUDA:0" if has_cuda and choice != "cpu" else "CPU:0"
+    # Both, as the volume's attributes are shared between them: a torch without CUDA beside an Open3D with it is common.
+    lacking = [name for name, library in (("Open3D", o3d.core), ("torch", torch)) if not library.cuda.is_available()]
+    if choice == "cuda" and lacking:
+        raise BadInput(
+            f"--device cuda: {' and '.join(lacking)} {'find' if len(lacking) > 1 else 'finds'} no CUDA device here; "
+            "use --device cpu or auto, or install builds with CUDA"
+        )
+    return "CPU:0" if lacking or choice == "cpu" else "CUDA:0"
 
 
-def open_timeline(folder: Path, sequence: RgbdSequence, config: RunConfig) -> Timeline | NullTimeline:
-    """A timeline that is written into `folder`, or one that ignores everything if the settings say so."""
+def open_timeline(
+    folder: Path, sequence: RgbdSequence, config: RunConfig, *, live: bool = False
+) -> Timeline | NullTimeline:
+    """A timeline that is written into `folder`, soon enough to be watched where it is `live`; or one that ignores
+    everything if the settings say so."""
     if not config.run.timeline:
         return NullTimeline()
     from app.timeline.rerun_timeline import Timeline
 
-    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline)
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline, live=live)

@@ -143,7 +143,10 @@ def stage_table(stages: dict[str, dict[str, float]]) -> Table:
 
 def print_timings(timings: dict[str, Any], console: Console) -> None:
     """Frames a second, peak memory, and the median and share of each stage."""
-    console.print(f"{timings['fps']:.1f} frames/s, {timings['wall_s']:.1f} s, peak {timings['peak_rss_mb']:.0f} MB")
+    of_device = max(timings["device_mb_at_tenths"])
+    taken = f"; {of_device:.0f} MB of {timings['device']} taken" if of_device else ""
+    peak = f"peak {timings['peak_rss_mb']:.0f} MB{taken}"
+    console.print(f"{timings['fps']:.1f} frames/s, {timings['wall_s']:.1f} s, {peak}", soft_wrap=True)
     console.print(stage_table(timings["stages"]))
     if "rebuilding" in timings:
         console.print(

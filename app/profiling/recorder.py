@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from app.profiling.map_device import MapDevice
 from app.profiling.memory import peak_rss_mb, rss_mb
 from app.profiling.stage_summary import stage_summaries
 from app.profiling.stage_timer import time_stages
@@ -19,16 +20,19 @@ TENTHS = 10
 
 
 class Recorder:
-    """Collects the figures of timings.json for a run of `n_frames` frames; `n_blocks` returns the map's size."""
+    """Collects the figures of timings.json for a run of `n_frames` frames; `n_blocks` returns the map's size, and its
+    voxels live on `device`."""
 
-    def __init__(self, n_frames: int, n_blocks: Callable[[], int]) -> None:
+    def __init__(self, n_frames: int, n_blocks: Callable[[], int], device: MapDevice | None = None) -> None:
         self._n_frames = n_frames
         self._count_blocks = n_blocks
+        self._device = device or MapDevice()
         self._n_done = 0
         self._start_s = perf_counter()
         self._stages: dict[str, list[float]] = defaultdict(list)
         self._rss_mb: list[float] = []
         self._n_blocks: list[int] = []
+        self._device_mb: list[float] = []
 
     @contextmanager
     def frame(self, earlier_ms: Mapping[str, float]) -> Iterator[dict[str, float]]:
@@ -43,7 +47,7 @@ class Recorder:
     @contextmanager
     def late_frame(self, earlier_ms: Mapping[str, float]) -> Iterator[dict[str, float]]:
         """The same for a frame that was counted in its turn, when it was lost."""
-        with time_stages(earlier_ms) as stage_ms:
+        with time_stages(earlier_ms, self._device.wait) as stage_ms:
             try:
                 yield stage_ms
             finally:
@@ -53,7 +57,7 @@ class Recorder:
         """Hand on the steps of what is left to do after the last frame, and add the stages within them."""
         share: float | None = 0.0
         while share is not None:
-            with time_stages() as stage_ms:
+            with time_stages(wait=self._device.wait) as stage_ms:
                 share = next(steps, None)
             self._add(stage_ms)
             if share is not None:
@@ -76,6 +80,8 @@ class Recorder:
             "peak_rss_mb": round(peak_rss_mb(), 1),
             "rss_mb_at_tenths": self._rss_mb,
             "blocks_at_tenths": self._n_blocks,
+            "device": self._device.name,
+            "device_mb_at_tenths": self._device_mb,
             "stages": stage_summaries(self._stages),
         }
 
@@ -100,3 +106,4 @@ class Recorder:
         while len(self._rss_mb) < up_to:
             self._rss_mb.append(round(rss_mb(), 1))
             self._n_blocks.append(self._count_blocks())
+            self._device_mb.append(round(self._device.used_mb(), 1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from time import perf_counter
 
@@ -10,9 +10,11 @@ from razer.stages import measured_by
 
 
 @contextmanager
-def time_stages(earlier_ms: Mapping[str, float] | None = None) -> Iterator[dict[str, float]]:
-    """Milliseconds by stage, on top of `earlier_ms`: within this context every stage adds to them when it ends; one
-    within another is part of that."""
+def time_stages(
+    earlier_ms: Mapping[str, float] | None = None, wait: Callable[[], None] = lambda: None
+) -> Iterator[dict[str, float]]:
+    """Milliseconds by stage, on top of `earlier_ms`: within this context every stage adds to them when it ends, after
+    `wait` returned, which waits for work that a device has still to do; one within another is part of that."""
     stage_ms = dict(earlier_ms or {})
 
     @contextmanager
@@ -22,6 +24,7 @@ def time_stages(earlier_ms: Mapping[str, float] | None = None) -> Iterator[dict[
             with measured_by(lambda inner: nullcontext()):
                 yield
         finally:
+            wait()
             stage_ms[name] = stage_ms.get(name, 0.0) + 1e3 * (perf_counter() - start_s)
 
     with measured_by(measure):

@@ -16,12 +16,12 @@ from app.query.queryable_map import QueryableMap
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Label, Segment, segment_ids, segments
 from razer.semantics.scene_graph import scene_graph
 from razer.storage.atomic_files import replace_files
 from razer.storage.ply import VERTEX, vertex_rows, write_ply
-from razer.volume.mesh_extraction import LabelledMesh
 
 FORMAT = 1
 PANOPTIC_VERTEX = np.dtype([*VERTEX.descr, ("class", "<i4")])
@@ -46,7 +46,8 @@ class LabelledRun:
         folder, mesh = self.queryable.folder, self._mesh()
         graph = scene_graph(self.queryable.panoptic, self.segments, self.queryable.up)
         classes = {s.id: s.category.name for s in self.segments}
-        table = {"format": FORMAT, "vocabulary": self.vocabulary, "segments": self._table(mesh)}
+        epoch = self.queryable.panoptic.epoch
+        table = {"format": FORMAT, "vocabulary": self.vocabulary, "epoch": epoch, "segments": self._table(mesh)}
         instances = self._instances()
         replace_files(
             {
@@ -62,7 +63,8 @@ class LabelledRun:
         """The map with the classes given."""
         given = {label.id: label.category.name for label in self.labels}
         panoptic = self.queryable.panoptic
-        return replace(panoptic, objects=tuple(replace(o, class_name=given.get(o.id)) for o in panoptic.objects))
+        objects = (o if o.is_named_by_hand else replace(o, class_name=given.get(o.id)) for o in panoptic.objects)
+        return replace(panoptic, objects=tuple(objects))
 
     def as_json(self) -> dict[str, Any]:
         """The JSON of `razer label`."""
@@ -130,8 +132,11 @@ class LabelledRun:
     def _instances(self) -> dict[str, Any]:
         content: dict[str, Any] = loads((self.queryable.folder / names.INSTANCES).read_text(encoding="utf-8"))
         given = {label.id: label.category.name for label in self.labels}
+        # What people named, merged or deleted keeps the class that it had, which it has again when that is undone.
+        named = {o.id for o in self.queryable.panoptic.objects if not o.is_named_by_hand}
         for entry in content["instances"]:
-            entry["class"] = given.get(entry["id"])
+            if entry["id"] in named:
+                entry["class"] = given.get(entry["id"])
         return content
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
+from app.console.streams import print_notes
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.run_folder import run_folder as names
 from app.settings.config_file import read_run_config
@@ -52,13 +53,20 @@ def open_queryable_map(
 
 
 def open_map(
-    folder: Path, embedder: str | None = None, assignments: tuple[str, ...] = (), *, trust: Trust = NO_TRUST
+    folder: Path,
+    embedder: str | None = None,
+    assignments: tuple[str, ...] = (),
+    *,
+    trust: Trust = NO_TRUST,
+    edited: bool = True,
 ) -> tuple[PanopticMap, RunConfig]:
-    """A map with its settings; its embedder, the settings' or the one named, is made when the first text comes.
-    Arguments and errors as above."""
+    """A map with its settings, as people edited it or as it was made; its embedder, the settings' or the one named, is
+    made when the first text comes. Arguments and errors as above."""
     config_file = path if (path := folder / names.CONFIG).is_file() else None
     # Another embedder does not take the options of the run's own.
     no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}
     config = read_run_config(config_file, (*no_options, *assignments), named, trust=trust)
-    return load_map(folder, embedder=config.embedder), config
+    panoptic = load_map(folder, embedder=config.embedder, edited=edited)
+    print_notes(panoptic.edit_problems)
+    return panoptic, config

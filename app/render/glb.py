@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from app.render.palette import tinted
 from razer.arrays import Float64Array, IntArray, Uint8Array, Uint16Array
+from razer.mesh.labelled_mesh import LabelledMesh
+from razer.panoptic_map import PanopticMap
 from razer.semantics.normals import vertex_normals
-from razer.volume.mesh_extraction import LabelledMesh
 
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
@@ -47,6 +48,11 @@ def write_glb(
         file.write(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks) + n_bytes) + chunks)
         for column in columns:  # one after the other: all of them joined would take as much memory again
             file.write(column.tobytes())
+
+
+def write_map_glb(path: Path, panoptic: PanopticMap) -> None:
+    """Write a map's mesh, upright, its nodes named by class and id."""
+    write_glb(path, panoptic.mesh, panoptic.up, instance_names({o.id: o.class_name for o in panoptic.objects}))
 
 
 def instance_names(classes: Mapping[int, str | None]) -> dict[int, str]:

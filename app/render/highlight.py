@@ -11,7 +11,7 @@ from app.render.overview_image import render_from_above
 from app.render.palette import instance_colors
 from razer.arrays import Float64Array, Uint8Array
 from razer.map_object import Hit
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 _GREY = 0.35  # how much of its brightness the rest of the map keeps beside white
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 FIRST_CELL_M = 0.03
 CELL_GROWTH = 1.4

@@ -13,7 +13,7 @@ import open3d.core as o3c
 from app.render.name_tags import write_names
 from app.render.palette import instance_colors
 from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 _FIELD_OF_VIEW_DEG = 45.0
 _MAX_LAYERS = 8  # walls and ceilings seen from behind that a ray may pass through

@@ -41,6 +41,15 @@ def overview(points: Float64Array, up: Float64Array, forward: Float64Array, pitc
     return Viewpoint(target + 1.05 * size_m * (np.sin(pitch) * up - np.cos(pitch) * horizontal), target, up)
 
 
+def from_above(points: Float64Array, up: Float64Array, forward: Float64Array, least_m: float = 2.0) -> Viewpoint:
+    """A view straight down on all points (N, 3), metres, with the horizontal part of `forward` upwards on the screen;
+    never nearer than for an area of `least_m`."""
+    up = up / np.linalg.norm(up)
+    low, high = points.min(axis=0), points.max(axis=0)
+    target, size_m = (low + high) / 2, max(float(np.linalg.norm(high - low)), least_m)
+    return Viewpoint(target + 1.3 * size_m * up, target, _horizontal(forward, up))
+
+
 def _horizontal(forward: Float64Array, up: Float64Array) -> Float64Array:
     """The direction (3,) of the horizontal part; any horizontal one where there is none."""
     horizontal = forward - (forward @ up) * up

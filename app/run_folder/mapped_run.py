@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.console.streams import print_notes
 from app.frames.frame_account import FrameAccount
 from app.run_folder.timed_poses import run_poses
 from razer.arrays import Float64Array
@@ -61,4 +62,6 @@ def _moved_box(target_from_own: Float64Array, box: OrientedBox) -> OrientedBox:
 def read_run(folder: Path) -> MappedRun:
     """What a run left; raises BadInput naming what is missing or broken."""
     trajectory, account = run_poses(folder) or (None, None)
-    return MappedRun(folder.absolute().name, load_map(folder), trajectory, account)
+    panoptic = load_map(folder)
+    print_notes(panoptic.edit_problems)
+    return MappedRun(folder.absolute().name, panoptic, trajectory, account)

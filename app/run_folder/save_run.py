@@ -11,7 +11,7 @@ import numpy as np
 
 from app.frames.color_registration import ColorRegistration, json_text
 from app.frames.frame_accounting import FrameAccounting
-from app.render.glb import instance_names, write_glb
+from app.render.glb import write_map_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
@@ -20,7 +20,6 @@ from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
-from razer.semantics.gravity import up_direction
 from razer.storage.embeddings_npz import write_embeddings_npz
 from razer.storage.instances_json import write_instances_json
 from razer.storage.parts_npz import write_parts_npz
@@ -43,20 +42,14 @@ def save_run(
     if (graph := accounting.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
     folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
-    up = up_direction(panoptic.mesh, camera_up(accounting.poses))
     stamps = dict(zip(accounting.indices, accounting.stamps, strict=True))
-    folder.write(names.MESH_GLB, lambda path: _write_glb(path, panoptic, up))
-    parts = panoptic.parts
+    folder.write(names.MESH_GLB, lambda path: write_map_glb(path, panoptic))
+    parts, up = panoptic.parts, panoptic.up
     folder.write(names.INSTANCES, lambda path: write_instances_json(path, panoptic.objects, up, stamps, parts))
     folder.write(names.EMBEDDINGS, lambda path: write_embeddings_npz(path, [*panoptic.objects, *parts]))
     if (vertex_parts := panoptic.vertex_parts) is not None:
         folder.write(names.PARTS, lambda path: write_parts_npz(path, vertex_parts))
     folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
-
-
-def _write_glb(path: Path, panoptic: PanopticMap, up: Float64Array) -> None:
-    node_names = instance_names({o.id: o.class_name for o in panoptic.objects})
-    write_glb(path, panoptic.mesh, up, node_names)
 
 
 def save_registration(folder: RunFolder, registration: ColorRegistration) -> None:
@@ -94,12 +87,6 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
         world_from_camera=graph.world_from_camera[rows],
         covariances=np.array([graph.covariances[int(graph.frames[row])] for row in rows]).reshape(-1, 6, 6),
     )
-
-
-def camera_up(poses: list[Float64Array]) -> Float64Array:
-    """The world direction (3,) that was up in the images on average: cameras are mostly held upright."""
-    up: Float64Array = -np.mean([pose[:3, 1] for pose in poses], axis=0)
-    return up
 
 
 def _write_text(path: Path, text: str) -> None:

@@ -19,6 +19,7 @@ Assignments = Annotated[
 ]
 PosesName = Literal["given", "slam", "auto", "both"]
 BOTH: tuple[PosesName, ...] = ("given", "slam")
+DEFAULT_PORT = 8700
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 

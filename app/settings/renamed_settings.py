@@ -18,6 +18,8 @@ RENAMED = {
     "maintenance.every": "maintenance.interval_frames",
     "association.association": "association.geometry_distance",
     "lifting.see_through_gap_m": "lifting.background_gap_m",
+    "timeline.points_every": "timeline.surface_every",
+    "timeline.points_growth": "timeline.surface_growth",
 }
 
 REMOVED = {
@@ -26,6 +28,8 @@ REMOVED = {
     "maintenance.fuse_frames": "see maintenance.fuse_log_odds",
     "maintenance.fuse_prior": "see maintenance.fuse_log_odds",
     "maintenance.fuse_cosine": "see maintenance.fuse_log_odds",
+    "timeline.boxes_every": "boxes come with the surface: see timeline.surface_every",
+    "timeline.points_thinning": "the map grows as a surface: see timeline.surface_cell_m",
 }
 
 

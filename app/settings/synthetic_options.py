@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from app.settings.assignments import split_assignment
 from app.settings.options import Assignments
 from razer.errors import BadInput
+from razer.storage.file_names import EDITS, is_map_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -108,6 +109,13 @@ class SceneOptions(MisalignmentOptions):
             raise BadInput(f"--scene {self.scene} and --mesh {self.mesh}: give one of them")
         if not 0 < self.mesh_scale < float("inf"):
             raise BadInput(f"--mesh-scale {self.mesh_scale:g}: give metres per unit, such as 0.001 for millimetres")
+        assert self.mesh is not None
+        folder = self.mesh if self.mesh.is_dir() else self.mesh.parent
+        if is_map_folder(folder) and (folder / EDITS).is_file():
+            raise BadInput(
+                f"{folder} has hand edits, which a mesh file does not show: save the edited map elsewhere, by "
+                "razer.load_map(RUN).save(DIR), and give that"
+            )
 
 
 def _numbers(option: str, text: str, form: str) -> list[float]:

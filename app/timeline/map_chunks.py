@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from razer.arrays import Int32Array, Int64Array
 from razer.detection.observed_surface import BLOCK
-from razer.volume.mesh_extraction import SurfacePoints
+from razer.mesh.labelled_mesh import LabelledMesh
 
 BLOCKS_PER_EDGE = 4
 _WITHIN = np.stack(np.meshgrid(*3 * [np.arange(BLOCKS_PER_EDGE)], indexing="ij"), axis=-1).reshape(-1, 3)
@@ -57,30 +56,20 @@ class ChunkSchedule:
         self._logged = dict.fromkeys(self._logged, 0)
 
 
-def thinned(points: SurfacePoints, voxel_size_m: float, keep_one_of: int) -> SurfacePoints:
-    """A fixed pseudo-random choice of the voxels: a voxel that is kept stays kept whenever it is logged again."""
-    if keep_one_of == 1:
-        return points
-    lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)
-    keep = _hashed(lattice) % keep_one_of == 0
-    return SurfacePoints(points.positions[keep], points.colors[keep], points.instances[keep])
-
-
-def by_chunk(points: SurfacePoints, voxel_size_m: float) -> dict[Chunk, Int64Array]:
-    """Indices of the points that lie in each chunk; chunks without points are left out."""
-    lattice = np.rint(points.positions / voxel_size_m).astype(np.int64)
-    chunks, owner, counts = np.unique(
-        lattice // (BLOCK * BLOCKS_PER_EDGE), axis=0, return_inverse=True, return_counts=True
-    )
+def by_chunk(mesh: LabelledMesh, voxel_size_m: float) -> dict[Chunk, LabelledMesh]:
+    """The parts of a mesh by the chunk in which the middle of each triangle lies; chunks without any are left out."""
+    if not len(mesh.triangles):
+        return {}
+    middles = mesh.vertices[mesh.triangles].mean(axis=1)
+    edge_m = BLOCK * BLOCKS_PER_EDGE * voxel_size_m
+    chunks, owner = np.unique(np.floor(middles / edge_m).astype(np.int64), axis=0, return_inverse=True)
     order = np.argsort(owner.ravel(), kind="stable")
-    ends = np.cumsum(counts)
-    return {Chunk(*key): order[end - n : end] for key, end, n in zip(chunks.tolist(), ends, counts, strict=True)}
+    parts = np.split(order, np.cumsum(np.bincount(owner.ravel()))[:-1])
+    return {Chunk(*key): _part(mesh, rows) for key, rows in zip(chunks.tolist(), parts, strict=True)}
 
 
-def _hashed(lattice: Int64Array) -> NDArray[np.uint64]:
-    """Well mixed numbers (N,) of lattice coordinates (N, 3), by half of SplitMix64's finaliser."""
-    mixed = lattice.astype(np.uint64) @ np.array(
-        [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64
-    )
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    return mixed ^ (mixed >> np.uint64(31))
+def _part(mesh: LabelledMesh, rows: Int64Array) -> LabelledMesh:
+    """Some triangles of a mesh, and their vertices."""
+    used, corners = np.unique(mesh.triangles[rows], return_inverse=True)
+    triangles = corners.reshape(-1, 3).astype(np.int32)
+    return LabelledMesh(mesh.vertices[used], mesh.colors[used], mesh.instances[used], triangles)

@@ -25,7 +25,6 @@ class NullTimeline:
         *,
         corrections: Mapping[int, Pose | None],
         given: Pose | None = None,
-        pose_ms: float = 0.0,
     ) -> None:
         """Nothing."""
 

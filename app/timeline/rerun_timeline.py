@@ -1,16 +1,17 @@
-"""The timeline of a run as a Rerun recording: images, boxes, events, association decisions, the growing map."""
+"""The timeline of a run as a Rerun recording: images, the growing map, what became of each object, poses, and time."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from app.profiling.memory import rss_mb
 from app.render.mesh_decimation import decimated
-from app.render.palette import instance_colors, tinted
-from app.render.viewpoint import Viewpoint, behind, overview
+from app.render.palette import instance_colors
+from app.render.viewpoint import Viewpoint, behind, from_above, overview
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
     BOXES,
@@ -19,57 +20,66 @@ from app.timeline.entities import (
     DECISIONS,
     DEPTH,
     EVENTS,
-    IDS,
+    GROWING,
+    INSTANCE_IMAGE,
     INSTANCES,
-    MEMORY,
-    MESH,
+    LABELS,
+    OBJECTS,
     PATH,
-    POINTS,
-    STAGES,
-    WORLD,
+    RECENT_PATH,
+    SUMMARY,
+    SURFACE,
 )
-from app.timeline.event_log import decision_table, step_events
-from app.timeline.images import depth_png, every_nth, jpeg, scaled_to, subsampling_step
-from app.timeline.map_chunks import ChunkSchedule, by_chunk, thinned
-from app.timeline.pose_estimation_log import PoseEstimationLog
-from app.timeline.rerun_log import RerunLog, run_layout
+from app.timeline.growing_map import GrowingMap
+from app.timeline.images import depth_png, every_nth, instance_overlay, jpeg, resized, scaled_to, subsampling_step
+from app.timeline.objects.decision_words import decision_table
+from app.timeline.objects.lives_document import item_label
+from app.timeline.objects.object_history import ObjectHistory, entity_names
+from app.timeline.objects.object_log import log_objects
+from app.timeline.performance_log import PerformanceLog
+from app.timeline.poses.pose_estimation_log import PoseEstimationLog
+from app.timeline.recording.layout import RunView, run_layout
+from app.timeline.recording.rerun_log import RerunLog
+from app.timeline.summary import RunSummary
+from app.timeline.surface_colors import lightly_tinted
 from razer.arrays import Float64Array, Pose
+from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Frame, Intrinsics
 from razer.map_object import MapObject
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
-from razer.volume.mesh_extraction import extract_points
 from slam.report import PoseReport
 
-PATH_COLOR = (255, 160, 0)
-MAX_IDS = 2**16  # what an id image can hold
-NAMED_IDS = 1024  # colours of ids are announced in batches of so many
+NEAREST = cv2.INTER_NEAREST  # ids do not mix
+PATH_COLOR = (255, 140, 0)
+RECENT_FRAMES = 60
+MAX_LABELS = 15
 
 
 class Timeline:
     """Writes the recording `path` frame by frame; `close` it when the run ends, whatever happened."""
 
-    def __init__(self, path: Path, intrinsics: Intrinsics, config: TimelineConfig) -> None:
+    def __init__(self, path: Path, intrinsics: Intrinsics, config: TimelineConfig, *, live: bool = False) -> None:
         self._config = config
-        self._log = RerunLog(path)
+        self._log = RerunLog(path, live=live)
         self._pose_log: PoseEstimationLog | None = None
+        self._history = ObjectHistory()
+        self._growing = GrowingMap(self._log, config)
+        self._performance = PerformanceLog(self._log)
+        self._summary = RunSummary()
         self._n_shown = 0
         self._last_index = 0
-        self._named_ids = 0
-        self._stage_names: list[str] = []
-        self._schedule = ChunkSchedule(config.points_growth)
+        self._last_images: dict[str, bytes] = {}
         self._poses: list[Float64Array] = []
         self._raster_step = subsampling_step(intrinsics, config.raster_max_edge)
         self._color_camera = scaled_to(intrinsics, config.image_max_edge)
-        self._log_cameras(every_nth(intrinsics, self._raster_step))
-        self._log.name_series(INSTANCES, ["confirmed", "all live"])
-        self._log.name_series(MEMORY, ["process MB", "voxels MB"])
-
-    def _log_cameras(self, raster_camera: Intrinsics) -> None:
-        for entity, camera in ((COLOR, self._color_camera), (DEPTH, raster_camera), (IDS, raster_camera)):
-            self._log.camera(entity, camera)
+        for entity in (COLOR, INSTANCE_IMAGE):
+            self._log.camera(entity, self._color_camera)
+        self._log.camera(DEPTH, every_nth(intrinsics, self._raster_step))
+        self._log.series(INSTANCES, ["confirmed", "all live"], [(31, 119, 180), (160, 160, 160)])
+        self._log.line_style(RECENT_PATH, PATH_COLOR, 2.0)
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Log one mapped frame.
@@ -82,18 +92,16 @@ class Timeline:
         """
         self._start_frame(frame.index)
         if self._n_shown == 0:
-            self._lay_out(behind(frame.pose))
-        self._log_images(frame, step)
-        self._log_boxes(mapper)
-        self._log_events(step)
-        self._log_scalars(mapper, stage_ms)
-        self._schedule.observe(step.changed_blocks)
-        if step.rebuilt:
-            self._log.event(EVENTS, "the map was rebuilt at corrected poses", "INFO")
-            self._schedule.invalidate()
-        if step.rebuilt or self._due(self._config.points_every):
-            self._log_points(mapper)
+            self._lay_out(behind(frame.pose), behind(frame.pose))
+        confirmed = [track for track in mapper.tracks if track.confirmed]
         self._poses.append(frame.pose)
+        self._summary.use(frame.pose[:3, 3])
+        self._log_camera(frame.pose)
+        self._log_images(frame, step, confirmed)
+        self._log_map(step, mapper, confirmed)
+        self._log_events(frame, step, mapper)
+        self._log.scalars(INSTANCES, [len(confirmed), len(mapper.tracks)])
+        self._performance.add(frame.index, stage_ms, rss_mb(), mapper.voxels.memory_bytes / 1e6)
         self._n_shown += 1
 
     def track(
@@ -103,7 +111,6 @@ class Timeline:
         *,
         corrections: Mapping[int, Pose | None],
         given: Pose | None = None,
-        pose_ms: float = 0.0,
     ) -> None:
         """Log how a frame was located, before anything else of that frame.
 
@@ -112,14 +119,13 @@ class Timeline:
             report: what the estimation did; None where poses are given: nothing is logged.
             corrections: new world_from_camera (4, 4) of frames before it, by frame index, None = not known after all.
             given: the pose (4, 4) that the frame itself came with.
-            pose_ms: milliseconds that the estimation took.
         """
         if report is None:
             return
         self._start_frame(frame_index)
         if self._pose_log is None:
             self._pose_log = PoseEstimationLog(self._log, self._config)
-        self._pose_log.add_frame(frame_index, report, given, pose_ms)
+        self._pose_log.add_frame(frame_index, report, given)
         self._pose_log.correct(report, corrections)
 
     def finish_tracking(self, report: PoseReport | None, corrections: Mapping[int, Pose | None]) -> None:
@@ -127,35 +133,57 @@ class Timeline:
         if report is None or self._pose_log is None:
             return
         self._log.start_frame(self._last_index + 1)
-        self._pose_log.correct(report, corrections)
+        with self._log.in_front():
+            self._pose_log.correct(report, corrections)
 
     def skipped(self, frame_index: int, reason: str) -> None:
         """Log that a frame was not used, and why."""
         self._start_frame(frame_index)
+        self._summary.leave_out()
         self._log.event(EVENTS, f"skipped frame {frame_index}: {reason}", "WARN")
 
     def finish(self, panoptic: PanopticMap) -> None:
-        """Log the finished map in place of the points, and open the recording on an overview of it."""
+        """Log the finished map in place of the growing one, where a viewer reads it first."""
         self._start_frame(self._last_index + 1)
-        self._log_instances(panoptic.objects)
         mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
-        if not len(mesh.vertices):
-            return
-        self._log.clear(POINTS, recursive=True)
-        self._log.mesh(MESH, mesh, tinted(mesh.colors, mesh.instances))
-        poses = np.array(self._poses)
-        if self._pose_log is None:  # it shows estimated poses as they were corrected
+        with self._log.in_front():
+            if len(mesh.vertices):
+                stuff = frozenset(item.id for item in panoptic.objects if item.is_stuff)
+                names = entity_names({item.id: item.class_name for item in panoptic.objects if item.is_stuff})
+                hidden = tuple(f"{OBJECTS}/{name}" for name in names.values())
+                self._lay_out(*self._eyes(mesh.vertices.astype(np.float64)), hidden)
+                self._log.clear(GROWING, recursive=True)
+                self._log.mesh(SURFACE, mesh, lightly_tinted(mesh, stuff))
+            self._log_finished(panoptic)
+
+    def _log_finished(self, panoptic: PanopticMap) -> None:
+        things = [item for item in panoptic.objects if not item.is_stuff]
+        self._log_boxes(things, {item.id: item.box for item in things})
+        self._log.document(SUMMARY, self._summary.markdown(len(things), len(panoptic.objects) - len(things)))
+        for entity, image in self._last_images.items():
+            self._log.jpeg(entity, image)
+        if self._poses:
+            self._log_camera(self._poses[-1])
+        if self._pose_log is not None:
+            self._pose_log.settle()
+        elif self._poses:  # it shows estimated poses as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
-            self._log.lines(PATH, [poses[:, :3, 3]])
-        up, forward = -poses[:, :3, 1].mean(axis=0), poses[:, :3, 2].mean(axis=0)
-        self._lay_out(overview(mesh.vertices.astype(np.float64), up, forward))
+            self._log.lines(PATH, [np.array(self._poses)[:, :3, 3]])
+        log_objects(self._log, panoptic, self._history.lives, self._growing.drawn())
 
     def close(self) -> None:
         """Write out what is still pending, for `close_timeout_s` at most; more calls do nothing."""
         self._log.close(self._config.close_timeout_s)
 
-    def _lay_out(self, view: Viewpoint) -> None:
-        self._log.show(run_layout(view, poses_estimated=self._pose_log is not None))
+    def _eyes(self, points: Float64Array) -> tuple[Viewpoint, Viewpoint]:
+        """Where to look at the finished map from, and at the path."""
+        poses = np.array(self._poses) if self._poses else np.eye(4)[None]
+        up, forward = -poses[:, :3, 1].mean(axis=0), poses[:, :3, 2].mean(axis=0)
+        return overview(points, up, forward), from_above(poses[:, :3, 3], up, forward)
+
+    def _lay_out(self, eye: Viewpoint, top: Viewpoint, hidden: tuple[str, ...] = ()) -> None:
+        estimated = self._pose_log is not None
+        self._log.show(run_layout(RunView(eye, top, estimated, self._performance.clipped_ms, hidden)))
 
     def _due(self, every: int) -> bool:
         return self._n_shown % every == 0
@@ -164,62 +192,55 @@ class Timeline:
         self._last_index = index
         self._log.start_frame(index)
 
-    def _log_images(self, frame: Frame, step: StepResult) -> None:
-        config, n = self._config, self._raster_step
-        self._log.pose(CAMERA, frame.pose)
-        if self._due(config.image_every):
-            self._log.jpeg(COLOR, jpeg(frame.rgb, self._color_camera, config.jpeg_quality))
+    def _log_camera(self, pose: Pose) -> None:
+        self._log.pose(CAMERA, pose)
+        recent = np.array(self._poses[-RECENT_FRAMES:])[:, :3, 3]
+        self._log.lines(RECENT_PATH, [recent] if len(recent) > 1 else [])
+
+    def _log_images(self, frame: Frame, step: StepResult, confirmed: Sequence[Track]) -> None:
+        config, n, camera = self._config, self._raster_step, self._color_camera
         if self._due(config.depth_every):
             self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]))
-        if self._due(config.ids_every):
-            self._name_ids(int(step.id_image.max(initial=0)))
-            self._log.ids(IDS, step.id_image[::n, ::n].astype(np.uint16))
-
-    def _name_ids(self, highest: int) -> None:
-        """Give ids their colours before they are first seen in an id image."""
-        if highest < self._named_ids or self._named_ids == MAX_IDS:
-            return
-        self._named_ids = min((highest // NAMED_IDS + 1) * NAMED_IDS, MAX_IDS)
-        self._log.name_ids(WORLD, instance_colors(np.arange(self._named_ids)))
-
-    def _log_boxes(self, mapper: Mapper) -> None:
-        if not self._due(self._config.boxes_every):
-            return
-        self._log_instances([track for track in mapper.tracks if track.confirmed])
-
-    def _log_instances(self, instances: Sequence[Track | MapObject]) -> None:
-        if not instances:
-            self._log.clear(BOXES, recursive=False)
-            return
-        colors = instance_colors(np.array([item.id for item in instances]))
-        labels = [f"#{item.id} {item.class_name or ''}".rstrip() for item in instances]
-        self._log.boxes(BOXES, [item.box for item in instances], colors, labels)
-
-    def _log_events(self, step: StepResult) -> None:
-        for event in step_events(step):
-            self._log.event(EVENTS, event.text, event.level)
-        if self._config.decisions:
-            self._log.document(DECISIONS, decision_table(step))
-
-    def _log_scalars(self, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
-        if new_names := [name for name in stage_ms if name not in self._stage_names]:
-            self._stage_names += new_names
-            self._log.name_series(STAGES, self._stage_names)
-        self._log.scalars(STAGES, [stage_ms.get(name, 0.0) for name in self._stage_names])
-        confirmed = sum(track.confirmed for track in mapper.tracks)
-        self._log.scalars(INSTANCES, [confirmed, len(mapper.tracks)])
-        self._log.scalars(MEMORY, [rss_mb(), mapper.voxels.memory_bytes / 1e6])
-
-    def _log_points(self, mapper: Mapper) -> None:
-        due = self._schedule.take_due()
+        due = [entity for entity, every in ((COLOR, config.image_every), (INSTANCE_IMAGE, config.ids_every))
+               if self._due(every)]  # fmt: skip
         if not due:
             return
-        size_m = mapper.voxels.settings.voxel_size_m
-        surface = extract_points(mapper.voxels, np.concatenate([chunk.block_keys for chunk in due]))
-        points = thinned(surface, size_m, self._config.points_thinning)
-        colors = instance_colors(points.instances)
-        rows_by_chunk = by_chunk(points, size_m)
-        for chunk in due:
-            rows = rows_by_chunk.get(chunk, np.zeros(0, np.int64))  # what has been carved away must vanish here too
-            entity = f"{POINTS}/{chunk.x}_{chunk.y}_{chunk.z}"
-            self._log.points(entity, points.positions[rows], colors[rows], 0.75 * size_m)
+        images = {COLOR: resized(frame.rgb, camera)}
+        if INSTANCE_IMAGE in due:
+            ids = resized(step.id_image.astype(np.uint16), camera, NEAREST).astype(np.int32)
+            names = {track.id: item_label(track) for track in confirmed}
+            images[INSTANCE_IMAGE] = instance_overlay(images[COLOR], ids, names)
+        for entity in due:
+            self._last_images[entity] = jpeg(images[entity], config.jpeg_quality)
+            self._log.jpeg(entity, self._last_images[entity])
+
+    def _log_map(self, step: StepResult, mapper: Mapper, confirmed: Sequence[Track]) -> None:
+        if step.rebuilt:
+            self._log.event(EVENTS, "the map was rebuilt at corrected poses", "INFO")
+        self._growing.observe(step.changed_blocks, rebuilt=step.rebuilt)
+        if not step.rebuilt and not self._due(self._config.surface_every):
+            return
+        self._growing.draw(mapper.voxels)
+        things = [track for track in confirmed if not track.is_stuff]
+        self._log_boxes(things, self._growing.seen_boxes(things))
+        self._log.document(SUMMARY, self._summary.markdown(len(things), len(confirmed) - len(things)))
+
+    def _log_boxes(self, things: Sequence[Track | MapObject], boxes: Mapping[int, OrientedBox]) -> None:
+        """Boxes without names, and names of the largest, of those that have one first."""
+        shown = [item for item in things if item.id in boxes]
+        if not shown:
+            for entity in (BOXES, LABELS):
+                self._log.clear(entity, recursive=False)
+            return
+        colors = instance_colors(np.array([item.id for item in shown]))
+        self._log.boxes(BOXES, [boxes[item.id] for item in shown], colors)
+        shown.sort(key=lambda item: (item.class_name is None, -item.n_voxels))
+        named = shown[:MAX_LABELS]
+        middles = np.array([boxes[item.id].center for item in named])
+        self._log.labels(LABELS, middles, [item_label(item) for item in named])
+
+    def _log_events(self, frame: Frame, step: StepResult, mapper: Mapper) -> None:
+        for event in self._history.add(frame, step, mapper.tracks):
+            self._log.event(EVENTS, event.text, "INFO")
+        if self._config.decisions:
+            self._log.document(DECISIONS, decision_table(step))

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import expit
 
 from razer.arrays import BoolArray, Float32Array, Float64Array
 from razer.query.embedding_table import EmbeddingTable
@@ -55,7 +54,7 @@ class TextRanking:
 
     def scores(self, queries: Float32Array) -> Float64Array:
         """The probability (M, N) that each instance is what a query (N, D) means, `PRESENT` or more for present."""
-        probability: Float64Array = expit(SLOPE * (self.log_ratios(queries) - EVEN_LOG_RATIO))
+        probability: Float64Array = _logistic(SLOPE * (self.log_ratios(queries) - EVEN_LOG_RATIO))
         return probability
 
     def set_scores(self, names: Float32Array) -> Float64Array:
@@ -64,7 +63,7 @@ class TextRanking:
         same = np.any(self._negatives.vectors @ names.T > SAME_NAME, axis=1)[:, None]
         best = self._logits(names).max(axis=1, keepdims=True)
         ratios = self._hypotheses.best(best - self._others(same) + self._prior[:, None])[:, 0]
-        probability: Float64Array = expit(SLOPE * (ratios - EVEN_LOG_RATIO))
+        probability: Float64Array = _logistic(SLOPE * (ratios - EVEN_LOG_RATIO))
         return probability
 
     def log_ratios(self, queries: Float32Array) -> Float64Array:
@@ -96,6 +95,12 @@ class TextRanking:
             top = logits.max(axis=1)
             result[start : start + _ROWS_AT_ONCE] = top + np.log(np.exp(logits - top[:, None]).sum(axis=1))
         return result
+
+
+def _logistic(values: Float64Array) -> Float64Array:
+    """1 / (1 + exp(-x)), by hand: scipy's takes a third of a second to import."""
+    decay = np.exp(-np.abs(values))
+    return np.where(values >= 0, 1.0, decay) / (1 + decay)
 
 
 def image_scores(hypotheses: EmbeddingTable, query: Float32Array, all_of: EmbeddingTable | None = None) -> Float64Array:

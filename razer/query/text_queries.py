@@ -85,6 +85,8 @@ class TextQueryEncoder:
         """Whether a name has a vector: a table does not have all of them."""
         if not self.is_table:
             return True
+        if has_name := getattr(self.text_encoder, "has_name", None):  # tables of names have it
+            return bool(has_name(name))
         try:
             self.vectors([name])
         except BadInput:

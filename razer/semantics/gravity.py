@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from razer.arrays import Float64Array
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import face_normals
-from razer.volume.mesh_extraction import LabelledMesh
 
 _CONES_DEG = (45.0, 25.0, 12.0, 6.0)
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from razer.arrays import Int32Array
 from razer.errors import BadInput
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query.name_probability import WITHIN_REACH
 from razer.vocabulary import Category, Vocabulary
-from razer.volume.mesh_extraction import LabelledMesh
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from razer.arrays import Float64Array
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 TRIANGLES_AT_ONCE = 100_000
 

@@ -84,21 +84,22 @@ class _Scene:
         return min(holding, key=lambda other: other.box.volume).id if holding else None
 
     def _between(self, one: UprightInstance, other: UprightInstance) -> list[Relation]:
-        distance_m = _distance_m(one, other)
         for relate in (self._carried, self._against, self._under):
             for source, target in ((one, other), (other, one)):
-                if not source.stuff and (relation := relate(source, target, distance_m)):
-                    return [Relation(source.id, target.id, relation, distance_m)]
-        beside = distance_m <= NEAR_M and self._is_beside(one, other)
-        return [Relation(one.id, other.id, "next to", distance_m)] if beside else []
+                if not source.stuff and (relation := relate(source, target)):
+                    return [Relation(source.id, target.id, relation, _distance_m(one, other))]
+        # Most pairs are of a thing and a wall across the room, whose distance takes longest to find: it is asked last.
+        if not self._is_beside(one, other) or (distance_m := _distance_m(one, other)) > NEAR_M:
+            return []
+        return [Relation(one.id, other.id, "next to", distance_m)]
 
-    def _carried(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+    def _carried(self, source: UprightInstance, target: UprightInstance) -> RelationKind | None:
         container = self._container[source.id]
         if container is not None:
             return "in" if container == target.id else None
         return "on" if self._supporter[source.id] == target.id else None
 
-    def _against(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+    def _against(self, source: UprightInstance, target: UprightInstance) -> RelationKind | None:
         """Only what stands on the floor or hangs: a book on a shelf is not against the wall behind both."""
         may_be_wall = target.stuff or (target.is_sheet and not self._has_stuff)
         if not may_be_wall or self._is_on_thing(source):
@@ -112,7 +113,7 @@ class _Scene:
         is_on_furniture = supporter is not None and not self._by_id[supporter].stuff
         return self._container[source.id] is not None or is_on_furniture
 
-    def _under(self, source: UprightInstance, target: UprightInstance, distance_m: float) -> RelationKind | None:
+    def _under(self, source: UprightInstance, target: UprightInstance) -> RelationKind | None:
         if target.stuff or target.is_wall or (source.name and source.name == target.name):
             return None
         if covered(source, target) < _COVERED:
@@ -162,7 +163,9 @@ def _is_parted(one: UprightInstance, other: UprightInstance, wall: UprightInstan
 
 def _distance_m(one: UprightInstance, other: UprightInstance) -> float:
     few, many = sorted((one, other), key=lambda instance: len(instance.points))
-    return float(many.tree.query(few.sample)[0].min())
+    # What the sample of one is away from the other's sample bounds the search, which else takes most of the time.
+    bound_m = float(many.coarse_tree.query(few.sample)[0].min())
+    return min(bound_m, float(many.tree.query(few.sample, distance_upper_bound=bound_m)[0].min()))
 
 
 def _same_level(one: UprightInstance, other: UprightInstance) -> bool:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 CONFIG = "config.toml"
+EDITS = "edits.jsonl"
 EMBEDDINGS = "embeddings.npz"
 INSTANCES = "instances.json"
 MESH_PLY = "mesh.ply"
 PARTS = "parts.npz"
 VOXELS = "map.npz"
-FILES = {CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS}
+FILES = {CONFIG, EDITS, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS}
 
 
 def is_map_folder(folder: Path) -> bool:

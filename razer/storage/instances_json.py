@@ -95,6 +95,8 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
         is_stuff=bool(entry.get("stuff", False)),
         class_votes=tuple(_vote(vote) for vote in entry.get("class_votes", ())),
         part_of=None if entry.get("part_of") is None else int(entry["part_of"]),
+        is_edited=bool(entry.get("edited", False)),
+        is_named_by_hand=bool(entry.get("named_by_hand", False)),
     )
 
 
@@ -117,6 +119,8 @@ def _instance_entry(item: MapObject, stamps: Mapping[int, float]) -> dict[str, o
         "class": item.class_name,
         **({"stuff": True} if item.is_stuff else {}),
         **({} if item.part_of is None else {"part_of": item.part_of}),
+        **({"edited": True} if item.is_edited else {}),
+        **({"named_by_hand": True} if item.is_named_by_hand else {}),
         "score": round(item.score, 4),
         **box_entry(item.box),
         "n_voxels": item.n_voxels,

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from razer.arrays import Float64Array, Int32Array
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.storage.atomic_files import replace_files
 from razer.storage.embeddings_npz import write_embeddings_npz
-from razer.storage.file_names import CONFIG, EMBEDDINGS, FILES, INSTANCES, MESH_PLY, PARTS, VOXELS
+from razer.storage.file_names import CONFIG, EDITS, EMBEDDINGS, FILES, INSTANCES, MESH_PLY, PARTS, VOXELS
 from razer.storage.instances_json import write_instances_json
 from razer.storage.parts_npz import write_parts_npz
 from razer.storage.ply import write_mesh_ply
-from razer.storage.volume_npz import save_voxels
-from razer.volume.mesh_extraction import LabelledMesh
-from razer.volume.voxel_map import VoxelMap
+
+if TYPE_CHECKING:  # it brings Open3D and torch along
+    from razer.volume.voxel_map import VoxelMap
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,13 @@ def save_map(folder: Path, parts: SavedParts) -> None:
     if parts.parts and (vertex_parts := parts.vertex_parts) is not None:
         writers[PARTS] = lambda path: write_parts_npz(path, vertex_parts)
     if (volume := parts.volume) is not None:
+        from razer.storage.volume_npz import save_voxels  # late: it brings Open3D and torch along
+
         writers[VOXELS] = lambda path: save_voxels(path, volume)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         replace_files({folder / name: writer for name, writer in writers.items()})
-        for name in {PARTS, VOXELS} - writers.keys():
-            (folder / name).unlink(missing_ok=True)  # that of an older map
+        for name in {EDITS, PARTS, VOXELS} - writers.keys():
+            (folder / name).unlink(missing_ok=True)  # that of an older map; what is saved has its edits in it
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}): choose another folder") from error

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Int32Array
 from razer.errors import BadInput
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 VERTEX = np.dtype(
     [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1"), ("instance", "<i4")]

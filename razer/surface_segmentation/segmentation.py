@@ -11,12 +11,12 @@ from scipy.spatial import cKDTree
 
 from razer.arrays import Float64Array, Int32Array, Int64Array
 from razer.config.surface_segmentation import SurfaceSegmentationSettings
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.surface_segmentation.merging import merged_things, wholeness
 from razer.surface_segmentation.structure import STRUCTURE, structure
 from razer.surface_segmentation.supervoxel_graph import AREA, supervoxel_graph, supervoxel_means
 from razer.surface_segmentation.supervoxels import supervoxels
 from razer.surface_segmentation.surface import Surface
-from razer.volume.mesh_extraction import LabelledMesh
 
 _REACH_M = 0.1  # structure so far apart is connected: across what stands before it, and round corners
 _MIN_STRUCTURE_M2 = 0.1

@@ -11,9 +11,9 @@ from razer.arrays import Int32Array, Int64Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.config.surface_segmentation import SurfaceSegmentationSettings
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.surface_segmentation.segmentation import structure_pieces
-from razer.volume.mesh_extraction import LabelledMesh
 
 _OWNER_SHARE = 0.3  # of a piece of structure that its stuff instance has at least; else the masks meant something else
 _FLAT_SHARE = 0.5  # of an instance that lies in the plane: more, and it is flat itself, a rug, a door or a poster

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity
 
 from razer.arrays import Float64Array, FloatArray, Int64Array
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import face_normals, sums_at_vertices
-from razer.volume.mesh_extraction import LabelledMesh
 
 _SMOOTHING_ROUNDS = 3  # of normals over neighbours: beyond the noise of a voxel, below the size of a cup
 _LIGHT_WEIGHT = 0.3  # of squared lightness: shading changes it more than hue

@@ -27,10 +27,11 @@ Triangles = tuple[Float32Array, Uint8Array, Int32Array]
 """Vertices (V, 3) metres, their colours (V, 3), and triangles (T, 3)."""
 
 
-def marching_cubes(pages: BlockPages, settings: VoxelSettings) -> Triangles:
-    """The zero crossing among voxels that were observed enough. Vertices of edges on the border of two parts come once
-    for each; no order is kept."""
-    keys, _ = pages.all()
+def marching_cubes(pages: BlockPages, settings: VoxelSettings, block_keys: Int32Array | None = None) -> Triangles:
+    """The zero crossing among voxels that were observed enough, of all cubes or of those whose lowest corner lies in
+    one of some blocks (B, 3) that the pages have. Vertices of edges on the border of two parts come once for each; no
+    order is kept."""
+    keys = pages.all()[0] if block_keys is None else block_keys
     none = np.zeros((0, 3))
     parts = [(none.astype(np.float32), none.astype(np.uint8), none.astype(np.int32))]
     for start in range(0, len(keys), PART_BLOCKS):

@@ -142,10 +142,10 @@ def contents(voxels: VoxelMap) -> dict[str, np.ndarray]:
 def fill(voxels: VoxelMap, **values: np.ndarray) -> None:
     """Set attributes (B, 4096, channels) of the blocks in use, in the order of their keys."""
     rows = voxels.pages.all()[1]
-    addresses = (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS)).flatten()
+    addresses = (rows[:, None] * BLOCK_VOXELS + torch.arange(BLOCK_VOXELS, device=rows.device)).flatten()
     for name, value in values.items():
         dtype = voxels.pages.blocks(rows[:1], name).dtype
-        voxels.pages.write(addresses, **{name: torch.from_numpy(value).to(dtype).flatten(0, 1)})
+        voxels.pages.write(addresses, **{name: torch.from_numpy(value).to(rows.device, dtype).flatten(0, 1)})
 
 
 def same_contents(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 QUAD = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 

@@ -1,1 +1,1 @@
-"""Verbs that query a finished map: query, label."""
+"""Verbs that query and correct a finished map: query, label, edit."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
@@ -11,16 +12,23 @@ from cyclopts import Parameter
 
 from app.console.streams import print_notes, progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
+from app.pipeline.watchers import NOBODY, Watchers
 from app.profiling.cores import leave_cores_to_helpers
-from app.run_folder.run_folder import RunFolder
-from app.settings.options import BOTH, Flag, RunOptions
+from app.run_folder.run_folder import TIMELINE, RunFolder
+from app.settings.extra_libraries import require_serve
+from app.settings.options import BOTH, DEFAULT_PORT, Flag, RunOptions
+from app.timeline.viewer.live_viewer import ViewerKind, require_viewer
+from razer.errors import BadInput
 from razer.vocabulary import Vocabulary
 from razer.vocabulary import vocabulary as read_vocabulary
 
 if TYPE_CHECKING:
+    from app.live.live_run import LiveRun
     from app.pipeline.run_pipeline import RunResult
     from app.settings.run_config import RunConfig
     from razer.plugins import Trust
+
+View = Annotated[tuple[ViewerKind, ...] | None, Parameter(consume_multiple=(0, 1), negative="", show_default=False)]
 
 
 def run(
@@ -30,6 +38,9 @@ def run(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: str | None = None,
+    view: View = None,
+    serve: Flag = False,
+    port: int = DEFAULT_PORT,
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -45,24 +56,72 @@ def run(
         The folder to write; it appears when it is complete. With --poses both it holds given, slam and compare.
     vocabulary:
         Name the instances by a vocabulary, as `razer label` does: one of its names, or a file.
+    view:
+        Watch the run in Rerun's viewer as it goes on; --view web in a browser. The run waits for neither.
+    serve:
+        Show the map in browsers on this machine while it grows, and when it is finished until Ctrl-C.
+    port:
+        Where to, with --serve; 0: any free port.
     overwrite:
         Replace an older run at the same place, once the new one is complete.
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     classes = None if vocabulary is None else read_vocabulary(vocabulary)
+    viewer = None if view is None else checked_viewer(view, options)
     if options.poses == "both":
-        return _run_both(folder, out, options, classes, overwrite, json)
+        if serve:
+            raise BadInput("--serve shows one run: give --poses given or slam")
+        return _run_both(folder, out, options, classes, overwrite, json, viewer)
     target = RunFolder(out, overwrite=overwrite)
-    result = _run(folder, options.read(), target, classes)
-
-    from app.pipeline.run_report import print_run
-
-    print_run(result, target.final, as_json=json)
+    with _served(port if serve else None) as live:
+        result = _run(folder, options.read(), target, classes, Watchers(live, viewer))
+        _report(result, target.final, live, as_json=json)
     return INTERRUPTED if result.accounting.interrupted else 0
 
 
-def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None) -> RunResult:
+def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: bool) -> None:
+    """Say what there is now, and go on showing it where it is served."""
+    from app.pipeline.run_report import print_run
+
+    print_run(result, folder, as_json=as_json)
+    if live is not None and not result.accounting.interrupted:
+        _go_on_serving(live)
+
+
+def checked_viewer(view: tuple[ViewerKind, ...], options: RunOptions) -> ViewerKind:
+    """The viewer that --view asks for, the native one where it names none; raises BadInput if it cannot be had."""
+    if not replace(options, poses=None).read().run.timeline:
+        raise BadInput("--view shows the timeline, which --no-timeline leaves out: drop one of them")
+    kind = view[0] if view else "native"
+    require_viewer(kind)
+    return kind
+
+
+def _served(port: int | None) -> AbstractContextManager[LiveRun | None]:
+    if port is None:
+        return nullcontext()
+    require_serve()
+    leave_cores_to_helpers()  # before Open3D is loaded
+    from app.live.live_run import LiveRun
+    from app.server.access_rules import AccessRules
+
+    live = LiveRun(AccessRules("127.0.0.1"), port)
+    progress_console().print(f"serving the map while it grows at {live.address}", soft_wrap=True, highlight=False)
+    return live
+
+
+def _go_on_serving(live: LiveRun) -> None:
+    if not live.is_alive:
+        print_notes(["the server ended during the run: razer serve shows the map again"])
+        return
+    progress_console().print(f"serving the finished map at {live.address} (Ctrl-C ends it)", highlight=False)
+    live.wait()
+
+
+def _run(
+    folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None, watchers: Watchers = NOBODY
+) -> RunResult:
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
@@ -73,26 +132,37 @@ def _run(folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
-        return run_to_folder(sequence, noted_config, target, console)
+        return run_to_folder(sequence, noted_config, target, console, watchers)
     from app.query.label_run import label_run, require_names
 
     require_names(resolve_models(config)[0].embedder, classes)
-    result = run_to_folder(sequence, noted_config, target, console)
+    result = run_to_folder(sequence, noted_config, target, console, watchers)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
 def _run_both(
-    folder: Path, out: Path, options: RunOptions, classes: Vocabulary | None, overwrite: bool, json: bool
+    folder: Path,
+    out: Path,
+    options: RunOptions,
+    classes: Vocabulary | None,
+    overwrite: bool,
+    json: bool,
+    viewer: ViewerKind | None,
 ) -> int:
-    """One run under given poses, one under estimated ones, and their comparison: OUT/given, OUT/slam, OUT/compare."""
+    """One run under given poses, one under estimated ones, and their comparison: OUT/given, OUT/slam, OUT/compare; both
+    on one timeline, OUT/timeline.rrd."""
     for name in BOTH:
         RunFolder(out / name, overwrite=overwrite)  # before hours are spent on the first
     for name in BOTH:
         progress_console().print(f"mapping under poses: {name}")
         config = replace(options, poses=name).read()
-        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), classes)
+        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), classes, Watchers(viewer=viewer))
         if result.accounting.interrupted:
             return INTERRUPTED
+    if config.run.timeline:
+        from app.timeline.side_by_side import write_side_by_side
+
+        write_side_by_side(out / TIMELINE, [out / name for name in BOTH])
     # What was trusted to make the runs is trusted to compare them.
     _compare_both(folder, out, config.embedder.trust, json)
     return 0

@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.settings.extra_libraries import require_serve
 from app.settings.options import Flag, RunOptions
 from razer.errors import BadInput
 
@@ -22,6 +23,7 @@ def bench(
     options: RunOptions = RunOptions(),  # noqa: B008
     repeat: int = 1,
     masks: Flag = False,
+    serve: Flag = False,
     json: Flag = False,
 ) -> None:
     """Measure time per stage and memory of a run that writes nothing, beside plain TSDF fusion.
@@ -35,9 +37,14 @@ def bench(
     masks:
         Measure, instead, the segmenter on the recording: which masks of a view are missed in the next, which change
         their names, and how well they fit, by depth and poses; no truth is needed.
+    serve:
+        Measure, instead, how long queries take that 50 clients put to a served map of 500 instances at once.
     json:
         One line of JSON.
     """
+    if serve:
+        _measure_serving(json)
+        return
     if repeat < 1:
         raise BadInput(f"--repeat {repeat}: give at least 1")
     config = options.read()
@@ -69,3 +76,14 @@ def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
         print(dumps(result))
     else:
         print_masks(result)
+
+
+def _measure_serving(json: bool) -> None:
+    require_serve()
+    from app.server.measure_load import measure_serving, print_serving
+
+    result = measure_serving()
+    if json:
+        print(dumps(result))
+    else:
+        print_serving(result)

@@ -65,6 +65,10 @@ class NamesEmbedder:
         """Unit vectors (N, D) of names, no sentences; raises BadInput for a name that the table lacks."""
         return self._source.embed_texts(texts)
 
+    def has_name(self, text: str) -> bool:
+        """Whether a text has a vector."""
+        return self._source.has_name(text)
+
     def embed(self, frame: Frame, masks: Masks) -> Float32Array:
         """Unit vectors (N, D) of the masks' class names; raises BadInput for masks without names."""
         if len(masks) and masks.class_names is None:

@@ -58,6 +58,10 @@ class NameVectorTable:
                 raise BadInput(f"{' and '.join(map(str, self.files))} has no '{text}': {self._nearest_names(text)}")
         return self.vectors[[self._rows[bare_name(text)] for text in texts]]
 
+    def has_name(self, text: str) -> bool:
+        """Whether a text is a name or a synonym, told sooner than `embed_texts` explains that it is none."""
+        return bare_name(text) in self._rows
+
     def embed_class(self, name: str) -> Float32Array:
         """The unit vector (D,) of a class. A name that the table lacks has a vector of its own, in the directions
         in which the table's vectors are shortest, and so is near none of them."""

@@ -31,6 +31,10 @@ class PromptEnsemble:
         unit: Float32Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return unit
 
+    def has_name(self, text: str) -> bool:
+        """Any text is a name."""
+        return True
+
     def embed_class(self, name: str) -> Float32Array:
         """The unit vector (D,) of a class; without a name that of "thing"."""
         return self.embed_texts([name or _UNNAMED])[0]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from razer.arrays import Int32Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.map_object import MapObject
-from razer.tracking.parts.part_surface import PartSurface
-from razer.tracking.track import Track
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
+
+if TYPE_CHECKING:  # they bring torch along, which opening a saved map need not load
+    from razer.tracking.parts.part_surface import PartSurface
+    from razer.tracking.track import Track
 
 
 def frozen(track: Track, n_vertices: int) -> MapObject:

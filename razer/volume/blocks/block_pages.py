@@ -25,6 +25,9 @@ PAGE_BLOCKS = 512
 # Rows of a page beyond its blocks. Open3D's `integrate` makes room for all blocks that it is given, new or not, and so
 # is given no more at once; fewer than 16 cost time.
 SPARE_ROWS = 16
+# On CUDA a call costs 0.15 ms of waiting, however few the blocks: a frame of 314 took 5.5 ms with 16, 3.9 with 64 and
+# 3.7 with 128 on an H100.
+CUDA_SPARE_ROWS = 64
 BLOCKS_AT_ONCE = 128  # of passes over many blocks, to bound their memory
 _CHANNELS = {"tsdf": 1, "weight": 1, "color": 3, "label": 1}
 _TYPES = {"tsdf": o3c.float32, "weight": o3c.float32, "color": o3c.float32, "label": o3c.int32}
@@ -39,7 +42,8 @@ class BlockPages:
         slots = settings.histogram_slots
         self._channels = {**_CHANNELS, "ids": slots, "counts": slots}
         self._types = {**_TYPES, "ids": o3c.int32, "counts": o3c.int16}
-        self._page_blocks, self.page_rows = PAGE_BLOCKS, PAGE_BLOCKS + SPARE_ROWS
+        self._spare_rows = CUDA_SPARE_ROWS if torch_device.type == "cuda" else SPARE_ROWS
+        self._page_blocks, self.page_rows = PAGE_BLOCKS, PAGE_BLOCKS + self._spare_rows
         self._index = BlockIndex()
         self._grids: list[o3d.t.geometry.VoxelBlockGrid] = []
         self._keys = torch.zeros((0, 3), dtype=torch.int32, device=torch_device)
@@ -188,8 +192,8 @@ class BlockPages:
         page = self._index.find(block_keys) // self.page_rows
         for number in np.unique(page).tolist():
             own = block_keys[page == number]
-            for start in range(0, len(own), SPARE_ROWS):
-                blocks = self._on_device(own[start : start + SPARE_ROWS])
+            for start in range(0, len(own), self._spare_rows):
+                blocks = self._on_device(own[start : start + self._spare_rows])
                 self._grids[number].integrate(blocks, *images_and_cameras)
 
 

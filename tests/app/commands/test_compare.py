@@ -12,7 +12,7 @@ import rerun as rr
 from scipy.spatial.transform import Rotation
 
 from app.comparison.compare_runs import compare_runs
-from app.timeline import viewer
+from app.timeline.viewer import rerun_viewer
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
@@ -249,7 +249,7 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     parts = {"a/mesh", "b/mesh", "a/trajectory", "b/trajectory", "a/matched", "b/matched", "pairs"}
     assert {f"/{part}" for part in parts} <= entities
     shown = []
-    monkeypatch.setattr(viewer, "open_viewer", lambda *arguments: shown.append(arguments))
+    monkeypatch.setattr(rerun_viewer, "open_viewer", lambda *arguments: shown.append(arguments))
     assert call("view", out / "compare.rrd") == 0
     assert shown == [(out / "compare.rrd", False)]
 

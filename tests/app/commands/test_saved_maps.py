@@ -58,7 +58,7 @@ def test_it_is_drawn_and_has_no_timeline(capsys, folder, tmp_path):
     assert (tmp_path / "map.png").stat().st_size > 1000
     code, _, err = call(capsys, "view", folder)
     assert code == 2
-    assert "timeline.rrd" in err
+    assert f"{folder} has no timeline" in err
 
 
 def test_two_are_compared_as_they_lie(capsys, saved, folder):

@@ -6,6 +6,7 @@ from time import sleep
 
 import pytest
 
+from app.profiling.map_device import MapDevice
 from app.profiling.recorder import Recorder
 from app.profiling.stage_summary import summarize
 from razer.config import MapperConfig
@@ -99,3 +100,14 @@ def test_work_after_the_last_frame_is_counted_and_its_longest_pause_reported():
     assert 0.05 <= figures["longest_pause_s"] < 0.5
     assert 0 < figures["share"] <= 1
     assert figures["kb_per_stored_frame"] == 0
+
+
+def test_a_stage_lasts_until_its_device_is_done():
+    class Busy(MapDevice):
+        def wait(self) -> None:
+            sleep(0.05)
+
+    recorder = Recorder(1, lambda: 0, Busy())
+    with recorder.frame({}), stage("vote"):
+        pass
+    assert recorder.timings()["stages"]["vote"]["median_ms"] >= 50

@@ -8,8 +8,8 @@ import pytest
 
 from app.render.glb import instance_names, write_glb
 from app.render.palette import instance_colors, tinted
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import vertex_normals
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.gltf import read_glb
 
 

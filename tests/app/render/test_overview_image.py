@@ -7,7 +7,7 @@ import pytest
 
 from app.render.overview_image import overview_image
 from app.render.palette import instance_colors
-from razer.volume.mesh_extraction import LabelledMesh
+from razer.mesh.labelled_mesh import LabelledMesh
 
 
 def plate(height_m, size_m, instance, first):

@@ -7,7 +7,7 @@ import pytest
 
 from app.frames.frame_accounting import FrameAccounting
 from app.run_folder.run_folder import INSTANCES, RunFolder
-from app.run_folder.save_run import camera_up, tum_text
+from app.run_folder.save_run import tum_text
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_files
 
@@ -140,18 +140,6 @@ def test_trajectory_lines_are_tum(tmp_path):
     half = np.sqrt(0.5)
     assert stamp == 1.5
     np.testing.assert_allclose(numbers, [1, 2, 3, 0, 0, half, half], atol=1e-8)
-
-
-def test_up_is_where_the_images_have_their_top():
-    tilt = np.deg2rad(30)
-    poses = []
-    for sign in (-1, 1):
-        pose = np.eye(4)
-        c, s = np.cos(sign * tilt), np.sin(sign * tilt)
-        pose[:3, :3] = [[1, 0, 0], [0, c, -s], [0, s, c]]
-        poses.append(pose)
-    up = camera_up(poses)
-    np.testing.assert_allclose(up / np.linalg.norm(up), [0, -1, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(("max_bad", "allowed"), [(0.5, 5), (0.0, 0), (0.29, 2), (1.0, 10)])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
+from scipy.spatial import cKDTree
 
 from app.frames.frame_packet import AfterLastFrame, PosesFinal
 from app.frames.locator import Locator
@@ -15,10 +17,10 @@ from app.render.viewpoint import behind
 from app.run_folder.save_run import write_pose_covariances
 from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
-from app.timeline.ellipsoids import position_ellipsoids
-from app.timeline.rerun_log import run_layout
+from app.timeline.poses.trajectory_lines import TrajectoryLines, dashed
+from app.timeline.recording.ellipsoids import position_ellipsoids
+from app.timeline.recording.layout import RunView, run_layout
 from app.timeline.rerun_timeline import Timeline
-from app.timeline.trajectory_lines import TrajectoryLines
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Intrinsics
@@ -69,9 +71,7 @@ def run(tmp_path_factory):
 def track(timeline, packet):
     """Log a frame as the main loop does."""
     update = packet.pose_update
-    timeline.track(
-        packet.index, update.report, corrections=update.corrections, given=update.given, pose_ms=packet.stage_ms["pose"]
-    )
+    timeline.track(packet.index, update.report, corrections=update.corrections, given=update.given)
 
 
 def last(run, entity, component):
@@ -123,24 +123,58 @@ def test_the_path_grows_from_frame_to_frame(run):
         np.testing.assert_allclose(ends[-1], position, atol=1e-6)
 
 
-def test_the_given_path_is_moved_rigidly_onto_the_first_estimated_pose(run):
-    (line,) = strips(run, f"{paths.GIVEN}/whole")
+def test_the_given_path_is_moved_rigidly_onto_the_first_estimated_pose_and_dashed(run):
+    dashes = strips(run, f"{paths.GIVEN}/whole")
     given = [packet.pose_update.given for packet in run.packets]
     first = run.slam.trajectory()[0] @ inverse(given[0])
-    np.testing.assert_allclose(line, [(first @ pose)[:3, 3] for pose in given], atol=1e-5)
+    line = np.array([(first @ pose)[:3, 3] for pose in given])
+    assert len(dashes) > 3
+    distance_m = cKDTree(densely(line)).query(np.concatenate(dashes))[0]
+    assert distance_m.max() < 0.005
+    drawn_m = sum(np.linalg.norm(np.diff(dash, axis=0), axis=1).sum() for dash in dashes)
+    length_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    assert 0.4 < drawn_m / length_m < 0.6
 
 
-def test_loss_and_recovery_are_told_once_each(run):
-    found_again = next(p.index for p in run.packets[BLIND.stop :] if p.pose_update.report.world_from_camera is not None)
-    assert [
-        (r["frame"], r["level"][0], r["text"][0]) for r in run.recording[paths.EVENTS] if "camera is" in r["text"][0]
-    ] == [
-        (BLIND.start, "WARN", f"the camera is lost from frame {BLIND.start} on"),
-        (found_again, "INFO", f"the camera is found again after {found_again - BLIND.start} lost frames"),
+def densely(line):
+    return np.concatenate([np.linspace(a, b, 20) for a, b in pairwise(line)])
+
+
+def test_dashes_and_gaps_are_as_long_as_asked_for():
+    dashes = dashed([np.array([[0.0, 0, 0], [0.5, 0, 0], [1.0, 0, 0]])], dash_m=0.2)
+    assert [[dash[0, 0], dash[-1, 0]] for dash in dashes] == [
+        pytest.approx([0.0, 0.2]),
+        pytest.approx([0.4, 0.6]),
+        pytest.approx([0.8, 1.0]),
     ]
+    assert dashes[1][1, 0] == 0.5  # the bend is kept
+    assert dashed([]) == []
+
+
+def test_loss_and_recovery_are_told_once_each_and_why(run):
+    found_again = next(p.index for p in run.packets[BLIND.stop :] if p.pose_update.report.world_from_camera is not None)
+    lost, found = [row for row in run.recording[paths.POSE_EVENTS] if "the camera is" in row["text"][0]]
+    assert (lost["frame"], lost["level"]) == (BLIND.start, ["WARN"])
+    assert lost["text"][0].startswith(f"the camera is lost from frame {BLIND.start} on: its view fits none")
+    assert (found["frame"], found["level"]) == (found_again, ["INFO"])
+    n_lost = found_again - BLIND.start
+    assert found["text"][0].startswith(f"the camera is found again in frame {found_again} after {n_lost} lost frames")
     tracked = {row["frame"]: row["scalars"] for row in run.recording[paths.TRACKED] if "scalars" in row}
-    lost = range(BLIND.start, found_again)
-    assert tracked == {index: [float(index not in lost)] for index in range(N_FRAMES)}
+    lost_frames = range(BLIND.start, found_again)
+    assert tracked == {index: [float(index not in lost_frames)] for index in range(N_FRAMES)}
+    assert [r["frame"] for r in run.recording[paths.LOST_MARKS] if "scalars" in r] == list(lost_frames)
+
+
+def test_the_places_where_the_camera_was_lost_and_found_are_marked(run):
+    trajectory = run.slam.trajectory()
+    found_again = min(index for index in trajectory if index >= BLIND.stop)
+    for entity, frame, label in (
+        (paths.LOST, BLIND.start - 1, f"lost after frame {BLIND.start - 1}"),
+        (paths.FOUND, found_again, f"found in frame {found_again}"),
+    ):
+        row = [row for row in run.recording[entity] if row.get("positions")][-1]
+        assert row["labels"] == [label]
+        np.testing.assert_allclose(row["positions"], [trajectory[frame][:3, 3]], atol=0.01)
 
 
 def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was_not(run):
@@ -149,17 +183,14 @@ def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was
         if found is None:
             assert packet.index == 0 or packet.pose_update.report.world_from_camera is None
             continue
-        sigma = [1e3 * found.sigma_rotation_rad, 1e3 * found.sigma_shift_m]
         for entity, values in (
             (paths.FEATURES_FOUND, [found.n_features]),
             (paths.DEPTH_FOUND, [found.score, found.agreement]),
-            (paths.SIGMA, sigma),
+            (paths.SIGMA, [100 * found.sigma_shift_m]),
         ):
             assert [r["scalars"] for r in run.recording[entity] if r.get("frame") == packet.index] == [values]
     cleared = {row["frame"] for row in run.recording[paths.SIGMA] if "is_recursive" in row}
     assert cleared == {p.index for p in run.packets if p.pose_update.report.tracking is None}
-    ms = [row["scalars"][0] for row in run.recording[paths.TRACKING_MS] if "scalars" in row]
-    assert ms == [packet.stage_ms["pose"] for packet in run.packets]
     sizes = [len(run.slam.keyframes), len(run.slam.graph.edges), run.slam.n_loops, 0]
     assert last(run, paths.GRAPH_SIZE, "scalars").tolist() == sizes
 
@@ -168,8 +199,8 @@ def test_ellipsoids_are_those_of_the_final_covariances(run):
     covariances = run.final.graph.covariances
     assert list(covariances) == [keyframe.view.index for keyframe in run.slam.keyframes.all]
     sigma_m = [np.sqrt(np.linalg.eigvalsh(c[3:, 3:])) for c in covariances.values()]
-    np.testing.assert_allclose(last(run, paths.UNCERTAINTY, "half_sizes"), 2 * np.array(sigma_m), rtol=1e-4)
-    np.testing.assert_allclose(last(run, paths.UNCERTAINTY, "centers"), run.slam.keyframes.poses()[:, :3, 3], atol=1e-6)
+    np.testing.assert_allclose(last(run, paths.ELLIPSOIDS, "half_sizes"), 2 * np.array(sigma_m), rtol=1e-4)
+    np.testing.assert_allclose(last(run, paths.ELLIPSOIDS, "centers"), run.slam.keyframes.poses()[:, :3, 3], atol=1e-6)
 
 
 def test_the_newest_keyframes_covariance_comes_with_each_optimisation(run):
@@ -247,12 +278,11 @@ def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path
         timeline.track(index, report, corrections={})
     timeline.close()
     recording = chunks_of(tmp_path / "moved.rrd")
-    for entity, positions in ((paths.BEFORE, before), (paths.AFTER, after)):
-        (row,) = [row for row in recording[entity] if row.get("strips") is not None]
-        assert row["frame"] == 1
-        np.testing.assert_allclose(row["strips"], [positions], atol=1e-6)
-    assert [row["frame"] for row in recording[paths.MOVE]] == [0, 2]  # cleared
-    assert [(row["frame"], row["text"][0]) for row in recording[paths.EVENTS]] == [
+    (row,) = [row for row in recording[paths.CORRECTION] if row.get("strips") is not None]
+    assert row["frame"] == 1
+    np.testing.assert_allclose(row["strips"], np.stack([before, after], axis=1), atol=1e-6)
+    assert [row["frame"] for row in recording[paths.CORRECTION] if "is_recursive" in row] == [0, 2]  # cleared
+    assert [(row["frame"], row["text"][0]) for row in recording[paths.POSE_EVENTS]] == [
         (1, "keyframes moved by up to 6.0 cm")
     ]
 
@@ -300,12 +330,33 @@ def names(part):
     return [part.name, *(name for child in children for name in names(child))]
 
 
-def test_plots_of_the_estimation_are_there_only_where_poses_are_estimated():
+def test_a_loop_is_told_once_and_shines_until_the_next_optimisation(tmp_path):
+    positions = np.zeros((3, 3))
+    closed = replace(
+        graph_at(positions), edges=np.array([[0, 1], [1, 2], [0, 2]]), is_odometry=np.array([1, 1, 0], bool)
+    )
+    timeline = Timeline(tmp_path / "loop.rrd", CAMERA, TimelineConfig())
+    for index, graph in enumerate((graph_at(positions), closed, closed)):
+        report = PoseReport(np.eye(4), TrackingQuality(50, 0.9, 0.8, 1e-3, 2e-3), graph)
+        timeline.track(index, report, corrections={})
+    timeline.close()
+    recording = chunks_of(tmp_path / "loop.rrd")
+    assert [(row["frame"], row["text"][0]) for row in recording[paths.POSE_EVENTS]] == [
+        (1, "loop closed: frame 20 shows what frame 0 did")
+    ]
+    assert [(r["frame"], r["scalars"]) for r in recording[paths.CLOSURE_MARKS] if "scalars" in r] == [(1, [0.2])]
+    shining = [len(row["strips"]) for row in recording[paths.NEWEST_CLOSURES] if row.get("strips") is not None]
+    assert shining == [0, 1, 0]
+
+
+def test_a_run_has_four_tabs_and_plots_of_the_estimation_only_where_poses_are_estimated():
     view = behind(np.eye(4))
-    extra = {"Tracking", "Features", "Sigma", "Pose graph", "Tracking ms"}
-    given, estimated = (names(run_layout(view, poses_estimated=e).root_container) for e in (False, True))
-    assert set(estimated) - set(given) == extra
-    assert set(given) < set(estimated)
+    layouts = [run_layout(RunView(view, view, estimated)).root_container for estimated in (False, True)]
+    for layout in layouts:
+        assert [tab.name for tab in layout.contents] == ["Overview", "Objects", "Poses", "Performance"]
+        assert layout.active_tab == 0
+    given, estimated = map(names, layouts)
+    assert set(estimated) - set(given) == {"Position uncertainty, cm", "Lost and found, closures, corrections"}
 
 
 def test_given_poses_are_not_logged(tmp_path):
@@ -316,4 +367,4 @@ def test_given_poses_are_not_logged(tmp_path):
     final = locator(AfterLastFrame.FINISH_POSES)
     timeline.finish_tracking(final.pose_update.report, final.pose_update.corrections)
     timeline.close()
-    assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("world/poses", "plots/t"))]
+    assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("poses/e", "plots/t"))]

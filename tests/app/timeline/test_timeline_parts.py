@@ -1,8 +1,7 @@
-"""What the timeline is made of: chunks of the map, thinned points, small meshes, viewpoints, the viewer."""
+"""What the timeline is made of: chunks of the map, small meshes, images, viewpoints."""
 
 from __future__ import annotations
 
-import socket
 from itertools import pairwise
 from math import log
 
@@ -12,25 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.render.mesh_decimation import cluster_vertices, decimated
-from app.render.viewpoint import behind, overview
-from app.timeline import viewer
-from app.timeline.images import every_nth, scaled_to
-from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk, thinned
-from razer.errors import BadInput
+from app.render.palette import instance_colors
+from app.render.viewpoint import behind, from_above, overview
+from app.timeline.images import every_nth, instance_overlay, scaled_to
+from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk
 from razer.frame import Intrinsics
 from razer.geometry import project
-from razer.volume.mesh_extraction import LabelledMesh, SurfacePoints
+from razer.mesh.labelled_mesh import LabelledMesh
 
 VOXEL_M = 0.02
-BLOCK_M = 16 * VOXEL_M
-CHUNK_M = 4 * BLOCK_M
-
-
-def voxel_points(seed: int, n: int = 3000) -> SurfacePoints:
-    rng = np.random.default_rng(seed)
-    lattice = np.unique(rng.integers(-150, 150, (n, 3)), axis=0)
-    rgb = rng.integers(0, 255, (len(lattice), 3)).astype(np.uint8)
-    return SurfacePoints((lattice * VOXEL_M).astype(np.float32), rgb, np.arange(len(lattice), dtype=np.int32))
+CHUNK_M = 4 * 16 * VOXEL_M
 
 
 def grid_mesh(n: int, step_m: float) -> LabelledMesh:
@@ -75,47 +65,21 @@ def test_chunk_knows_its_blocks():
     assert keys.max(axis=0).tolist() == [-1, 3, 11]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_points_are_parted_by_chunk(seed):
-    points = voxel_points(seed)
-    parts = by_chunk(points, VOXEL_M)
-    assert sorted(np.concatenate(list(parts.values()))) == list(range(len(points.positions)))
-    for chunk, rows in parts.items():
-        inside = points.positions[rows] + VOXEL_M / 2 - np.array(chunk) * CHUNK_M
-        assert (inside > 0).all()
-        assert (inside < CHUNK_M).all()
-        blocks = set(map(tuple, np.floor((points.positions[rows] + 1e-4) / BLOCK_M).astype(int)))
-        assert blocks <= set(map(tuple, chunk.block_keys.tolist()))
+def test_a_mesh_is_parted_into_chunks_that_hold_all_of_it():
+    mesh = grid_mesh(100, 0.05)
+    parts = by_chunk(mesh, VOXEL_M)
+    assert sum(len(part.triangles) for part in parts.values()) == len(mesh.triangles)
+    together = np.concatenate([part.vertices[part.triangles] for part in parts.values()])
+    assert {t.tobytes() for t in together} == {t.tobytes() for t in mesh.vertices[mesh.triangles]}
+    for chunk, part in parts.items():
+        middles = part.vertices[part.triangles].mean(axis=1)
+        assert (np.floor(middles / CHUNK_M) == np.array(chunk)).all()
+        assert set(part.triangles.ravel().tolist()) == set(range(len(part.vertices)))
 
 
-def test_no_points_are_in_no_chunk():
-    points = voxel_points(0, n=1)
-    nothing = SurfacePoints(points.positions[:0], points.colors[:0], points.instances[:0])
-    assert by_chunk(nothing, VOXEL_M) == {}
-
-
-@pytest.mark.parametrize("keep_one_of", [1, 2, 6])
-def test_thinning_keeps_its_share_and_does_not_depend_on_the_neighbours(keep_one_of):
-    points = voxel_points(5)
-    kept = thinned(points, VOXEL_M, keep_one_of)
-    expected = len(points.positions) / keep_one_of
-    assert abs(len(kept.positions) - expected) <= 5 * np.sqrt(expected)
-    half = slice(0, len(points.positions) // 2)
-    part = SurfacePoints(points.positions[half], points.colors[half], points.instances[half])
-    assert set(thinned(part, VOXEL_M, keep_one_of).instances) == set(kept.instances) & set(part.instances)
-
-
-def test_thinning_leaves_no_plane_empty():
-    x, y = np.meshgrid(np.arange(64), np.arange(64))
-    for normal in np.eye(3, dtype=int):
-        axes = [axis for axis in range(3) if not normal[axis]]
-        lattice = np.zeros((64 * 64, 3))
-        lattice[:, axes[0]], lattice[:, axes[1]] = x.ravel(), y.ravel()
-        size = len(lattice)
-        flat = SurfacePoints(
-            (lattice * VOXEL_M).astype(np.float32), np.zeros((size, 3), np.uint8), np.arange(size, dtype=np.int32)
-        )
-        assert 0.1 < len(thinned(flat, VOXEL_M, 6).positions) / size < 0.23
+def test_no_surface_is_in_no_chunk():
+    none = np.zeros((0, 3), np.int32)
+    assert by_chunk(LabelledMesh(none.astype(np.float32), none.astype(np.uint8), none[:, 0], none), VOXEL_M) == {}
 
 
 def test_small_mesh_is_left_alone():
@@ -182,24 +146,26 @@ def test_view_from_behind_a_camera_sees_it_in_front():
     assert view.position[2] < 3 < view.target[2]
 
 
-def test_missing_recording_is_bad_input(tmp_path):
-    with pytest.raises(BadInput, match="does not exist"):
-        viewer.open_viewer(tmp_path / "timeline.rrd", web=True)
+def test_view_from_above_looks_straight_down_and_has_all_points_in_sight():
+    points = np.random.default_rng(2).uniform([-4, -1, 1], [4, 1, 2], (200, 3))
+    view = from_above(points, up=np.array([0, 0, 1.0]), forward=np.array([0, 1.0, 0]))
+    gaze = (view.target - view.position) / np.linalg.norm(view.target - view.position)
+    assert gaze[2] < -0.999
+    assert view.up.tolist() == [0, 1, 0]  # what lies ahead is up on the screen
+    assert view.position[2] - points[:, 2].max() > 4  # half the extent, at 90 degrees
 
 
-def test_taken_port_is_replaced():
-    with socket.socket() as taken:
-        taken.bind((viewer.HOST, 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        assert viewer._free_port(port) != port
+def test_an_instance_is_outlined_in_its_colour_and_tinted_inside():
+    rgb, ids = np.full((40, 60, 3), 100, np.uint8), np.zeros((40, 60), np.int32)
+    ids[10:30, 20:40] = 300
+    image = instance_overlay(rgb, ids, {})
+    color = instance_colors(np.array([300]))[0]
+    assert (image[10, 20:40] == color).all()
+    assert (image[10:30, 39] == color).all()
+    assert (image[20, 30] == (0.65 * 100 + 0.35 * color).astype(np.uint8)).all()
+    assert (image[ids == 0] == 100).all()
 
 
-def test_failing_viewer_is_bad_input_and_a_good_one_is_not(tmp_path, monkeypatch):
-    (tmp_path / "timeline.rrd").touch()
-    commands = []
-    monkeypatch.setattr(viewer, "_run_until_stopped", lambda command: commands.append(command) or len(commands) - 1)
-    viewer.open_viewer(tmp_path / "timeline.rrd", web=False)
-    with pytest.raises(BadInput, match="--web"):
-        viewer.open_viewer(tmp_path / "timeline.rrd", web=False)
-    assert viewer.VIEWER_MEMORY in commands[0]
+def test_the_name_of_a_large_instance_is_written():
+    rgb, ids = np.full((80, 120, 3), 100, np.uint8), np.ones((80, 120), np.int32)
+    assert (instance_overlay(rgb, ids, {1: "chair #1"}) != instance_overlay(rgb, ids, {})).any()

@@ -10,12 +10,12 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.class_votes import ClassVote
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query.naming import ranked_names
 from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import best_names, label
 from razer.vocabulary import Category
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.named_vectors import unit_rows
 
 DIMENSION = 48

@@ -11,13 +11,13 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.config import BankSettings
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.kinds import all_kinds, expand
-from razer.query.naming import set_shares
+from razer.query.naming import NameShares
 from razer.query.ranking import PRESENT, NegativePrompts, TextRanking
 from razer.query.text_queries import TextQueryEncoder
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.named_vectors import unit_rows
 
 
@@ -135,7 +135,7 @@ def test_kinds_of_things_that_real_vectors_show_through_noise(real_data):
         for kind in all_kinds():
             meaning = expand(kind.name, exemplars.names)
             if meaning is not None and len(meaning.rows) > 1:
-                shares = set_shares(table, exemplars.text, meaning.rows)
+                shares = NameShares(table, exemplars.text).set_shares(meaning.rows)
                 scores.append(np.minimum(shares, ranking.set_scores(exemplars.text[meaning.rows])))
                 truth.append(np.isin(rows, meaning.rows))
     score, right = np.concatenate(scores), np.concatenate(truth)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from razer.query import naming
 from razer.query import ranking as rules
 from razer.query.embedding_table import EmbeddingTable
-from razer.query.naming import name_log_shares, ranked_names, set_shares
+from razer.query.naming import NameShares, name_log_shares, ranked_names
 from tests.support.named_vectors import unit_rows
 
 DIMENSION = 24
@@ -76,11 +76,11 @@ def test_the_share_of_a_set_is_what_its_names_have_together(monkeypatch):
         sums = [np.exp(x[members] - x.max()).sum() / np.exp(x - x.max()).sum() for x in logits]
         literal.append(max(s * (w / weights[0]) ** rules.SHARE_POWER for s, w in zip(sums, weights, strict=True)))
     monkeypatch.setattr(naming, "_ROWS_AT_ONCE", 2)
-    assert_allclose(set_shares(table, names, members), literal, rtol=1e-3, atol=1e-6)
-    assert_allclose(set_shares(table, names, np.arange(11)), 1, rtol=1e-6)
+    assert_allclose(NameShares(table, names).set_shares(members), literal, rtol=1e-3, atol=1e-6)
+    assert_allclose(NameShares(table, names).set_shares(np.arange(11)), 1, rtol=1e-6)
     # Two names between which an instance cannot be told are as sure together as one that it could be told by.
     pair = np.eye(3, DIMENSION, dtype=np.float32)[[0, 0, 1]]
     single = EmbeddingTable.of({5: (pair[[0]], np.ones(1))})
     assert_allclose(np.exp(name_log_shares(single, pair)), [[0.5, 0.5, 0]], atol=1e-6)
-    assert_allclose(set_shares(single, pair, np.array([0, 1])), [1], atol=1e-6)
-    assert set_shares(EmbeddingTable.of({}), names[:, :0], members).shape == (0,)
+    assert_allclose(NameShares(single, pair).set_shares(np.array([0, 1])), [1], atol=1e-6)
+    assert NameShares(EmbeddingTable.of({}), names[:, :0]).set_shares(members).shape == (0,)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query import ranking as rules
 from razer.query.embedding_table import EmbeddingTable
@@ -13,7 +14,6 @@ from razer.query.ranking import NegativePrompts, TextRanking, image_scores
 from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import best_names, label
 from razer.vocabulary import Category
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.named_vectors import unit_rows
 
 DIMENSION, NAMES = 32, 40

@@ -17,6 +17,7 @@ from razer.config import MapperConfig
 from razer.config.reintegration import ReintegrationSettings
 from razer.frame import Frame
 from razer.mapper import Mapper
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.metrics.instances.instance_ap import Scene, instance_ap
 from razer.metrics.surface.nearest_vertices import transfer_labels
 from razer.metrics.surface.surface_errors import metrics_of_distances
@@ -27,7 +28,6 @@ from razer.reintegration.id_matching import majority_ids, match_ids
 from razer.reintegration.kept_frames import shifts_m
 from razer.tracking.duplicates import find_duplicates, shared_votes
 from razer.tracking.step_result import StepResult
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.scenes import COARSE, axis_box, box_depth, frame_of, plane_depth, pose
 
 N_FRAMES, CLOSED = 80, 37  # two laps; the loop is closed as the camera comes back to where it began

@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from razer.boxes.oriented_box import OrientedBox
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.gravity import up_direction
 from razer.semantics.relations import Relation, _is_parted, relations
 from razer.semantics.upright_instance import UprightInstance
-from razer.volume.mesh_extraction import LabelledMesh
 
 STEP_M = 0.03
 

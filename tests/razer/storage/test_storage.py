@@ -15,11 +15,12 @@ import razer.volume.blocks.block_pages
 from razer.class_votes import ClassVote
 from razer.errors import BadInput
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.storage.embeddings_npz import write_embeddings_npz
 from razer.storage.instances_json import read_instances_json, write_instances_json
 from razer.storage.ply import read_mesh_ply, write_mesh_ply
 from razer.storage.volume_npz import load_voxels, save_voxels
-from razer.volume.mesh_extraction import LabelledMesh, extract_mesh
+from razer.volume.mesh_extraction import extract_mesh
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, contents, frame_of, look, moved, pose, random_box, same_contents, unit
 

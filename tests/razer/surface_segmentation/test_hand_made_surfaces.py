@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from razer.config import SurfaceSegmentationSettings
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.surface_segmentation.segmentation import SurfaceSegments, segment_surface
-from razer.volume.mesh_extraction import LabelledMesh
 from tests.support.voxel_surfaces import voxel_surface
 
 N = 84  # cells of 2 cm: a corner of a room 1.7 m wide and high

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 import razer.volume.blocks.block_pages
-from razer.frame import Frame
+from razer.frame import Frame, Intrinsics
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, frame_of, plane_depth, pose
 
@@ -75,3 +75,25 @@ def test_a_hidden_part_takes_nothing_from_the_seen_one() -> None:
     _, weight, color = observed(voxels)
     assert (weight == 2).all()
     torch.testing.assert_close(color, torch.tensor(COLOR, dtype=torch.float32).expand_as(color), atol=0.01, rtol=0)
+
+
+# Cameras with which Open3D, left to itself, finds pixels of the first row or column off the image.
+AWKWARD = [Intrinsics(160, 120, f, f, cx, cy) for f, cx, cy in [(134.5, 71.0, 59.0), (145.5, 82.5, 57.5)]]
+
+
+@pytest.mark.parametrize("camera", AWKWARD)
+@pytest.mark.parametrize("device", ["CPU:0", pytest.param("CUDA:0", marks=pytest.mark.gpu)])
+def test_voxels_at_the_border_of_the_image_have_the_colour_of_their_pixel(
+    camera: Intrinsics, device: str, request: pytest.FixtureRequest
+) -> None:
+    at = request.getfixturevalue("cuda") if device == "CUDA:0" else device
+    frame = frame_of(plane_depth(pose(), NORMAL, DISTANCE_M, camera), pose(), camera=camera)
+    v, u = np.mgrid[: camera.height, : camera.width]
+    voxels = VoxelMap(COARSE, at)
+    rows = voxels.rows_of(voxels.integrate(replace(frame, rgb=np.stack([u, v, 0 * u + 255], -1).astype(np.uint8))))
+    addresses = voxels.pages.select(rows, lambda weight: weight[..., 0] > 0, "weight")
+    x, y, z = voxels.pages.positions(addresses).cpu().numpy().astype(float).T
+    color = voxels.pages.read(addresses, "color")[0].cpu().numpy()
+    assert np.abs(color[:, 0] - (camera.fx * x / z + camera.cx)).max() < 1 + 1e-3
+    assert np.abs(color[:, 1] - (camera.fy * y / z + camera.cy)).max() < 1 + 1e-3
+    np.testing.assert_allclose(color[:, 2], 255, atol=0.01)

@@ -45,6 +45,6 @@ def test_counting_labels_takes_memory_for_those_that_occur() -> None:
     """Bins of all groups and of all ids ever given would be 80 GB."""
     voxels = VoxelMap(COARSE)
     voxels.admit(1_000_000)
-    labels = torch.tensor([0, 999_999, 3], dtype=torch.int32)
+    labels = torch.tensor([0, 999_999, 3], dtype=torch.int32, device=voxels.torch_device)
     group, cell = np.array([9_999, 0, 9_999, 9_999], np.int32), np.array([1, 0, 1, 2], np.int32)
     assert voxels.count_labels(labels, group, cell) == {(9_999, 999_999): 2, (9_999, 3): 1}

@@ -49,7 +49,7 @@ def of_one_grid(voxels: VoxelMap) -> tuple[set[tuple[float, ...]], list[Triangle
     places = grid.hashmap().find(o3c.Tensor(keys))[0].to(o3c.int64).numpy()
     for name in ("tsdf", "weight", "color"):
         view = torch.utils.dlpack.from_dlpack(grid.attribute(name).to_dlpack())
-        view.flatten(1, 3)[places] = voxels.pages.blocks(rows, name)
+        view.flatten(1, 3)[places] = voxels.pages.blocks(rows, name).cpu()
     mesh = grid.extract_triangle_mesh(float(np.nextafter(np.float32(COARSE.surface_weight), np.float32(-1))))
     vertices = [tuple(v) for v in mesh.vertex.positions.numpy().tolist()]
     corners = [[vertices[i] for i in triangle] for triangle in mesh.triangle.indices.numpy().tolist()]

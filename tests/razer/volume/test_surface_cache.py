@@ -43,7 +43,7 @@ def assert_is_all(known: SurfaceCache, volume: VoxelMap) -> None:
     everything = SurfaceVoxels.at(volume, volume.surface_addresses())
     ours, theirs = (torch.argsort(of.addresses) for of in (found, everything))
     for part in ("addresses", "labels", "ids", "counts"):
-        assert_array_equal(getattr(found, part)[ours].numpy(), getattr(everything, part)[theirs].numpy())
+        assert_array_equal(getattr(found, part)[ours].cpu(), getattr(everything, part)[theirs].cpu())
 
 
 def test_a_volume_is_all_new_at_first_and_nothing_is_after_that() -> None:

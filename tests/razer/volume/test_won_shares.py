@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from razer.config import BankSettings
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.tracking.track import Track
-from razer.volume.mesh_extraction import LabelledMesh
 from razer.volume.surface_cache import SurfaceVoxels
 from razer.volume.voxel_map import VoxelMap
 from razer.volume.won_shares import won_shares as shares_on

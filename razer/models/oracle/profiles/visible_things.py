@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage
 
 from razer.arrays import BoolArray, Int32Array, Uint8Array
 from razer.errors import BadInput
@@ -42,6 +41,8 @@ class VisibleThings:
     @cached_property
     def boxes(self) -> dict[int, Window]:
         """The window of the image round each thing."""
+        from scipy import ndimage  # late: a map of these masks is asked without
+
         return {i: box for i, box in enumerate(ndimage.find_objects(self.ids.clip(0)), start=1) if box is not None}
 
     def name(self, thing: int) -> str:

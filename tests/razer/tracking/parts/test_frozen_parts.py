@@ -14,6 +14,7 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.errors import BadInput
 from razer.frame import Frame, Masks
 from razer.map_object import MapObject
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.query.part_answers import better_parts
 from razer.query.ranking import PRESENT
@@ -21,7 +22,6 @@ from razer.query.text_queries import TextQueryEncoder
 from razer.semantics.labelling import Segment
 from razer.semantics.scene_graph import scene_graph
 from razer.vocabulary import Category
-from razer.volume.mesh_extraction import LabelledMesh
 
 NAMES = ("chair", "chair leg", "table", "lamp")
 

@@ -45,7 +45,8 @@ def test_what_is_stored_stays_where_it_is_as_the_map_grows() -> None:
 
 def test_frames_that_see_full_pages_do_not_make_them_larger(monkeypatch: pytest.MonkeyPatch) -> None:
     """Open3D's `integrate` makes a grid larger where it is given more blocks than are free, be they new or not."""
-    monkeypatch.setattr(razer.volume.blocks.block_pages, "SPARE_ROWS", 2)
+    for name in ("SPARE_ROWS", "CUDA_SPARE_ROWS"):
+        monkeypatch.setattr(razer.volume.blocks.block_pages, name, 2)
     voxels = VoxelMap(COARSE)
     for x in np.linspace(0, 1.5, 6):
         at = pose((x, 0, 0))

@@ -1,0 +1,1 @@
+"""Hand edits of a run from the command line."""

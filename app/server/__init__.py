@@ -1,0 +1,1 @@
+"""The map over HTTP: routes, who may ask what, streams of events, the server itself."""

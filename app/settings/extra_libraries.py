@@ -1,0 +1,15 @@
+"""Libraries that only some verbs need, and that an extra installs."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from razer.errors import BadInput
+
+_SERVING = ("fastapi", "uvicorn", "python_multipart", "PIL", "mcp")
+
+
+def require_serve() -> None:
+    """Raise BadInput where a library of the extra `serve` is not installed."""
+    if any(find_spec(name) is None for name in _SERVING):
+        raise BadInput("serving a map needs more libraries: pip install 'razer[serve]'")

@@ -1,0 +1,49 @@
+"""The lives of all instances as one text: those of one name side by side, as the question is why there are two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from razer.map_object import MapObject
+from razer.tracking.track import Track
+
+INTRODUCTION = """Each detection is given to the track that costs least: `cost = w_v (1 - overlap) + w_s unlikeness`.
+One that costs more than the gate is a new instance. So look where the second one *appears*, and why it was not the
+first."""
+
+
+def item_label(item: MapObject | Track) -> str:
+    """ "chair #12", or "#12" where there is no name."""
+    return f"{item.class_name or ''} #{item.id}".lstrip()
+
+
+def lives_document(items: Sequence[MapObject], stories: Mapping[int, Sequence[tuple[int, str]]]) -> str:
+    """Markdown: a section for each instance, things before surfaces, sorted by name and number.
+
+    Args:
+        items: the instances.
+        stories: what happened to each, by id, with the frame.
+    """
+    ordered = sorted(items, key=lambda item: (item.is_stuff, item.class_name is None, item.class_name or "", item.id))
+    return "\n\n".join([INTRODUCTION, *(_section(item, items, stories.get(item.id, ())) for item in ordered)])
+
+
+def _section(item: MapObject, items: Sequence[MapObject], story: Sequence[tuple[int, str]]) -> str:
+    lines = [f"- frame {frame}: {text}" for frame, text in story] or ["- nothing is known of its life"]
+    seen = (
+        f"seen {item.observations} times, frames {item.first_frame} to {item.last_frame}, confidence {item.score:.2f}"
+    )
+    return "\n".join([f"### {item_label(item)}", f"{seen}{_nearest(item, items)}\n", *lines])
+
+
+def _nearest(item: MapObject, items: Sequence[MapObject]) -> str:
+    """The nearest other instance of the same name."""
+    alike = [other for other in items if other.class_name == item.class_name and other.id != item.id]
+    if not alike or item.class_name is None:
+        return ""
+    gap_m, other = min(
+        ((float(np.linalg.norm(o.box.center - item.box.center)), o) for o in alike), key=lambda pair: pair[0]
+    )
+    return f"; the nearest other {item.class_name} is #{other.id}, {gap_m:.2f} m away"

@@ -1,0 +1,79 @@
+"""Recordings in files: written by streams, read back, and put together anew."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from app.timeline.entities import ESTIMATED, FIGURES, PATH
+from razer.arrays import Float64Array
+
+
+def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = None) -> rr.RecordingStream:
+    """A stream that writes a file; streams of one name are one recording."""
+    stream = rr.RecordingStream("razer", recording_id=name, send_properties=False, batcher_config=batches)
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    stream.save(path)
+    return stream
+
+
+def data_of(path: Path) -> rr.chunk.LazyChunkStream:
+    """What a file holds but for layouts, in its order; nothing of a file without any."""
+    reader = rr.chunk.RrdReader(path)
+    return reader.stream() if reader.recordings() else rr.chunk.LazyChunkStream.from_iter([])
+
+
+class SavedRecording:
+    """The data of a recording, read back."""
+
+    def __init__(self, path: Path) -> None:
+        self._chunks = data_of(path).to_chunks()
+
+    def holds(self, path: str) -> bool:
+        """Whether anything was logged at an entity."""
+        return any(chunk.entity_path.lstrip("/") == path for chunk in self._chunks)
+
+    def under(self, name: str) -> list[rr.chunk.Chunk]:
+        """All of it below the entity `name`."""
+        ours = [chunk for chunk in self._chunks if not chunk.entity_path.startswith("/__")]
+        return [chunk.with_entity_path(f"/{name}{chunk.entity_path}") for chunk in ours]
+
+
+@dataclass(frozen=True)
+class RunStyle:
+    """How a run is shown among others: moved (4, 4) from its own world into the common one, its path in one colour."""
+
+    world_from_own: Float64Array
+    color: tuple[int, int, int]
+
+
+def write_merged(
+    path: Path, chunks: Sequence[rr.chunk.Chunk], layout: rrb.Blueprint, styles: Mapping[str, RunStyle], figures: str
+) -> None:
+    """Write data of several recordings as one.
+
+    Args:
+        path: the file.
+        chunks: each under the name of its run.
+        layout: of the viewer.
+        styles: of the runs, by name.
+        figures: Markdown that compares them.
+    """
+    stream = open_stream(path, str(uuid.uuid4()))
+    stream.send_blueprint(layout)
+    stream.log(FIGURES, rr.TextDocument(figures, media_type="text/markdown"), static=True)
+    for name, style in styles.items():
+        motion = style.world_from_own
+        stream.log(name, rr.Transform3D(translation=motion[:3, 3], mat3x3=motion[:3, :3]), static=True)
+        for line in (PATH, f"{ESTIMATED}/whole", f"{ESTIMATED}/newest"):
+            stream.log(f"{name}/{line}", rr.LineStrips3D.from_fields(colors=[style.color]), static=True)
+    stream.flush()  # so that these come first: data that was read back is not held back to be batched
+    stream.send_chunks(chunks)
+    stream.flush()
+    stream.disconnect()

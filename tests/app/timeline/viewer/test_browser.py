@@ -1,0 +1,77 @@
+"""The page in a real browser: every tab of a recording opens, without an error and without asking another machine."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.timeline.config import TimelineConfig
+from app.timeline.rerun_timeline import Timeline
+from app.timeline.viewer import rerun_viewer
+from app.timeline.viewer.free_port import HOST, free_port
+from app.timeline.viewer.rerun_process import rerun_environment
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.config import MapperConfig, VoxelSettings
+from razer.mapper import Mapper
+
+pytestmark = pytest.mark.full
+playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright")
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+TABS = {"Objects": (125, 50), "Poses": (205, 50), "Performance": (305, 50)}  # where they lie, pixels
+SHOWN_S, LOAD_S = 8.0, 60.0
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """Of the page of a small recording."""
+    run = tmp_path_factory.mktemp("run")
+    room = SyntheticRoom(0, 8, 160, 120)
+    mapper = Mapper(MapperConfig(voxels=VoxelSettings(voxel_size_m=0.05)), "oracle", "oracle")
+    timeline = Timeline(run / "timeline.rrd", room.intrinsics, TimelineConfig())
+    for frame in (room[n] for n in range(len(room))):
+        timeline.show(frame, mapper.step(frame), mapper, {"lift": 1.0})
+    timeline.finish(mapper.finish())
+    timeline.close()
+    port = free_port(0)
+    server = subprocess.Popen(rerun_viewer.server_command(run, port), env=rerun_environment())
+    yield f"http://{HOST}:{port}/"
+    server.kill()
+    server.wait()
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_every_tab_opens_without_errors_and_without_the_network(address, tmp_path):
+    import cv2
+
+    errors, elsewhere = [], []
+    with playwright.sync_playwright() as browsers:
+        browser = browsers.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE_GL)
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("request", lambda request: request.url.startswith(address) or elsewhere.append(request.url))
+        for attempt in range(50):
+            try:
+                page.goto(address)
+                break
+            except playwright.Error:
+                page.wait_for_timeout(100 * attempt)
+        page.wait_for_timeout(1000 * LOAD_S)
+        shots = []
+        for name, place in [("Overview", (40, 50)), *TABS.items()]:
+            page.mouse.click(*place)
+            page.wait_for_timeout(1000 * SHOWN_S)
+            page.screenshot(path=tmp_path / f"{name}.png", timeout=120_000)
+            shots.append(cv2.imread(str(tmp_path / f"{name}.png")))
+        browser.close()
+    assert errors == []
+    assert [url for url in elsewhere if not url.startswith(("data:", "blob:"))] == []
+    for shot in shots:
+        assert (shot[100:800] < 200).any(axis=2).mean() > 0.005  # something is drawn
+    for one, other in pairwise(shots):
+        assert np.abs(one.astype(int) - other).mean() > 0.5
