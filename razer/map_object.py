@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from razer.arrays import Float32Array, Float64Array
 from razer.boxes.oriented_box import OrientedBox
@@ -35,6 +35,11 @@ class MapObject:
     part_of: int | None = None
     is_edited: bool = False
     is_named_by_hand: bool = False
+
+    def on_surface(self, points: Float64Array) -> MapObject:
+        """The same with its surface at `points` (N, 3), N >= 1, and voxels in proportion."""
+        n_voxels = max(1, round(self.n_voxels * len(points) / max(self.n_vertices, 1)))
+        return replace(self, box=OrientedBox.of_surface(points), n_vertices=len(points), n_voxels=n_voxels)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The picture of the house, enforced: who imports whom, what is fenced, how long files may be."""
+"""The picture of the house, enforced: who imports whom, and what is fenced."""
 
 from __future__ import annotations
 
@@ -40,12 +40,6 @@ SERVING_ROOMS = ("app/server/", "app/agents/")
 # Attributes leave the device where a surface is extracted and where a map is saved, nowhere else.
 MAY_COPY_TO_HOST = {"razer/volume/mesh_extraction.py", "razer/storage/volume_npz.py"}
 ATTRIBUTE_READERS = {"attribute", "read", "blocks", "views", "labels_at", "histograms_at"}
-VAGUE_NAMES = {"utils.py", "util.py", "common.py", "base.py", "helpers.py", "helper.py", "misc.py"}
-MAX_FILE_LINES = 300
-MAX_FUNCTION_LINES = 50
-MEDIAN_FILE_LINES = 90
-MANY_FUNCTIONS_LINES = 16  # nine in ten functions are no longer
-MAX_MODULES = 14  # of a package, __init__ included
 
 
 def relative(path: Path) -> str:
@@ -265,33 +259,6 @@ def test_the_fence_of_the_device_names_files_that_exist():
 @pytest.mark.parametrize("path", METHOD_FILES, ids=relative)
 def test_voxel_attributes_stay_on_their_device(path):
     assert host_copies(tree_of(path)) == set()
-
-
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_files_and_functions_are_short(path):
-    assert path.name not in VAGUE_NAMES
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_FILE_LINES
-    functions = [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-    long = [
-        f"{node.name}: {node.end_lineno - node.lineno + 1}"
-        for node in functions
-        if node.end_lineno - node.lineno >= MAX_FUNCTION_LINES
-    ]
-    assert long == []
-
-
-def test_most_files_and_functions_are_shorter_still():
-    sizes = sorted(len(path.read_text(encoding="utf-8").splitlines()) for path in FILES)
-    assert sizes[len(sizes) // 2] <= MEDIAN_FILE_LINES
-    functions = [node for path in FILES for node in ast.walk(tree_of(path)) if isinstance(node, ast.FunctionDef)]
-    lengths = sorted(node.end_lineno - node.lineno + 1 for node in functions if node.end_lineno)
-    assert lengths[int(0.9 * len(lengths))] <= MANY_FUNCTIONS_LINES
-
-
-@pytest.mark.parametrize("package", sorted({path.parent for path in FILES}), ids=relative)
-def test_a_package_has_few_modules_and_says_what_it_is(package):
-    assert len(list(package.glob("*.py"))) <= MAX_MODULES
-    assert ast.get_docstring(tree_of(package / "__init__.py"))
 
 
 # Arrows between the sub-packages of razer, and its modules that lie in none, as docs/architecture.md draws them.

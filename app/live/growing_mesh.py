@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from app.live.due_chunks import Chunk
 from app.live.snapshot import Snapshot
 from razer.arrays import Int32Array
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk
 
 
 class GrowingMesh:
@@ -35,7 +35,7 @@ class GrowingMesh:
         meshes = [mesh for _, mesh in self._chunks.values()]
         starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
         triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
-        parts = [_none(), *meshes]
+        parts = [LabelledMesh.empty(), *meshes]
         instances = np.concatenate([part.instances for part in parts])
         return LabelledMesh(
             np.concatenate([part.vertices for part in parts]),
@@ -63,10 +63,3 @@ def _followed(gone: int, renamed: Mapping[int, int]) -> int:
         gone = renamed[gone]
         seen.add(gone)
     return gone
-
-
-def _none() -> LabelledMesh:
-    corners = np.zeros((0, 3))
-    return LabelledMesh(
-        corners.astype(np.float32), corners.astype(np.uint8), np.zeros(0, np.int32), corners.astype(np.int32)
-    )

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from app.live.due_chunks import Chunk
 from app.page.packet import pack
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk
 
 FORMAT = 1
 _FAST = 1  # of gzip's levels: it is made again every few seconds

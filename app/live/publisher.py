@@ -10,10 +10,13 @@ from time import perf_counter, thread_time
 
 import numpy as np
 
-from app.live.due_chunks import DueChunks, blocks_of, split
+from app.live.due_chunks import BLOCKS_PER_EDGE, DueChunks
 from app.live.snapshot import Finished, Snapshot
+from razer.detection.observed_surface import BLOCK
 from razer.frame import Frame
 from razer.mapper import Mapper
+from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import blocks_of, by_chunk
 from razer.tracking.parts.frozen_parts import frozen
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_part
@@ -64,13 +67,14 @@ class Publisher:
     def _snapshot(self, frame_index: int, mapper: Mapper) -> Snapshot:
         chunks = self._due.take(max(int(AIM_S / self._chunk_s), 4))
         started_s = thread_time()  # a busy machine makes a snapshot late, not small
-        mesh = extract_part(mapper.voxels, blocks_of(chunks))
-        parts = split(mesh, chunks, mapper.voxels.settings.voxel_size_m)
+        mesh = extract_part(mapper.voxels, blocks_of(chunks, BLOCKS_PER_EDGE))
+        parts = by_chunk(mesh, mapper.voxels.settings.voxel_size_m * BLOCK * BLOCKS_PER_EDGE)
         if chunks:
             measured_s = (thread_time() - started_s) / len(chunks)
             self._chunk_s = 0.7 * self._chunk_s + 0.3 * measured_s
         objects = tuple(frozen(track, 0) for track in mapper.tracks if track.confirmed)
-        snapshot = Snapshot(frame_index, objects, parts, self._renamed, self._up.copy(), self._is_rebuilt)
+        told = {chunk: parts.get(chunk, LabelledMesh.empty()) for chunk in chunks}  # an empty one is to vanish
+        snapshot = Snapshot(frame_index, objects, told, self._renamed, self._up.copy(), self._is_rebuilt)
         self._renamed, self._is_rebuilt = {}, False
         return snapshot
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.live.due_chunks import Chunk
 from razer.arrays import Float64Array
 from razer.map_object import MapObject
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk
 
 
 @dataclass(frozen=True)

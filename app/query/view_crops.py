@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,9 +10,10 @@ import cv2
 import numpy as np
 
 from app.settings.run_config import InputSettings
-from razer.arrays import Uint8Array
+from razer.arrays import BoolArray, Uint8Array
 from razer.detection.best_views import BestView
 from razer.errors import BadInput, UntrustedPlugin, UnusableFrame
+from razer.frame import Frame, RecordedColor
 from razer.map_object import MapObject
 from razer.storage.atomic_files import replace_file
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from data_tools.recordings.sequence import RgbdSequence
 
 CROPS = "crops"
+Box = tuple[int, int, int, int]  # x, y, width, height, pixels
 _MARGIN = 0.15  # of the box on each side: context helps to recognise an object
 
 
@@ -86,7 +87,7 @@ class ViewCrops:
             if self._color_warp is not None:
                 frame = self._color_warp.registered(frame)
             path.parent.mkdir(exist_ok=True)
-            crop = cv2.cvtColor(crop_view(frame.rgb, view), cv2.COLOR_RGB2BGR)
+            crop = cv2.cvtColor(crop_of(frame, view.region.box), cv2.COLOR_RGB2BGR)
             replace_file(path, lambda part: cv2.imwrite(str(part), crop))
         except (UnusableFrame, IndexError, OSError, cv2.error) as error:
             self.notes.append(f"no crop of frame {view.frame}: {error}")
@@ -94,14 +95,32 @@ class ViewCrops:
         return str(path)
 
 
-def crop_view(rgb: Uint8Array, view: BestView) -> Uint8Array:
-    """The part (h, w, 3) of an image that a view's box covers, with a margin."""
-    (left, right), (top, bottom) = _ranges(view, rgb.shape)
-    return np.ascontiguousarray(rgb[top:bottom, left:right])
+def crop_of(frame: Frame, box: Box) -> Uint8Array:
+    """The part (h, w, 3) of a frame's picture that a box covers, with a margin; of the picture as it was recorded where
+    there is another, which is torn nowhere."""
+    recorded = frame.recorded_color
+    rgb = frame.rgb if recorded is None else recorded.rgb
+    rows, columns = _ranges(box if recorded is None else _box_in(recorded, box, frame.has_color), rgb.shape)
+    return np.ascontiguousarray(rgb[rows, columns])
 
 
-def _ranges(view: BestView, shape: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    x, y, width, height = view.region.box
-    for start, length, size in ((x, width, shape[1]), (y, height, shape[0])):
+def _box_in(recorded: RecordedColor, box: Box, has_color: BoolArray | None) -> Box:
+    """A box of the depth image in the recorded picture; as it is where the colour camera sees nothing of it."""
+    x, y, width, height = box
+    inside = slice(y, y + height), slice(x, x + width)
+    pixels = recorded.pixel[inside] if has_color is None else recorded.pixel[inside][has_color[inside]]
+    if not pixels.size:
+        return box
+    rows, columns = np.divmod(pixels.ravel(), recorded.rgb.shape[1])
+    left, top = int(columns.min()), int(rows.min())
+    return left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1
+
+
+def _ranges(box: Box, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """The rows and columns of a box with its margin in an image of that shape."""
+    x, y, width, height = box
+    ranges = []
+    for start, length, size in ((y, height, shape[0]), (x, width, shape[1])):
         margin = round(_MARGIN * length)
-        yield max(0, start - margin), min(size, start + length + margin)
+        ranges.append(slice(max(0, start - margin), min(size, start + length + margin)))
+    return ranges[0], ranges[1]

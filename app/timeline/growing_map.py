@@ -10,12 +10,14 @@ import numpy as np
 from app.render.mesh_decimation import cluster_vertices
 from app.timeline import entities
 from app.timeline.config import TimelineConfig
-from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk
+from app.timeline.map_chunks import BLOCKS_PER_EDGE, ChunkSchedule
 from app.timeline.recording.rerun_log import RerunLog
 from app.timeline.surface_colors import lightly_tinted
 from razer.arrays import Float32Array, Int32Array
 from razer.boxes.oriented_box import SURFACE_TRIM, OrientedBox
+from razer.detection.observed_surface import BLOCK
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk, blocks_of, by_chunk
 from razer.tracking.track import Track
 from razer.volume.mesh_extraction import extract_part
 from razer.volume.voxel_map import VoxelMap
@@ -43,9 +45,9 @@ class GrowingMap:
         due = self._schedule.take_due()
         if not due:
             return
-        mesh = extract_part(voxels, np.concatenate([chunk.block_keys for chunk in due]))
+        mesh = extract_part(voxels, blocks_of(due, BLOCKS_PER_EDGE))
         coarse = cluster_vertices(mesh, self._config.surface_cell_m)
-        parts = by_chunk(coarse, voxels.settings.voxel_size_m)
+        parts = by_chunk(coarse, voxels.settings.voxel_size_m * BLOCK * BLOCKS_PER_EDGE)
         for chunk in due:
             entity = f"{entities.GROWING}/{chunk.x}_{chunk.y}_{chunk.z}"
             part = parts.get(chunk)

@@ -8,6 +8,8 @@ from pydantic import Field
 
 from razer.settings import Settings
 
+_VOXELS_OF_SUPERVOXEL = 3  # less, and normals are those of single triangles
+
 
 class SurfaceSegmentationSettings(Settings):
     """How the finished surface is segmented by shape and colour, in place of the masks of single frames."""
@@ -50,3 +52,7 @@ class SurfaceSegmentationSettings(Settings):
         description="Least score of a thing, the probability that it is a whole one; what is below is nobody's. "
         "Higher: fewer fragments, and things are lost. At 0.15 most fragments go, and 95 % of the surface stays.",
     )
+
+    def at_voxels(self, voxel_size_m: float) -> SurfaceSegmentationSettings:
+        """The same for a surface of such voxels: supervoxels are no narrower than three of them."""
+        return self.model_copy(update={"supervoxel_m": max(self.supervoxel_m, _VOXELS_OF_SUPERVOXEL * voxel_size_m)})

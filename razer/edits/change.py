@@ -9,13 +9,14 @@ from functools import singledispatch
 import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int32Array
-from razer.edits.changed_objects import on_surface, pooled
+from razer.edits.changed_objects import pooled
 from razer.edits.edit import Delete, Edit, Merge, MoveBorder, Relabel, Rename, Split
 from razer.edits.region import Region
 from razer.errors import BadInput
 from razer.map_object import MapObject
 from razer.models.stuff_names import is_stuff_name
 from razer.panoptic_map import PanopticMap
+from razer.tracking.parts.frozen_parts import parts_on_wholes
 
 MIN_VERTICES = 4  # of what is split off or left: less has no box worth the name
 
@@ -62,7 +63,7 @@ def _split(edit: Split, panoptic: PanopticMap) -> PanopticMap:
     item = instance(panoptic, edit.instance)
     labels = _moved(panoptic, item, edit.region, edit.new)
     sides = [
-        on_surface(replace(item, id=i), _points(panoptic, labels == i)) for i in (item.id, edit.new)
+        replace(item, id=i, is_edited=True).on_surface(_points(panoptic, labels == i)) for i in (item.id, edit.new)
     ]  # votes, views and embeddings are of both: which side they were of is not known
     return _with_parts_on_their_wholes(_with(panoptic, sides, labels))
 
@@ -71,7 +72,9 @@ def _split(edit: Split, panoptic: PanopticMap) -> PanopticMap:
 def _move_border(edit: MoveBorder, panoptic: PanopticMap) -> PanopticMap:
     source, target = instance(panoptic, edit.source), instance(panoptic, edit.target)
     labels = _moved(panoptic, source, edit.region, target.id)
-    sides = [on_surface(item, _points(panoptic, labels == item.id)) for item in (source, target)]
+    sides = [
+        replace(item, is_edited=True).on_surface(_points(panoptic, labels == item.id)) for item in (source, target)
+    ]
     return _with_parts_on_their_wholes(_with(panoptic, sides, labels))
 
 
@@ -122,17 +125,7 @@ def _with_parts_on_their_wholes(panoptic: PanopticMap) -> PanopticMap:
     left are gone."""
     if panoptic.vertex_parts is None:
         return panoptic
-    of_part, labels, parts = panoptic.vertex_parts.copy(), panoptic.mesh.instances, []
-    for part in panoptic.parts:
-        rows = np.flatnonzero(of_part == part.id)
-        counts = np.bincount(labels[rows], minlength=1)
-        whole = int(counts[1:].argmax()) + 1 if counts[1:].any() else 0
-        of_part[rows[labels[rows] != whole]] = 0
-        kept = rows[labels[rows] == whole]
-        if whole and len(kept) == part.n_vertices:
-            parts.append(replace(part, part_of=whole))
-        elif whole and len(kept) >= MIN_VERTICES:
-            parts.append(replace(on_surface(part, panoptic.mesh.vertices[kept].astype(np.float64)), part_of=whole))
-        else:
-            of_part[rows] = 0
-    return replace(panoptic, parts=tuple(parts), vertex_parts=of_part if parts else None)
+    parts, of_part = parts_on_wholes(panoptic.parts, panoptic.mesh, panoptic.vertex_parts)
+    whole = {part.id: part.n_vertices for part in panoptic.parts}
+    edited = tuple(part if part.n_vertices == whole[part.id] else replace(part, is_edited=True) for part in parts)
+    return replace(panoptic, parts=edited, vertex_parts=of_part if parts else None)

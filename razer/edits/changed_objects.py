@@ -42,13 +42,6 @@ def pooled(kept: MapObject, others: Sequence[MapObject], points: Float64Array) -
     )
 
 
-def on_surface(item: MapObject, points: Float64Array) -> MapObject:
-    """An instance whose surface is at `points` (N, 3), N >= 1, now; it has voxels in proportion."""
-    n_voxels = max(1, round(item.n_voxels * len(points) / max(item.n_vertices, 1)))
-    box = OrientedBox.of_surface(points)
-    return replace(item, box=box, n_vertices=len(points), n_voxels=n_voxels, is_edited=True)
-
-
 def _bank(items: Sequence[MapObject]) -> tuple[Float32Array, Float64Array]:
     """The strongest hypotheses (J, D) of all, and their weights (J,) by surface, adding up to 1."""
     items = sorted((item for item in items if len(item.weights)), key=lambda item: item.id)

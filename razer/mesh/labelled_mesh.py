@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from razer.arrays import Float32Array, Int32Array, Uint8Array
 
 
@@ -16,3 +18,9 @@ class LabelledMesh:
     colors: Uint8Array
     instances: Int32Array
     triangles: Int32Array
+
+    @classmethod
+    def empty(cls) -> LabelledMesh:
+        """A mesh of nothing."""
+        none = np.zeros((0, 3))
+        return cls(none.astype(np.float32), none.astype(np.uint8), np.zeros(0, np.int32), none.astype(np.int32))

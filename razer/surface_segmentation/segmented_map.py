@@ -16,7 +16,6 @@ from razer.panoptic_map import PanopticMap
 from razer.surface_segmentation.segmentation import segment_surface
 
 _HYPOTHESES = 3  # embeddings of an instance, as in a bank
-_VOXELS_OF_SUPERVOXEL = 3  # less, and normals are those of single triangles
 
 
 @dataclass(frozen=True)
@@ -41,10 +40,8 @@ def segmented_map(
         voxel_size_m: the volume's.
         newest_id: new ids are larger than this and than all ids of the map.
     """
-    finest = _VOXELS_OF_SUPERVOXEL * voxel_size_m
-    settings = settings.model_copy(update={"supervoxel_m": max(settings.supervoxel_m, finest)})
     mesh = panoptic.mesh
-    segments = segment_surface(mesh, panoptic.up_or_z, settings)
+    segments = segment_surface(mesh, panoptic.up_or_z, settings.at_voxels(voxel_size_m))
     known = panoptic.objects
     shared = _shared_vertices(segments.labels, mesh.instances, [item.id for item in known], len(segments.names))
     members = _members(segments.labels, len(segments.names))

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from razer.arrays import Int32Array, Int64Array
-from razer.boxes.oriented_box import OrientedBox
 from razer.config.surface_segmentation import SurfaceSegmentationSettings
 from razer.map_object import MapObject
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.surface_segmentation.segmentation import structure_pieces
+from razer.tracking.parts.frozen_parts import parts_on_wholes
 
 _OWNER_SHARE = 0.3  # of a piece of structure that its stuff instance has at least; else the masks meant something else
 _FLAT_SHARE = 0.5  # of an instance that lies in the plane: more, and it is flat itself, a rug, a door or a poster
@@ -30,16 +30,19 @@ def with_claimed_structure(
         settings: of the segmentation that finds the planes.
         voxel_size_m: the volume's.
     """
-    mesh = panoptic.mesh
-    claimed = mesh.instances.copy()
+    before, labels = panoptic.mesh.instances, panoptic.mesh.instances.copy()
     by_id = {item.id: item for item in panoptic.objects}
-    for members in structure_pieces(mesh, panoptic.up_or_z, settings):
-        _claim(claimed, members, by_id)
-    changed = np.unique(np.concatenate([side[claimed != mesh.instances] for side in (claimed, mesh.instances)]))
-    left = [_refreshed(o, mesh, claimed, voxel_size_m) if o.id in changed else o for o in panoptic.objects]
-    objects = tuple(item for item in left if item is not None)
-    parts = None if panoptic.vertex_parts is None else np.where(claimed == mesh.instances, panoptic.vertex_parts, 0)
-    return replace(panoptic, objects=objects, mesh=replace(mesh, instances=claimed), vertex_parts=parts)
+    for members in structure_pieces(panoptic.mesh, panoptic.up_or_z, settings.at_voxels(voxel_size_m)):
+        _claim(labels, members, by_id)
+    mesh = replace(panoptic.mesh, instances=labels)
+    changed = {*labels[labels != before].tolist(), *before[labels != before].tolist()}
+    left = [_on_own_surface(item, mesh) if item.id in changed else item for item in panoptic.objects]
+    claimed = replace(panoptic, objects=tuple(item for item in left if item is not None), mesh=mesh)
+    if panoptic.vertex_parts is None:
+        return claimed
+    unmoved = np.where(labels == before, panoptic.vertex_parts, 0)  # stuff, which takes the rest, has no parts
+    parts, vertex_parts = parts_on_wholes(panoptic.parts, mesh, unmoved)
+    return replace(claimed, parts=parts, vertex_parts=vertex_parts if parts else None)
 
 
 def _claim(labels: Int32Array, members: Int64Array, by_id: dict[int, MapObject]) -> None:
@@ -58,10 +61,7 @@ def _claim(labels: Int32Array, members: Int64Array, by_id: dict[int, MapObject])
     labels[np.isin(labels, np.flatnonzero(is_flat & is_same))] = owner  # with what of a piece sticks out
 
 
-def _refreshed(item: MapObject, mesh: LabelledMesh, labels: Int32Array, voxel_size_m: float) -> MapObject | None:
-    """The instance with the surface that it has by new labels (V,); None if it has none."""
-    points = mesh.vertices[labels == item.id].astype(np.float64)
-    if not len(points):
-        return None
-    n_voxels = len(np.unique(np.rint(points / voxel_size_m), axis=0))
-    return replace(item, box=OrientedBox.of_surface(points), n_voxels=n_voxels, n_vertices=len(points))
+def _on_own_surface(item: MapObject, mesh: LabelledMesh) -> MapObject | None:
+    """The instance with the surface that a mesh says it has; None without any."""
+    points = mesh.vertices[mesh.instances == item.id].astype(np.float64)
+    return item.on_surface(points) if len(points) else None

@@ -78,6 +78,9 @@ def instances_of(run: Path) -> list[dict[str, Any]]:
     return entries
 
 
+ROOM_FRAMES, ROOM_SIZE = 24, (160, 120)  # of the room that several verbs are tried on
+
+
 def map_oracle_room(place: Path, n_frames: int, size: tuple[int, int]) -> tuple[Path, Path]:
     """A small room with its truth, mapped with the simulator's masks: (run, recording), both in `place`."""
     room = SyntheticRoom(0, n_frames, *size)

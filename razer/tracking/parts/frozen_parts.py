@@ -13,6 +13,8 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.map_object import MapObject
 from razer.mesh.labelled_mesh import LabelledMesh
 
+MIN_PART_VERTICES = 4  # of a part: fewer have no box worth the name
+
 if TYPE_CHECKING:  # they bring torch along, which opening a saved map need not load
     from razer.tracking.parts.part_surface import PartSurface
     from razer.tracking.track import Track
@@ -65,3 +67,24 @@ def parts_as_instances(
     kept = [replace(o, n_vertices=int(left[o.id])) if o.id in wholes else o for o in objects]
     kept = [o for o in kept if o.n_vertices or o.id not in wholes]
     return (*kept, *parts), replace(mesh, instances=instances)
+
+
+def parts_on_wholes(
+    parts: Sequence[MapObject], mesh: LabelledMesh, vertex_parts: Int32Array
+) -> tuple[tuple[MapObject, ...], Int32Array]:
+    """Parts and the part (V,) of each vertex once the mesh is labelled anew: each part lies on the instance that has
+    most of its vertices, and on no other; of too few vertices for a box there is none."""
+    of_part, labels, kept = vertex_parts.copy(), mesh.instances, []
+    for part in parts:
+        rows = np.flatnonzero(of_part == part.id)
+        counts = np.bincount(labels[rows], minlength=1)
+        whole = int(counts[1:].argmax()) + 1 if counts[1:].any() else 0
+        own = rows[labels[rows] == whole] if whole else rows[:0]
+        if len(own) == part.n_vertices:
+            kept.append(replace(part, part_of=whole))
+        elif len(own) >= MIN_PART_VERTICES:
+            kept.append(replace(part.on_surface(mesh.vertices[own].astype(np.float64)), part_of=whole))
+        else:
+            own = rows[:0]
+        of_part[np.setdiff1d(rows, own)] = 0
+    return tuple(kept), of_part

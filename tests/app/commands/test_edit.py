@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 import sys
 from itertools import pairwise
@@ -17,21 +16,8 @@ from app.editing.edit_run import open_session
 from razer.edits.edit import edit_of
 from razer.edits.log import EditLog
 from razer.storage.ply import read_mesh_ply
-from tests.support.cli import contents, instances_of, map_oracle_room, razer
+from tests.support.cli import contents, instances_of, razer
 from tests.support.gltf import read_glb
-
-N_FRAMES, SIZE = 24, (160, 120)
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """(run, recording) of a small room with perfect masks."""
-    return map_oracle_room(tmp_path_factory.mktemp("room"), N_FRAMES, SIZE)
-
-
-@pytest.fixture
-def run(made, tmp_path):
-    return shutil.copytree(made[0], tmp_path / "run")
 
 
 def ids_of(run, name):

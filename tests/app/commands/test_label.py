@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -11,22 +10,8 @@ import pytest
 from razer.errors import BadInput
 from razer.storage.ply import read_mesh_ply
 from razer.vocabulary import vocabulary
-from tests.support.cli import contents, instances_of, map_oracle_room, razer
+from tests.support.cli import contents, instances_of, razer
 from tests.support.gltf import read_glb
-
-N_FRAMES, SIZE = 24, (160, 120)
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """(run, recording) of a small room with perfect masks."""
-    return map_oracle_room(tmp_path_factory.mktemp("room"), N_FRAMES, SIZE)
-
-
-@pytest.fixture
-def run(made, tmp_path):
-    """A copy of the run, to be written to."""
-    return shutil.copytree(made[0], tmp_path / "run")
 
 
 @pytest.mark.parametrize(

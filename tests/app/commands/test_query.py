@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 
 import cv2
 import numpy as np
@@ -11,21 +10,7 @@ import pytest
 
 import razer as razer_package
 from data_tools.synthetic.synthetic_room import SyntheticRoom
-from tests.support.cli import QUICK, contents, instances_of, map_oracle_room, razer
-
-N_FRAMES, SIZE = 24, (160, 120)
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """(run, recording) of a small room with perfect masks."""
-    return map_oracle_room(tmp_path_factory.mktemp("room"), N_FRAMES, SIZE)
-
-
-@pytest.fixture
-def run(made, tmp_path):
-    """A copy of the run, to be written to."""
-    return shutil.copytree(made[0], tmp_path / "run")
+from tests.support.cli import QUICK, ROOM_FRAMES, ROOM_SIZE, contents, instances_of, razer
 
 
 def test_the_json_of_a_query_is_the_contract(capsys, run):
@@ -97,7 +82,7 @@ def test_best_frames_show_the_instance(capsys, run, made):
     _, out, _ = razer(capsys, "query", run, "couch", "--json")
     (hit,) = json.loads(out)["hits"]
     stamps = np.loadtxt(made[1] / "stamps.txt")
-    room = SyntheticRoom(0, N_FRAMES, *SIZE)
+    room = SyntheticRoom(0, ROOM_FRAMES, *ROOM_SIZE)
     couch = next(i for i, name in room[0].instance_classes.items() if name == "couch")
     assert 1 <= len(hit["best_frames"]) <= 3
     for shown in hit["best_frames"]:
@@ -164,9 +149,9 @@ def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):
     out = tmp_path / "run"
     models = ("--segmenter", "oracle", "--embedder", "appearance")
     razer(capsys, "run", made[1], "-o", out, *models, *QUICK, "--no-timeline")
-    frame = SyntheticRoom(0, N_FRAMES, *SIZE)
+    frame = SyntheticRoom(0, ROOM_FRAMES, *ROOM_SIZE)
     couch = next(i for i, name in frame[0].instance_classes.items() if name == "couch")
-    best = max(range(N_FRAMES), key=lambda i: (frame[i].instance_ids == couch).sum())
+    best = max(range(ROOM_FRAMES), key=lambda i: (frame[i].instance_ids == couch).sum())
     rows, columns = np.nonzero(frame[best].instance_ids == couch)
     x, y = int(np.quantile(columns, 0.2)), int(np.quantile(rows, 0.2))
     width, height = int(np.quantile(columns, 0.8)) - x, int(np.quantile(rows, 0.8)) - y

@@ -7,14 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.live.due_chunks import BLOCKS_PER_EDGE, Chunk, DueChunks, blocks_of, split
+from app.live.due_chunks import BLOCKS_PER_EDGE, DueChunks
 from app.live.growing_mesh import GrowingMesh
 from app.live.mesh_blocks import encode_blocks
 from app.live.snapshot import Snapshot
 from app.page.packet import unpack
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.config import VoxelSettings
+from razer.detection.observed_surface import BLOCK
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk, blocks_of, by_chunk
 from razer.volume.marching_cubes import marching_cubes
 from razer.volume.mesh_extraction import extract_part
 from razer.volume.voxel_map import VoxelMap
@@ -59,8 +61,9 @@ def test_chunks_of_any_order_and_size_make_up_the_whole_mesh(mapped):
     due, growing = all_due(changes), GrowingMesh()
     while len(due):
         chunks = due.take(7)
-        mesh = extract_part(voxels, blocks_of(chunks))
-        growing.take(snapshot(split(mesh, chunks, SIZE_M)))
+        mesh = extract_part(voxels, blocks_of(chunks, BLOCKS_PER_EDGE))
+        parts = by_chunk(mesh, SIZE_M * BLOCK * BLOCKS_PER_EDGE)
+        growing.take(snapshot({chunk: parts.get(chunk, LabelledMesh.empty()) for chunk in chunks}))
     whole = growing.whole(np.zeros(0, np.int32))
     vertices, _, triangles = marching_cubes(voxels.pages, voxels.settings)
     assert triangle_set(whole.vertices, whole.triangles) == triangle_set(vertices, triangles)
@@ -120,8 +123,7 @@ def test_changes_since_a_revision_are_those_that_came_after_it():
 def test_surface_that_was_carved_away_vanishes():
     growing, chunk = GrowingMesh(), Chunk(0, 0, 0)
     growing.take(snapshot({chunk: labelled(1, 1, 1)}))
-    empty = split(LabelledMesh(*(part[:0] for part in vars(labelled(1, 1, 1)).values())), [chunk], SIZE_M)
-    growing.take(snapshot(empty))
+    growing.take(snapshot({chunk: LabelledMesh.empty()}))
     assert len(growing.whole(np.array([1], np.int32)).vertices) == 0
     _, sections = unpack(encode_blocks(growing.changes(1), 2, 0))
     assert sections["triangles"] == b""

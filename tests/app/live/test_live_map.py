@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.live.due_chunks import Chunk
 from app.live.live_map import LiveMap
 from app.live.snapshot import Snapshot
 from app.page.packet import unpack
@@ -17,6 +16,7 @@ from app.served_map.edit_models import RenameRequest
 from app.settings.config_file import read_config
 from razer.errors import BadInput, EditConflict
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk
 from razer.plugins import NO_TRUST
 from tests.support.edited_maps import CHAIR, LAMP, NAMES, TABLE, hand_made
 from tests.support.served_maps import saved_map

@@ -14,10 +14,11 @@ from app.render.mesh_decimation import cluster_vertices, decimated
 from app.render.palette import instance_colors
 from app.render.viewpoint import behind, from_above, overview
 from app.timeline.images import every_nth, instance_overlay, scaled_to
-from app.timeline.map_chunks import Chunk, ChunkSchedule, by_chunk
+from app.timeline.map_chunks import ChunkSchedule
 from razer.frame import Intrinsics
 from razer.geometry import project
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.mesh.mesh_chunks import Chunk
 
 VOXEL_M = 0.02
 CHUNK_M = 4 * 16 * VOXEL_M
@@ -56,30 +57,6 @@ def test_only_observed_chunks_are_due():
     assert schedule.take_due() == [Chunk(-1, 0, 0)]
     schedule.observe(np.zeros((0, 3), np.int32))
     assert schedule.take_due() == []
-
-
-def test_chunk_knows_its_blocks():
-    keys = Chunk(-1, 0, 2).block_keys
-    assert len(np.unique(keys, axis=0)) == 64
-    assert keys.min(axis=0).tolist() == [-4, 0, 8]
-    assert keys.max(axis=0).tolist() == [-1, 3, 11]
-
-
-def test_a_mesh_is_parted_into_chunks_that_hold_all_of_it():
-    mesh = grid_mesh(100, 0.05)
-    parts = by_chunk(mesh, VOXEL_M)
-    assert sum(len(part.triangles) for part in parts.values()) == len(mesh.triangles)
-    together = np.concatenate([part.vertices[part.triangles] for part in parts.values()])
-    assert {t.tobytes() for t in together} == {t.tobytes() for t in mesh.vertices[mesh.triangles]}
-    for chunk, part in parts.items():
-        middles = part.vertices[part.triangles].mean(axis=1)
-        assert (np.floor(middles / CHUNK_M) == np.array(chunk)).all()
-        assert set(part.triangles.ravel().tolist()) == set(range(len(part.vertices)))
-
-
-def test_no_surface_is_in_no_chunk():
-    none = np.zeros((0, 3), np.int32)
-    assert by_chunk(LabelledMesh(none.astype(np.float32), none.astype(np.uint8), none[:, 0], none), VOXEL_M) == {}
 
 
 def test_small_mesh_is_left_alone():

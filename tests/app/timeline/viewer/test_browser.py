@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
+import time
+import urllib.request
 from itertools import pairwise
 
+import cv2
 import numpy as np
 import pytest
 
@@ -17,11 +19,9 @@ from app.timeline.viewer.rerun_process import rerun_environment
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.config import MapperConfig, VoxelSettings
 from razer.mapper import Mapper
+from tests.support.browser import chromium
 
 pytestmark = pytest.mark.full
-playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright")
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 TABS = {"Objects": (125, 50), "Poses": (205, 50), "Performance": (305, 50)}  # where they lie, pixels
 SHOWN_S, LOAD_S = 8.0, 60.0
 
@@ -39,36 +39,38 @@ def address(tmp_path_factory):
     timeline.close()
     port = free_port(0)
     server = subprocess.Popen(rerun_viewer.server_command(run, port), env=rerun_environment())
-    yield f"http://{HOST}:{port}/"
+    place = f"http://{HOST}:{port}/"
+    wait_for(place)
+    yield place
     server.kill()
     server.wait()
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_every_tab_opens_without_errors_and_without_the_network(address, tmp_path):
-    import cv2
+def wait_for(address, patience_s=60.0):
+    """Until something answers there."""
+    end_s = time.monotonic() + patience_s
+    while True:
+        try:
+            return urllib.request.urlopen(address, timeout=5).close()
+        except OSError:
+            assert time.monotonic() < end_s, f"nothing answers at {address}"
+            time.sleep(0.2)
 
-    errors, elsewhere = [], []
-    with playwright.sync_playwright() as browsers:
-        browser = browsers.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE_GL)
+
+def test_every_tab_opens_without_errors_and_without_the_network(address, tmp_path):
+    errors, elsewhere, shots = [], [], []
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": 1400, "height": 900})
         page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("request", lambda request: request.url.startswith(address) or elsewhere.append(request.url))
-        for attempt in range(50):
-            try:
-                page.goto(address)
-                break
-            except playwright.Error:
-                page.wait_for_timeout(100 * attempt)
+        page.goto(address)
         page.wait_for_timeout(1000 * LOAD_S)
-        shots = []
         for name, place in [("Overview", (40, 50)), *TABS.items()]:
             page.mouse.click(*place)
             page.wait_for_timeout(1000 * SHOWN_S)
             page.screenshot(path=tmp_path / f"{name}.png", timeout=120_000)
             shots.append(cv2.imread(str(tmp_path / f"{name}.png")))
-        browser.close()
     assert errors == []
     assert [url for url in elsewhere if not url.startswith(("data:", "blob:"))] == []
     for shot in shots:
