@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import metadata
 
 from cyclopts import App, CycloptsError, Group
@@ -59,7 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     warn_in_one_line()
     tokens = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        code = app(_heard(tokens), exit_on_error=False, print_error=False, result_action="return_value")
+        with _quiet_if_asked(tokens) as heard:
+            code = app(heard, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         verb = next((token for token in tokens if token in _NAMES), None)
         asked = f"razer {verb}" if verb else "razer"
@@ -71,12 +73,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
-def _heard(tokens: list[str]) -> list[str]:
-    """The command without --quiet, which is taken note of; every verb knows it."""
+@contextmanager
+def _quiet_if_asked(tokens: list[str]) -> Iterator[list[str]]:
+    """The command without --quiet, which every verb knows; while it runs, consoles and helper processes know of it."""
     ended = tokens.index("--") if "--" in tokens else len(tokens)
     kept = [token for token in tokens[:ended] if token != "--quiet"]
-    os.environ[QUIET] = "1" if len(kept) < ended else os.environ.get(QUIET, "")
-    return kept + tokens[ended:]
+    before = os.environ.get(QUIET, "")
+    os.environ[QUIET] = "1" if len(kept) < ended else before
+    try:
+        yield kept + tokens[ended:]
+    finally:
+        os.environ[QUIET] = before
 
 
 def _plain(message: str) -> str:

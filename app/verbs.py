@@ -89,9 +89,13 @@ VERBS = {
             ("razer bench", "razer bench FOLDER --frames 200 --repeat 3"),
         ),
         Verb(
-            "measure.ablate:ablate", "Measure what each part of the method contributes.", ("razer ablate --seeds 0,1 --stride 1,6",)
+            "measure.ablate:ablate",
+            "Measure what each part of the method contributes.",
+            ("razer ablate --seeds 0,1 --stride 1,6",),
         ),
-        Verb("measure.reproduce:reproduce", "Reproduce one of the paper's tables.", ("razer reproduce replica FOLDER",)),
+        Verb(
+            "measure.reproduce:reproduce", "Reproduce one of the paper's tables.", ("razer reproduce replica FOLDER",)
+        ),
     ),
     "Prepare": (
         Verb("prepare.inspect:inspect", "Check a recording and name what looks wrong.", ("razer inspect FOLDER",)),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.pipeline.watchers import NOBODY, Watchers
@@ -87,6 +88,8 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
     from app.pipeline.run_report import print_run
 
     print_run(result, folder, as_json=as_json)
+    if not as_json:
+        print_next(result_console(), ("view", folder), ("query", folder, "a chair"), ("serve", folder))
     if live is not None and not result.accounting.interrupted:
         _go_on_serving(live)
 
