@@ -10,6 +10,7 @@ import numpy as np
 from app.pictures.label_layout import Box, PlacedLabel, middle_of
 from razer.arrays import Uint8Array
 
+Color = tuple[int, int, int]
 _INK, _LINE, _RIM, _WHITE = (38, 42, 48), (70, 75, 82), (196, 200, 206), (255, 255, 255)
 _TEXT_PER_SIDE = 0.0125  # of the picture's mean side
 _LEAST_TEXT_PX = 13
@@ -31,7 +32,7 @@ class LabelPen:
         return round(self._text_width(text) + 1.35 * height), height
 
     def draw(
-        self, image: Uint8Array, labels: Sequence[PlacedLabel], colors: Mapping[int, tuple[int, int, int]]
+        self, image: Uint8Array, labels: Sequence[PlacedLabel], colors: Mapping[int, Color]
     ) -> None:
         """Draw labels into an image (H, W, 3 or 4), RGB with opacity or without, in place."""
         for label in labels:
@@ -40,11 +41,25 @@ class LabelPen:
         for label in labels:
             self._pill(image, label.box, label.text, colors[label.instance])
 
+    def draw_legend(self, image: Uint8Array, entries: Sequence[tuple[str, Color]]) -> list[Box]:
+        """Draw what colours mean, one below the other at the lower left; returns the boxes taken."""
+        boxes: list[Box] = []
+        gap = self.text_px // 2
+        bottom = image.shape[0] - gap
+        for text, color in reversed(entries):
+            width, height = self.size_of(text)
+            if bottom - height < 0 or gap + width >= image.shape[1]:
+                break
+            boxes.append((gap, bottom - height, gap + width, bottom - 1))
+            self._pill(image, boxes[-1], text, color)
+            bottom -= height + gap
+        return boxes
+
     def _text_width(self, text: str) -> int:
         return int(cv2.getTextSize((1, 1), text, (0, 0), self._font, self.text_px, _WEIGHT)[2])
 
     def _leader(
-        self, image: Uint8Array, start: tuple[int, int], end: tuple[int, int], color: tuple[int, int, int]
+        self, image: Uint8Array, start: tuple[int, int], end: tuple[int, int], color: Color
     ) -> None:
         width = max(1, round(self.text_px / 14))
         mask = np.zeros(image.shape[:2], np.uint8)
@@ -58,7 +73,7 @@ class LabelPen:
             cv2.circle(mask, start, max(2, round(radius * self.text_px)), 255, -1, cv2.LINE_AA)
             _paint(image, mask, ink, 1.0)
 
-    def _pill(self, image: Uint8Array, box: Box, text: str, color: tuple[int, int, int]) -> None:
+    def _pill(self, image: Uint8Array, box: Box, text: str, color: Color) -> None:
         left, top, right, bottom = box
         part = image[top : bottom + 1, left : right + 1]
         height = bottom - top
@@ -79,15 +94,14 @@ def _pill_mask(shape: tuple[int, ...], inset: float) -> Uint8Array:
     height, width = shape[0] - 1, shape[1] - 1
     radius = height / 2 - inset
     unit = 1 << _FINE
-    ends = [(round((height / 2) * unit), round(height / 2 * unit)), (round((width - height / 2) * unit), round(height / 2 * unit))]
-    for end in ends:
-        cv2.circle(mask, end, round(radius * unit), 255, -1, cv2.LINE_AA, _FINE)
+    for x in (height / 2, width - height / 2):
+        cv2.circle(mask, (round(x * unit), round(height / 2 * unit)), round(radius * unit), 255, -1, cv2.LINE_AA, _FINE)
     top, bottom = round(inset), round(height - inset)
     mask[top : bottom + 1, round(height / 2) : round(width - height / 2) + 1] = 255
     return mask
 
 
-def _paint(image: Uint8Array, mask: Uint8Array, color: tuple[int, int, int], opacity: float) -> None:
+def _paint(image: Uint8Array, mask: Uint8Array, color: Color, opacity: float) -> None:
     """Lay a colour over an image where a mask is, in place; a transparent ground becomes as opaque as the colour."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not len(rows):

@@ -3,7 +3,7 @@ covers another."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -34,7 +34,10 @@ class PlacedLabel:
 
 
 def place_labels(
-    instances: Int32Array, names: Mapping[int, str], size_of: Callable[[str], tuple[int, int]]
+    instances: Int32Array,
+    names: Mapping[int, str],
+    size_of: Callable[[str], tuple[int, int]],
+    taken: Sequence[Box] = (),
 ) -> list[PlacedLabel]:
     """Where the names of instances go, at most MAX_LABELS of them.
 
@@ -42,8 +45,9 @@ def place_labels(
         instances: (H, W), the instance at each pixel, 0 = none, negative = bare ground.
         names: text by instance, the most important first; those that find no place are left out.
         size_of: width and height of a label with a text, pixels.
+        taken: what must stay free of names.
     """
-    layout = _Layout(instances, frozenset(names))
+    layout = _Layout(instances, frozenset(names), taken)
     for number, text in names.items():
         if len(layout.placed) == MAX_LABELS:
             break
@@ -68,11 +72,12 @@ def widest_place(instances: Int32Array, number: int) -> tuple[tuple[int, int], f
 class _Layout:
     """Labels placed so far, the most important first."""
 
-    def __init__(self, instances: Int32Array, named: frozenset[int]) -> None:
+    def __init__(self, instances: Int32Array, named: frozenset[int], taken: Sequence[Box]) -> None:
         self.placed: list[PlacedLabel] = []
         self._instances = instances
         self._is_thing = np.isin(instances, list(named))
         self._marks: list[tuple[int, int]] = []
+        self._taken = taken
 
     def add(self, number: int, text: str, spot: tuple[tuple[int, int], float, int], size: tuple[int, int]) -> None:
         """Place one more, if there is room."""
@@ -108,6 +113,8 @@ class _Layout:
         """Whether a label there covers no other, nor the line or mark of one, nor has its own line under another."""
         gap = round(_GAP * (box[3] - box[1]))
         wide = (box[0] - gap, box[1] - gap, box[2] + gap, box[3] + gap)
+        if any(_overlap(wide, box) for box in self._taken):
+            return False
         for other, mark in zip(self.placed, self._marks, strict=True):
             if _overlap(wide, other.box) or _contains(wide, mark):
                 return False

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from app.pictures.camera import PictureCamera, fitted_camera
-from app.pictures.label_drawing import LabelPen
+from app.pictures.label_drawing import Color, LabelPen
 from app.pictures.label_layout import place_labels
 from app.pictures.ray_casting import FrontFaces
 from app.pictures.shading import lit, openness
@@ -32,7 +32,8 @@ _BARE = -1
 @dataclass(frozen=True)
 class Scene:
     """What a picture shows: a mesh with the colours of its vertices, up (3,); names by instance, the most important
-    first; wanted: the instances that the angle is chosen for; left_out (V,): vertices that are not drawn."""
+    first; wanted: the instances that the angle is chosen for; left_out (V,): vertices that are not drawn; legend: what
+    colours mean."""
 
     mesh: LabelledMesh
     colors: VertexColors
@@ -40,6 +41,7 @@ class Scene:
     names: Mapping[int, str] = field(default_factory=dict)
     wanted: Sequence[int] = ()
     left_out: BoolArray | None = None
+    legend: Sequence[tuple[str, Color]] = ()
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,8 @@ def draw(scene: Scene, view: View = View()) -> Picture:
     rendering = render(scene, camera)
     image = np.ascontiguousarray(rendering.on(view.background))
     pen = LabelPen(camera.size)
-    labels = place_labels(rendering.instances, _seen_first(scene.names, rendering.instances), pen.size_of)
+    legend = pen.draw_legend(image, scene.legend)
+    labels = place_labels(rendering.instances, _seen_only(scene.names, rendering.instances), pen.size_of, legend)
     pen.draw(image, labels, _mean_colors(scene, [label.instance for label in labels]))
     return Picture(image, angle, tuple(label.instance for label in labels))
 
@@ -138,13 +141,13 @@ def _drawn(scene: Scene) -> Float32Array:
     return scene.mesh.vertices[np.unique(triangles)]
 
 
-def _seen_first(names: Mapping[int, str], instances: Int32Array) -> dict[int, str]:
+def _seen_only(names: Mapping[int, str], instances: Int32Array) -> dict[int, str]:
     """Names of what is seen, in their order."""
     seen = set(np.unique(instances).tolist())
     return {number: text for number, text in names.items() if number in seen}
 
 
-def _mean_colors(scene: Scene, numbers: Sequence[int]) -> dict[int, tuple[int, int, int]]:
+def _mean_colors(scene: Scene, numbers: Sequence[int]) -> dict[int, Color]:
     """The mean colour of each instance in the picture."""
     found = {}
     for number in numbers:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -32,9 +31,7 @@ def answer_scene(panoptic: PanopticMap, hits: Sequence[Hit]) -> Scene:
     numbers = [hit.object.id for hit in hits]
     mesh = panoptic.mesh_of(numbers)
     names = {hit.object.id: _hit_name(rank, hit) for rank, hit in enumerate(hits, start=1)}
-    scene = Scene(mesh, style_colors(panoptic, "query", hits), panoptic.up_or_z, names, numbers, ceilings(panoptic))
-    hidden = [number for number in numbers if scene.left_out is not None and scene.left_out[mesh.instances == number].any()]
-    return replace(scene, left_out=None) if hidden else scene
+    return Scene(mesh, style_colors(panoptic, "query", hits), panoptic.up_or_z, names, numbers, ceilings(panoptic))
 
 
 def names_of(objects: Sequence[MapObject]) -> dict[int, str]:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from app.pictures.label_drawing import Color
 from app.render.palette import NOBODY, class_colors, colors_by_place
 from razer.arrays import Float32Array, Uint8Array
 from razer.map_object import Hit, MapObject
@@ -17,7 +18,7 @@ from razer.panoptic_map import PanopticMap
 
 Style = Literal["color", "instance", "class", "query"]
 HIT = (226, 110, 38)
-_PALE = (226, 227, 230)
+_PALE = (204, 206, 210)
 _GRAIN = 0.45  # how much of their texture surfaces keep under a flat colour
 _GRAIN_BOUNDS = (0.80, 1.15)
 _QUIET_GRAIN = 0.25
@@ -37,7 +38,7 @@ class VertexColors:
         return cls(mesh.colors.astype(np.float32), True)
 
     @classmethod
-    def of_ids(cls, mesh: LabelledMesh, colors: dict[int, tuple[int, int, int]], rest: Sequence[int]) -> VertexColors:
+    def of_ids(cls, mesh: LabelledMesh, colors: dict[int, Color], rest: Sequence[int]) -> VertexColors:
         """A colour for each instance, and one for what has none; their texture shows through."""
         table = np.tile(np.asarray(rest, np.float32), (int(max([mesh.instances.max(initial=0), *colors])) + 1, 1))
         for number, color in colors.items():
@@ -77,7 +78,7 @@ def _by_size(panoptic: PanopticMap) -> list[MapObject]:
     return sorted([*panoptic.objects, *panoptic.parts], key=lambda each: (-each.n_vertices, each.id))
 
 
-def _instance_colors(groups: dict[bool, list[MapObject]]) -> dict[int, tuple[int, int, int]]:
+def _instance_colors(groups: dict[bool, list[MapObject]]) -> dict[int, Color]:
     chosen = {}
     for stuff, members in groups.items():
         colors = colors_by_place(np.arange(len(members)), stuff).tolist()
@@ -85,7 +86,7 @@ def _instance_colors(groups: dict[bool, list[MapObject]]) -> dict[int, tuple[int
     return chosen
 
 
-def _class_colors(groups: dict[bool, list[MapObject]]) -> dict[int, tuple[int, int, int]]:
+def _class_colors(groups: dict[bool, list[MapObject]]) -> dict[int, Color]:
     """By class; instances without one have none."""
     places: dict[str, int] = {}
     chosen = {}
@@ -109,7 +110,7 @@ def _highlighted(mesh: LabelledMesh, hits: Sequence[Hit]) -> VertexColors:
     return VertexColors(np.where(is_hit[:, None], shown, quiet).astype(np.float32), False)
 
 
-def _mixed(weight: float) -> tuple[int, int, int]:
+def _mixed(weight: float) -> Color:
     red, green, blue = (round(weight * a + (1 - weight) * b) for a, b in zip(HIT, _PALE, strict=True))
     return red, green, blue
 
