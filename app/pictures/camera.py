@@ -9,7 +9,6 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, FloatArray
 
 _DISTANCE_RADII = 4.0  # of the eye, in radii of the map: little foreshortening, but still perspective
-_ORTHOGRAPHIC_RADII = 1e4  # so far away that rays are parallel, for what asks where the eye is
 _RIM = 0.002  # share of points left and right that may lie outside the frame: fragments far off
 
 
@@ -91,8 +90,7 @@ def fitted_camera(
         is_orthographic: parallel rays.
     """
     middle, radius = _ball(points)
-    distance = radius * (_ORTHOGRAPHIC_RADII if is_orthographic else _DISTANCE_RADII)
-    unit = PictureCamera(middle - distance * axes[2], axes, 1.0, (0.0, 0.0), size, is_orthographic)
+    unit = PictureCamera(middle - _DISTANCE_RADII * radius * axes[2], axes, 1.0, (0.0, 0.0), size, is_orthographic)
     flat = unit.project(points)
     low, high = np.quantile(flat, [_RIM, 1 - _RIM], axis=0)
     extent = np.maximum(high - low, 1e-6 * radius)

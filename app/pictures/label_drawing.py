@@ -31,9 +31,7 @@ class LabelPen:
         height = round(1.65 * self.text_px)
         return round(self._text_width(text) + 1.35 * height), height
 
-    def draw(
-        self, image: Uint8Array, labels: Sequence[PlacedLabel], colors: Mapping[int, Color]
-    ) -> None:
+    def draw(self, image: Uint8Array, labels: Sequence[PlacedLabel], colors: Mapping[int, Color]) -> None:
         """Draw labels into an image (H, W, 3 or 4), RGB with opacity or without, in place."""
         for label in labels:
             if label.anchor is not None:
@@ -58,9 +56,7 @@ class LabelPen:
     def _text_width(self, text: str) -> int:
         return int(cv2.getTextSize((1, 1), text, (0, 0), self._font, self.text_px, _WEIGHT)[2])
 
-    def _leader(
-        self, image: Uint8Array, start: tuple[int, int], end: tuple[int, int], color: Color
-    ) -> None:
+    def _leader(self, image: Uint8Array, start: tuple[int, int], end: tuple[int, int], color: Color) -> None:
         width = max(1, round(self.text_px / 14))
         mask = np.zeros(image.shape[:2], np.uint8)
         cv2.line(mask, start, end, 255, width + 2, cv2.LINE_AA)

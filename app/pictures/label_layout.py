@@ -18,7 +18,7 @@ _INSIDE_AREAS = 5.0  # an instance of so many times the label's area carries it 
 _DIRECTIONS = 20
 _DISTANCES = (1.3, 1.9, 2.6, 3.5, 4.8, 6.5, 8.5)  # of the label's middle, in its heights, beyond half its size
 _GAP = 0.22  # free space around a label, in its heights
-_COVERING_COST = 9.0  # of a label wholly on other things, in heights of distance
+_COVERING_COST = 6.0  # of a label wholly on other things, in heights of distance
 _SURFACE_COST = 2.0  # of one on surfaces beside the bare ground
 
 

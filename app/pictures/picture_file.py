@@ -14,6 +14,7 @@ from razer.arrays import Uint8Array
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_file
 
+_COMPRESSION = 7  # of PNG, 0 to 9: the last steps take seconds for a hundredth
 _OPAQUE = (".jpg", ".jpeg", ".bmp")
 
 
@@ -30,7 +31,8 @@ def write_picture(path: Path, pixels: Uint8Array) -> None:
 
     def write(part: Path) -> None:
         order = cv2.COLOR_RGB2BGR if pixels.shape[2] == 3 else cv2.COLOR_RGBA2BGRA
-        done, content = cv2.imencode(path.suffix, cv2.cvtColor(np.ascontiguousarray(pixels), order))
+        image = cv2.cvtColor(np.ascontiguousarray(pixels), order)
+        done, content = cv2.imencode(path.suffix, image, [cv2.IMWRITE_PNG_COMPRESSION, _COMPRESSION])
         if not done:
             raise OSError(f"no {path.suffix} can be made of this picture")
         part.write_bytes(content.tobytes())

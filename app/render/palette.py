@@ -43,12 +43,6 @@ def class_colors(places: IntArray, is_stuff: bool) -> Uint8Array:
     return _rounded(_STUFF_CLASS_SHARE * colors + (1 - _STUFF_CLASS_SHARE) * _STUFF_CLASS_GREY)
 
 
-def tinted(colors: Uint8Array, ids: IntArray) -> Uint8Array:
-    """Colours (N, 3) mixed half and half with those of their instance ids (N,); without an instance as they are."""
-    blended = (colors.astype(np.uint16) + instance_colors(ids)) // 2
-    return np.where(np.asarray(ids)[:, None] > 0, blended, colors).astype(np.uint8)
-
-
 def _nth(colors: Uint8Array, places: IntArray, shades: Sequence[float]) -> Uint8Array:
     """Neighbouring places get unlike hues; every round through them another shade."""
     places = np.asarray(places, np.int64)

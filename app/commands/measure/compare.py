@@ -41,12 +41,13 @@ def compare(
     set:
         One rule of the protocol as name=value; may be repeated.
     out:
-        The folder for compare.json, plots and compare.rrd; compare in RUN_B if not given.
+        The folder for compare.png, a sheet of all, compare.json, plots and compare.rrd; compare in RUN_B if not given.
     json:
         One line of JSON.
     """
     # Late, since these bring Open3D and torch along.
     from app.comparison.compare_to_folder import compare_to_folder
+    from app.comparison.folder import SHEET
     from app.comparison.report import report
     from app.evaluation.rules import choose_rules
 
@@ -58,4 +59,5 @@ def compare(
         print(dumps(result.as_json()))
     else:
         report(result, result_console(), folder)
+        result_console().print(f"picture: {folder / SHEET}", soft_wrap=True)
     return 0
