@@ -16,7 +16,7 @@ from app.pictures.camera import PictureCamera, fitted_camera
 from app.pictures.map_picture import Scene, draw, render
 from app.pictures.scenes import ceilings
 from app.pictures.style_colors import VertexColors
-from razer.arrays import Float32Array, Float64Array
+from razer.arrays import Float32Array, Float64Array, FloatArray
 
 _SIZE_IN, _DPI = (14.0, 7.6), 110
 _LARGEST_PT, _LINE_PT = 17.0, 1400.0  # of the sentence, and of a letter times how many fit
@@ -30,8 +30,8 @@ _INK, _QUIET = "#22262b", "#6b7077"
 
 def sheet(result: Comparison) -> bytes:
     """The sheet as PNG."""
-    figure = Figure(figsize=_SIZE_IN, dpi=_DPI, layout="constrained", facecolor="white")
-    figure.get_layout_engine().set(rect=(0.01, 0.01, 0.98, 0.86))  # type: ignore[union-attr]
+    figure = Figure(figsize=_SIZE_IN, dpi=_DPI, facecolor="white")
+    figure.set_layout_engine("constrained", rect=(0.01, 0.01, 0.98, 0.86))
     said = summary(result)
     size_pt = min(_LARGEST_PT, _LINE_PT / len(said))
     figure.text(0.02, 0.95, said, fontsize=size_pt, weight="bold", color=_INK, va="center")
@@ -123,10 +123,10 @@ def _draw_heat(axes: Axes, result: Comparison) -> None:
     scale = ScalarMappable(Normalize(0, 1e2 * _MOST_M), _HEAT)
     bar = axes.figure.colorbar(scale, ax=axes, shrink=0.6, aspect=30, pad=0.01, extend="max")
     bar.set_label("cm", color=_QUIET)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     bar.ax.tick_params(colors=_QUIET, labelsize=8)
 
 
-def heat_colors(distances_m: Float64Array) -> Float32Array:
+def heat_colors(distances_m: FloatArray) -> Float32Array:
     """Colours (V, 3) from 0 to 255 of distances (V,), metres."""
     return (255 * _HEAT(np.clip(distances_m / _MOST_M, 0, 1))[:, :3]).astype(np.float32)

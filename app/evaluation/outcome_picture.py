@@ -12,14 +12,8 @@ from app.pictures.style_colors import VertexColors
 from razer.panoptic_map import PanopticMap
 
 # Blue, yellow and red stay apart for any colour vision; what matched by little is paler.
-MATCHED, BARELY, DUPLICATE, INVENTED, MISSED = (
-    (58, 120, 178),
-    (160, 196, 224),
-    (226, 178, 60),
-    (190, 70, 60),
-    (90, 94, 100),
-)
-REST: Color = (196, 198, 202)
+MATCHED, BARELY = (58, 120, 178), (160, 196, 224)
+DUPLICATE, INVENTED, MISSED, REST = (226, 178, 60), (190, 70, 60), (90, 94, 100), (196, 198, 202)
 _LEAST_IOU = 0.5
 
 

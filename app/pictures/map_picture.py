@@ -1,5 +1,5 @@
-"""The picture of a map: cropped to it, antialiased, shaded, seen from where it shows most, with the names of the largest
-things."""
+"""The picture of a map: cropped to it, antialiased, shaded, seen from where most is shown, with the names of the
+largest things."""
 
 from __future__ import annotations
 
@@ -81,8 +81,9 @@ class Rendering:
         return np.dstack([as_bytes(self.color), as_bytes(255 * self.opacity)])
 
 
-def draw(scene: Scene, view: View = View()) -> Picture:
+def draw(scene: Scene, view: View | None = None) -> Picture:
     """Draw a scene; that of an empty map is bare ground."""
+    view = view or View()
     size = view.size or LARGEST
     if not len(scene.mesh.triangles):
         ground = np.zeros((size[1], size[0]), np.float32)

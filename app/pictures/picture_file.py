@@ -51,10 +51,10 @@ def write_view(path: Path, scene: Scene, view: View, console: Console) -> None:
     console.print(f"picture: {path} (--angle {picture.angle})", soft_wrap=True)
 
 
-def add_picture(path: Path, scene: Scene, view: View = View()) -> None:
+def add_picture(path: Path, scene: Scene, view: View | None = None) -> None:
     """Draw a scene beside the results of a verb and say where it is; a folder that is read-only is no error."""
     try:
-        write_picture(path, draw(scene, view).pixels)
+        write_picture(path, draw(scene, view or View()).pixels)
     except OSError as error:
         print_notes([f"{path} cannot be written ({error.strerror}): no picture"])
         return

@@ -38,7 +38,10 @@ def names_of(objects: Sequence[MapObject]) -> dict[int, str]:
     """The classes of instances that have one: things, the largest first, then of each kind of stuff the largest."""
     ranked = sorted((o for o in objects if o.class_name), key=lambda o: (-o.n_vertices, o.id))
     things = {o.id: str(o.class_name) for o in ranked if not is_stuff(o)}
-    stuff = {str(o.class_name): o.id for o in reversed(ranked) if is_stuff(o)}
+    stuff: dict[str, int] = {}
+    for item in ranked:
+        if is_stuff(item):
+            stuff.setdefault(str(item.class_name), item.id)
     return things | {number: name for name, number in stuff.items()}
 
 

@@ -78,7 +78,7 @@ def _normals(points: Float32Array) -> Float32Array:
         before = np.concatenate([np.take(step, [0], axis), step], axis=axis)
         after = np.concatenate([step, np.take(step, [-1], axis)], axis=axis)
         flatter = np.abs(before[..., 2:]) < np.abs(after[..., 2:])
-        return np.where(flatter, before, after)
+        return np.where(flatter, before, after).astype(np.float32)
 
     normals = np.cross(slope(0), slope(1))
     normals *= np.where(normals[..., 2:] > 0, -1, 1)
@@ -102,4 +102,5 @@ def _hidden(points: Float32Array, covered: BoolArray, reach_px: float) -> Float3
             raised = np.einsum("ijk,ijk->ij", away, normals) / np.sqrt(squared + 1e-9) - _SLOPE_BIAS
             near = np.clip(1 - squared / OCCLUSION_RADIUS_M**2, 0, 1)
             total += np.clip(raised, 0, None) * near
-    return 2 * total / (_RINGS * _SPOKES)
+    share: Float32Array = total * np.float32(2 / (_RINGS * _SPOKES))
+    return share

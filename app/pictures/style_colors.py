@@ -79,7 +79,7 @@ def _by_size(panoptic: PanopticMap) -> list[MapObject]:
 
 
 def _instance_colors(groups: dict[bool, list[MapObject]]) -> dict[int, Color]:
-    chosen = {}
+    chosen: dict[int, Color] = {}
     for stuff, members in groups.items():
         colors = colors_by_place(np.arange(len(members)), stuff).tolist()
         chosen |= {item.id: tuple(color) for item, color in zip(members, colors, strict=True)}
