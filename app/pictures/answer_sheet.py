@@ -8,8 +8,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from app.pictures.map_picture import View, draw
+from app.pictures.map_picture import draw
 from app.pictures.scenes import answer_scene, map_scene
+from app.pictures.view import View
 from razer.arrays import Uint8Array
 from razer.map_object import Hit
 from razer.panoptic_map import PanopticMap

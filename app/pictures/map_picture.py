@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -16,13 +15,12 @@ from app.pictures.label_layout import place_labels
 from app.pictures.ray_casting import FrontFaces
 from app.pictures.shading import lit, openness
 from app.pictures.style_colors import VertexColors, as_bytes
-from app.pictures.view_angle import Angle, best_angle, camera_axes, wall_heading
+from app.pictures.view import LARGEST, Angle, Background, View
+from app.pictures.view_angle import best_angle, camera_axes, wall_heading
 from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Uint8Array
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import vertex_normals
 
-Background = Literal["white", "transparent"]
-LARGEST = (1600, 1200)
 _SAMPLES = 2  # along each side of a pixel
 _STRIP_ROWS = 128
 _MARGIN = 0.045  # of the picture's mean side, on each side of the map
@@ -42,16 +40,6 @@ class Scene:
     wanted: Sequence[int] = ()
     left_out: BoolArray | None = None
     legend: Sequence[tuple[str, Color]] = ()
-
-
-@dataclass(frozen=True)
-class View:
-    """How it is shown. angle: None = where most is seen; size: width and height of the picture, pixels, None = as large
-    as the map within LARGEST; background: white, or transparent."""
-
-    angle: Angle | None = None
-    size: tuple[int, int] | None = None
-    background: Background = "white"
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from rich.console import Console
 
-from app.console.streams import print_notes, result_console
-from app.pictures.map_picture import Scene, View, draw
+from app.console.streams import print_notes
+from app.pictures.map_picture import Scene, draw
+from app.pictures.view import View
 from razer.arrays import Uint8Array
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_file
@@ -51,11 +52,11 @@ def write_view(path: Path, scene: Scene, view: View, console: Console) -> None:
     console.print(f"picture: {path} (--angle {picture.angle})", soft_wrap=True)
 
 
-def add_picture(path: Path, scene: Scene, view: View | None = None) -> None:
+def add_picture(path: Path, scene: Scene, console: Console, view: View | None = None) -> None:
     """Draw a scene beside the results of a verb and say where it is; a folder that is read-only is no error."""
     try:
         write_picture(path, draw(scene, view or View()).pixels)
     except OSError as error:
         print_notes([f"{path} cannot be written ({error.strerror}): no picture"])
         return
-    result_console().print(f"picture: {path}", soft_wrap=True)
+    console.print(f"picture: {path}", soft_wrap=True)

@@ -1,17 +1,16 @@
-"""From where a map is looked at: an angle that is given, or the one that shows most."""
+"""From where a map is looked at: where azimuths begin, and the angle that shows most."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
 from app.pictures.camera import PictureCamera, axes_towards, fitted_camera
 from app.pictures.ray_casting import FrontFaces
+from app.pictures.view import Angle
 from app.render.mesh_decimation import cluster_vertices
 from razer.arrays import BoolArray, Float64Array
-from razer.errors import BadInput
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import face_normals
 
@@ -22,43 +21,6 @@ _AZIMUTHS_DEG = tuple(range(15, 360, 30))
 _ELEVATIONS_DEG = {38.0: 1.0, 55.0: 0.97}  # what each is worth beside the other: a low one shows more of a room's form
 _COVERED_WEIGHT = 0.35  # of the surface shown as a whole, beside the instances
 _UPRIGHT = 0.3  # largest cosine between upwards and the normal of a wall
-_FRONT_ELEVATION_DEG = 20.0
-
-
-@dataclass(frozen=True)
-class Angle:
-    """azimuth_deg: anticlockwise around the map as seen from above, 0 = the front, which is square to the walls;
-    elevation_deg: 0 = level, 90 = straight down."""
-
-    azimuth_deg: float
-    elevation_deg: float
-
-    def __str__(self) -> str:
-        return f"{self.azimuth_deg:g},{self.elevation_deg:g}"
-
-
-NAMED = {
-    "top": Angle(0.0, 90.0),
-    "front": Angle(0.0, _FRONT_ELEVATION_DEG),
-    "right": Angle(90.0, _FRONT_ELEVATION_DEG),
-    "back": Angle(180.0, _FRONT_ELEVATION_DEG),
-    "left": Angle(270.0, _FRONT_ELEVATION_DEG),
-}
-
-
-def parse_angle(text: str) -> Angle:
-    """A name, or AZIMUTH,ELEVATION in degrees; raises BadInput."""
-    if text in NAMED:
-        return NAMED[text]
-    try:
-        azimuth, elevation = map(float, text.split(","))
-    except ValueError:
-        azimuth = elevation = np.nan
-    if not (np.isfinite(azimuth) and 0 <= elevation <= 90):
-        raise BadInput(
-            f"--angle {text}: give {', '.join(NAMED)}, or AZIMUTH,ELEVATION in degrees with an elevation from 0 to 90"
-        )
-    return Angle(azimuth, elevation)
 
 
 def camera_axes(up: Float64Array, front: Float64Array, angle: Angle) -> Float64Array:

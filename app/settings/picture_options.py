@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
-    from app.pictures.map_picture import View
+    from app.pictures.view import View
 
 _SIDES_PX = (64, 8192)
 
@@ -31,8 +31,7 @@ class PictureOptions:
 
     def view(self) -> View:
         """What these options ask for; raises BadInput."""
-        from app.pictures.map_picture import View  # late, since it brings Open3D along
-        from app.pictures.view_angle import parse_angle
+        from app.pictures.view import View, parse_angle  # late, as pictures need more than a verb at its start
 
         angle = None if self.angle is None else parse_angle(self.angle)
         return View(angle, self._size(), self.background)

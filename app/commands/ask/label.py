@@ -6,6 +6,7 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.console.streams import result_console
 from app.settings.options import Assignments, Flag, TrustOptions
 
 if TYPE_CHECKING:
@@ -61,4 +62,4 @@ def _draw(labelled: LabelledRun) -> None:
     from app.pictures.picture_file import add_picture
     from app.pictures.scenes import map_scene
 
-    add_picture(labelled.queryable.folder / PICTURE, map_scene(labelled.named(), "class"))
+    add_picture(labelled.queryable.folder / PICTURE, map_scene(labelled.named(), "class"), result_console())

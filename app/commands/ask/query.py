@@ -14,6 +14,7 @@ from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
+    from app.pictures.view import View
     from app.query.queryable_map import QueryableMap
     from razer.map_object import Answer
 
@@ -63,17 +64,18 @@ def query(
         One line of JSON.
     """
     _check_arguments(text, k, image, box, min_score)
+    view = picture.view()
     if render is not None:
         from app.pictures.picture_file import check_picture_path
 
-        check_picture_path(render, picture.view())
+        check_picture_path(render, view)
     from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
 
     queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _shortened(_answer(queryable, text, image, box, min_score), k)
     _report(queryable, text if text is not None else str(image), answer, json)
     if render is not None or (answer.found and not json):
-        _draw(queryable, answer, render, picture, json)
+        _draw(queryable, answer, render, view, json)
     return 0
 
 
@@ -108,15 +110,15 @@ def _shortened(answer: Answer, k: int | None) -> Answer:
     return answer if k is None and by_kind else answer.best(k or _N_HITS)
 
 
-def _draw(queryable: QueryableMap, answer: Answer, target: Path | None, options: PictureOptions, json: bool) -> None:
+def _draw(queryable: QueryableMap, answer: Answer, target: Path | None, view: View, json: bool) -> None:
     from app.pictures.picture_file import add_picture, write_view
     from app.pictures.scenes import answer_scene
 
     scene = answer_scene(queryable.panoptic, answer.hits)
     if target is None:
-        add_picture(queryable.folder / PICTURE, scene, options.view())
+        add_picture(queryable.folder / PICTURE, scene, result_console(), view)
     else:
-        write_view(target, scene, options.view(), progress_console() if json else result_console())
+        write_view(target, scene, view, progress_console() if json else result_console())
 
 
 def _report(queryable: QueryableMap, query: str, answer: Answer, json: bool) -> None:

@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes, print_warnings, result_console
+from app.console.streams import print_notes, print_warnings, progress_console, result_console
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from app.evaluation.export import Export
     from razer.metrics.protocol.evaluation import Evaluation
 
@@ -186,8 +188,8 @@ def _deliver(
         print(dumps(content))
     else:
         report(result, result_console(), pictures)
-        if run is not None and pictures is not None:
-            _draw_map(result, run, pictures / MAP_PICTURE)
+    if run is not None and pictures is not None:
+        _draw_map(result, run, pictures / MAP_PICTURE, progress_console() if json else result_console())
 
 
 def _draw(result: Evaluation, folder: Path) -> None:
@@ -202,7 +204,7 @@ def _draw(result: Evaluation, folder: Path) -> None:
             replace_content(folder / name, content)
 
 
-def _draw_map(result: Evaluation, run: Path, target: Path) -> None:
+def _draw_map(result: Evaluation, run: Path, target: Path, console: Console) -> None:
     """The map of a run by what became of its instances, where it was evaluated by instances."""
     from app.evaluation.outcome_picture import outcome_scene
     from app.pictures.picture_file import add_picture
@@ -210,4 +212,4 @@ def _draw_map(result: Evaluation, run: Path, target: Path) -> None:
 
     (outcomes,) = result.scenes.values()
     if outcomes["matches"] or outcomes.get("n_predicted"):
-        add_picture(target, outcome_scene(load_map(run), outcomes))
+        add_picture(target, outcome_scene(load_map(run), outcomes), console)

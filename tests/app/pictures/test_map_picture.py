@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from app.pictures.camera import fitted_camera
-from app.pictures.map_picture import Scene, View, draw, render
+from app.pictures.map_picture import Scene, draw, render
 from app.pictures.style_colors import VertexColors
-from app.pictures.view_angle import Angle, camera_axes
+from app.pictures.view import Angle, View
+from app.pictures.view_angle import camera_axes
 from razer.mesh.labelled_mesh import LabelledMesh
 from tests.support.surfaces import box, joined, plate
 

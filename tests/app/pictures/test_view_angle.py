@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from app.pictures.view_angle import NAMED, Angle, best_angle, camera_axes, parse_angle, wall_heading
+from app.pictures.view import NAMED, Angle, parse_angle
+from app.pictures.view_angle import best_angle, camera_axes, wall_heading
 from razer.errors import BadInput
 from tests.support.surfaces import box, joined, plate, turned
 
