@@ -47,7 +47,6 @@ def compare(
     """
     # Late, since these bring Open3D and torch along.
     from app.comparison.compare_to_folder import compare_to_folder
-    from app.comparison.folder import SHEET
     from app.comparison.report import report
     from app.evaluation.rules import choose_rules
 
@@ -59,5 +58,4 @@ def compare(
         print(dumps(result.as_json()))
     else:
         report(result, result_console(), folder)
-        result_console().print(f"picture: {folder / SHEET}", soft_wrap=True)
     return 0
