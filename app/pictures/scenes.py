@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.pictures.map_picture import Scene
-from app.pictures.style_colors import Style, is_stuff, style_colors
+from app.pictures.style_colors import is_stuff, style_colors
+from app.pictures.view import Style
 from razer.arrays import BoolArray
 from razer.map_object import Hit, MapObject
 from razer.panoptic_map import PanopticMap
