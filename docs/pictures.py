@@ -28,7 +28,7 @@ def shrink(picture: Path) -> None:
     width = min(WIDTH[picture.name], image.width)
     image = image.resize((width, round(image.height * width / image.width)), Image.Resampling.LANCZOS)
     target = HERE / picture.name
-    image.quantize(COLORS, Image.Quantize.MEDIANCUT).save(target, optimize=True)
+    image.quantize(COLORS, Image.Quantize.MAXCOVERAGE, kmeans=3).save(target, optimize=True)
     print(f"{target}: {image.width}x{image.height}, {target.stat().st_size / 1e6:.1f} MB")
 
 

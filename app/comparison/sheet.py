@@ -21,6 +21,7 @@ from razer.arrays import Float32Array, Float64Array, FloatArray
 _SIZE_IN, _DPI = (14.0, 7.6), 110
 _LARGEST_PT, _LINE_PT = 17.0, 1400.0  # of the sentence, and of a letter times how many fit
 _PLAN_PX = (900, 900)
+_NEAR_M = 0.05
 _MOST_M = 0.10  # the end of the scale of colours
 _PALE = 0.62  # of white in the plan, so that paths stand out
 # Light to dark in even steps, so that the order is plain without any colour.
@@ -50,8 +51,9 @@ def summary(result: Comparison) -> str:
     if result.pose is not None:
         parts.append(f"paths {_length(result.pose.ate_rmse_m)} apart")
     if result.surface is not None:
-        near = float((result.a_to_b_m <= 0.05).mean())
-        parts.append(f"{near:.0%} of A's surface within 5 cm of B's")
+        near = float((result.a_to_b_m <= _NEAR_M).mean())
+        share = "over 99%" if 0.995 <= near < 1 else f"{near:.0%}"
+        parts.append(f"{share} of A's surface within {1e2 * _NEAR_M:.0f} cm of B's")
     matching = result.instances
     in_a = len(matching.matched) + len(matching.missed)
     if in_a:

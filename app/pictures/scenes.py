@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.pictures.map_picture import Scene
-from app.pictures.style_colors import Style, is_stuff, style_colors
+from app.pictures.style_colors import is_stuff, style_colors
+from app.pictures.view import Style
 from razer.arrays import BoolArray
 from razer.map_object import Hit, MapObject
 from razer.panoptic_map import PanopticMap
@@ -35,14 +36,16 @@ def answer_scene(panoptic: PanopticMap, hits: Sequence[Hit]) -> Scene:
 
 
 def names_of(objects: Sequence[MapObject]) -> dict[int, str]:
-    """The classes of instances that have one: things, the largest first, then of each kind of stuff the largest."""
+    """The classes of instances that have one: of each kind of thing the largest, then the other things, then of each
+    kind of stuff the largest; among these the largest first."""
     ranked = sorted((o for o in objects if o.class_name), key=lambda o: (-o.n_vertices, o.id))
-    things = {o.id: str(o.class_name) for o in ranked if not is_stuff(o)}
-    stuff: dict[str, int] = {}
+    first: dict[str, MapObject] = {}
     for item in ranked:
-        if is_stuff(item):
-            stuff.setdefault(str(item.class_name), item.id)
-    return things | {number: name for name, number in stuff.items()}
+        first.setdefault(str(item.class_name), item)
+    things = [item for item in ranked if not is_stuff(item)]
+    kinds = list(first.values())
+    chosen = [item for item in kinds if not is_stuff(item)] + things + [item for item in kinds if is_stuff(item)]
+    return {item.id: str(item.class_name) for item in chosen}
 
 
 def ceilings(panoptic: PanopticMap) -> BoolArray | None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from app.pictures.label_drawing import Color
+from app.pictures.view import Style
 from app.render.palette import NOBODY, class_colors, colors_by_place
 from razer.arrays import Float32Array, Uint8Array
 from razer.map_object import Hit, MapObject
@@ -16,7 +16,6 @@ from razer.mesh.labelled_mesh import LabelledMesh
 from razer.models.stuff_names import is_stuff_name
 from razer.panoptic_map import PanopticMap
 
-Style = Literal["color", "instance", "class", "query"]
 HIT = (226, 110, 38)
 _PALE = (204, 206, 210)
 _GRAIN = 0.45  # how much of their texture surfaces keep under a flat colour

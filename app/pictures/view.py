@@ -1,4 +1,4 @@
-"""How a map is shown: angle, size, background."""
+"""How a map is shown: style, angle, size, background."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Literal
 from razer.errors import BadInput
 
 Background = Literal["white", "transparent"]
+Style = Literal["color", "instance", "class", "query"]
 LARGEST = (1600, 1200)
 _FRONT_ELEVATION_DEG = 20.0
 

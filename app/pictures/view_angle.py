@@ -18,7 +18,7 @@ _TRIAL_SIZE = (200, 150)
 _EVERY = 7  # of the vertices, for the extent of a map
 _TRIAL_CELLS = 70  # along the longest side of the map
 _AZIMUTHS_DEG = tuple(range(15, 360, 30))
-_ELEVATIONS_DEG = {38.0: 1.0, 55.0: 0.97}  # what each is worth beside the other: a low one shows more of a room's form
+_ELEVATIONS_DEG = (40.0, 52.0)
 _COVERED_WEIGHT = 0.35  # of the surface shown as a whole, beside the instances
 _UPRIGHT = 0.3  # largest cosine between upwards and the normal of a wall
 
@@ -68,11 +68,11 @@ def best_angle(
     extent = np.ptp(np.quantile(kept.vertices[::_EVERY], [0.01, 0.99], axis=0), axis=0)
     small = cluster_vertices(kept, max(float(extent.max()) / _TRIAL_CELLS, 0.02))
     scores = {}
-    for elevation, worth in _ELEVATIONS_DEG.items():
+    for elevation in _ELEVATIONS_DEG:
         for azimuth in _AZIMUTHS_DEG:
             angle = Angle(float(azimuth), elevation)
             camera = fitted_camera(camera_axes(up, front, angle), small.vertices, _TRIAL_SIZE, 4)
-            scores[angle] = worth * _seen(small, camera, wanted)
+            scores[angle] = _seen(small, camera, wanted)
     return max(scores, key=lambda angle: scores[angle])
 
 

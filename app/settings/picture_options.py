@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
 
 from cyclopts import Parameter
 
+from app.pictures.view import Background, View, parse_angle
 from razer.errors import BadInput
-
-if TYPE_CHECKING:
-    from app.pictures.view import View
 
 _SIDES_PX = (64, 8192)
 
@@ -26,13 +23,11 @@ class PictureOptions:
     the walls, and above the floor. Where most things are seen if not given."""
     size: str | None = None
     """WIDTHxHEIGHT of the picture, pixels; as large as the map within 1600x1200 if not given."""
-    background: Literal["white", "transparent"] = "white"
+    background: Background = "white"
     """What is behind the map."""
 
     def view(self) -> View:
         """What these options ask for; raises BadInput."""
-        from app.pictures.view import View, parse_angle  # late, as pictures need more than a verb at its start
-
         angle = None if self.angle is None else parse_angle(self.angle)
         return View(angle, self._size(), self.background)
 

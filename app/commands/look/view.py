@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
 
 from app.console.streams import print_notes, result_console
+from app.pictures.view import Style
 from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
 from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
-
-Style = Literal["color", "instance", "class", "query"]
 
 
 def view(

@@ -45,6 +45,8 @@ def test_the_sentence_sums_up_what_there_is():
     assert summary(comparison(room(), near, extra=2)) == (
         "Paths 2.6 cm apart; 75% of A's surface within 5 cm of B's; 3 of 4 instances in both, 2 more in B."
     )
+    assert "over 99% of" in summary(comparison(room(), np.r_[np.zeros(999), 0.2]))
+    assert "100% of" in summary(comparison(room(), np.zeros(9)))
     assert summary(comparison(room(), near, 0.004)).startswith("Paths 4 mm apart")
     assert summary(comparison(room(), near, 1.234)).startswith("Paths 1.23 m apart")
     assert summary(comparison(room(), None, None)) == "3 of 4 instances in both."

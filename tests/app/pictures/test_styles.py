@@ -14,13 +14,9 @@ from razer.panoptic_map import PanopticMap
 from tests.support.surfaces import joined, plate
 
 SIZES = {
-    1: ("floor", 4.0),
-    2: ("chair", 1.0),
-    3: ("table", 2.0),
-    4: ("chair", 0.5),
-    5: (None, 1.5),
-    6: ("ceiling", 3.0),
-}
+    1: ("floor", 4.0), 2: ("chair", 1.0), 3: ("table", 2.0), 4: ("chair", 0.6), 5: (None, 1.5), 6: ("ceiling", 3.0),
+    7: ("lamp", 0.5), 8: ("floor", 0.4),
+}  # fmt: skip
 
 
 def thing(number, name, n_vertices):
@@ -81,10 +77,12 @@ def test_hits_are_in_colour_and_the_rest_is_grey(panoptic):
     assert all(np.ptp(color_of(scene.colors, panoptic, number)) < 10 for number in (0, 1, 3, 5))
 
 
-def test_names_are_of_things_first_the_largest_first_and_of_one_surface_of_a_kind(panoptic):
+def test_names_are_of_each_kind_of_thing_then_of_all_then_of_one_surface_of_a_kind(panoptic):
     scene = map_scene(panoptic, "instance")
-    assert list(scene.names.items()) == [(3, "table"), (2, "chair"), (4, "chair"), (1, "floor"), (6, "ceiling")]
-    assert set(scene.wanted) == {2, 3, 4}
+    assert list(scene.names.items()) == [
+        (3, "table"), (2, "chair"), (7, "lamp"), (4, "chair"), (1, "floor"), (6, "ceiling"),
+    ]  # fmt: skip
+    assert set(scene.wanted) == {2, 3, 4, 7}
     np.testing.assert_array_equal(scene.left_out, panoptic.mesh.instances == 6)
 
 
