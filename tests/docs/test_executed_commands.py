@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -66,7 +67,7 @@ def test_the_commands_of_a_page_work_one_after_the_other(name, recording, tmp_pa
     assert executed
     for arguments in executed:
         assert execute(arguments) == 0, arguments
-        for option, target in zip(arguments, arguments[1:], strict=False):
+        for option, target in pairwise(arguments):
             assert option not in WRITES or Path(target).exists(), arguments
 
 
