@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from cyclopts import CycloptsError, UnknownCommandError, UnknownOptionError, UnusedCliTokensError
 
 from app.cli import app
+from app.verbs import VERBS
 from tests.support.page_commands import PAGES, ROOT, calls, in_blocks, in_text
 
 
@@ -44,3 +47,10 @@ def test_calls_of_a_line_are_told_apart():
 def test_what_is_no_command_is_found_out(line):
     with pytest.raises(CycloptsError):
         understand(line)
+
+
+def test_readme_and_page_have_a_row_for_each_verb():
+    verbs = [verb.name for group in VERBS.values() for verb in group] + ["models"]
+    readme, page = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/verbs.md"))
+    assert re.findall(r"^\| `(\w+)` \| ", readme, re.M) == verbs
+    assert sorted(re.findall(r"^\| `razer (\w+)\b.*?\| ", page, re.M)) == sorted(verbs)
