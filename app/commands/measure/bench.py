@@ -23,6 +23,7 @@ def bench(
     options: RunOptions = RunOptions(),  # noqa: B008
     repeat: int = 1,
     masks: Flag = False,
+    recognition: Flag = False,
     serve: Flag = False,
     json: Flag = False,
 ) -> None:
@@ -37,6 +38,9 @@ def bench(
     masks:
         Measure, instead, the segmenter on the recording: which masks of a view are missed in the next, which change
         their names, and how well they fit, by depth and poses; no truth is needed.
+    recognition:
+        Measure, instead, the segmenter against the instance ids of a recording that has them: how many of the seen
+        things of 15 household classes it finds by name, and the IoU of walls, floors, ceilings, doors, beds and tables.
     serve:
         Measure, instead, how long queries take that 50 clients put to a served map of 500 instances at once.
     json:
@@ -50,6 +54,9 @@ def bench(
     config = options.read()
     if masks:
         _measure_masks(folder, config, json)
+        return
+    if recognition:
+        _measure_recognition(folder, config, json)
         return
 
     # Late, as in `razer run`.
@@ -76,6 +83,18 @@ def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
         print(dumps(result))
     else:
         print_masks(result)
+
+
+def _measure_recognition(folder: Path | None, config: RunConfig, json: bool) -> None:
+    from app.recognition.measure_recognition import measure_recognition, print_recognition
+
+    if folder is None:
+        raise BadInput("--recognition needs a recording: razer bench FOLDER --recognition")
+    result = measure_recognition(folder, config)
+    if json:
+        print(dumps(result))
+    else:
+        print_recognition(result)
 
 
 def _measure_serving(json: bool) -> None:
