@@ -111,7 +111,7 @@ def leaves(rng: np.random.Generator) -> Material:
 
 def display(rng: np.random.Generator) -> Material:
     """A lit screen with windows."""
-    return Material("screen", around(rng, ((15, 20, 45), (20, 40, 30)), 10), (205, 225, 250), 0.7)
+    return Material("screen", around(rng, ((15, 20, 45), (20, 40, 30)), 10), (205, 225, 250), 0.7, "screen")
 
 
 def black_glass() -> Material:

@@ -79,7 +79,7 @@ def bulletin_board(rng: np.random.Generator) -> Thing:
 def window(rng: np.random.Generator) -> Thing:
     """A window with one or two casements before a bright sky, and a sill."""
     width, height = rng.uniform(0.8, 1.6), rng.uniform(1.0, 1.4)
-    white, sky = m.lacquer(rng), Material("clouds", (150.0, 185.0, 220.0), (240.0, 246.0, 250.0), 1.4)
+    white, sky = m.lacquer(rng), Material("clouds", (150.0, 185.0, 220.0), (240.0, 246.0, 250.0), 1.4, "sky")
     solids = [shifted(s, 0, 0, 0.04) for s in _frame(width, height, 0.07, 0.06, white)]
     solids.append(block(0, 0.01, 0.11, (width - 0.14, 0.02, height - 0.14), sky))
     if width > 1.0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
@@ -171,7 +173,7 @@ def lamp(rng: np.random.Generator) -> Thing:
     tall = rng.uniform(1.35, 1.7) if rng.uniform() < 0.5 else rng.uniform(0.4, 0.6)
     shade_high, radius = 0.16 + tall * 0.08, 0.1 + tall * 0.07
     frame = m.metal(rng)
-    shade = tinted("fabric", m.hue(rng, (0.05, 0.4), (0.9, 0.98)), 0.2, 0.5)
+    shade = replace(tinted("fabric", m.hue(rng, (0.05, 0.4), (0.9, 0.98)), 0.2, 0.5), glow="lamp")
     base, upper = tall - shade_high, radius * rng.uniform(0.5, 0.8)
     foot = [cylinder(radius * 0.75, 0, 0.02, frame, 14), cylinder(0.012 + tall * 0.004, 0.02, base, frame, 8)]
     return Thing("lamp", (*foot, lathe([(0, base), (radius, base), (upper, tall), (0, tall)], shade, sides=16)))

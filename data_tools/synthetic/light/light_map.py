@@ -1,0 +1,139 @@
+"""Light map: an image of how brightly each face of a world is lit, made once and looked up for each pixel."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import blake2b
+
+import numpy as np
+import open3d as o3d
+
+from data_tools.synthetic.light.emitters import LIGHTING, Light, ceiling_glow
+from data_tools.synthetic.light.face_grid import FaceGrid
+from data_tools.synthetic.light.radiosity import Surroundings, irradiance
+from data_tools.synthetic.shapes.thing import Thing
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+
+FULL = 128  # the value of the image at which a colour is shown as it is
+_GAMMA = 2.2
+_MIDDLE = 0.62  # what half of the light is brought to, before gamma
+_SHOULDER, _BRIGHTEST = 0.9, 1.3
+_WHITE_BALANCE = 0.6  # how much of the light's own colour a camera takes away
+_KEPT = 4
+
+
+@dataclass(frozen=True, slots=True)
+class LightMap:
+    """image (H, W, 3) uint8, the factor on display colours times FULL; gradient (F, 2, 3) and origin (F, 2) take a world
+    point on a face to (x, y) in it."""
+
+    image: Uint8Array
+    gradient: Float64Array
+    origin: Float64Array
+
+
+_made: OrderedDict[bytes, LightMap] = OrderedDict()
+
+
+def light_map(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light, seed: int) -> LightMap:
+    """The light map of a world; the same world in the same light is computed once.
+
+    Args:
+        things: instance id -> Thing.
+        scene: their quads, two triangles each, in this order.
+        light: the time of day.
+        seed: of the rays.
+    """
+    solids = [solid for thing in things.values() for solid in thing.solids]
+    parts = [solid.quads.tobytes() + repr(solid.material).encode() for solid in solids]
+    key = blake2b(b"".join([*parts, light.encode(), str(seed).encode()])).digest()
+    if key not in _made:
+        _made[key] = _computed(things, scene, light, seed)
+        while len(_made) > _KEPT:
+            _made.popitem(last=False)
+    return _made[key]
+
+
+def _computed(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light, seed: int) -> LightMap:
+    quads = np.concatenate([solid.quads for thing in things.values() for solid in thing.solids])
+    grid = FaceGrid.over(quads)
+    around = Surroundings.of(grid, quads, scene, seed)
+    emitted, looks = _emitted(things, grid, quads, light)
+    reflectance = _reflectance(things)[grid.face]
+    falling = irradiance(around, emitted, reflectance, LIGHTING[light].outside)
+    falling = _smoothed(grid, np.where(around.buried[:, None], np.nan, falling).astype(np.float32))
+    shown = _exposed(falling, grid, quads)
+    shown = np.where(np.isnan(looks), shown, looks)
+    image = (FULL * grid.image(shown)).clip(0, 255).astype(np.uint8)
+    return LightMap(image, grid.gradient, grid.origin + grid.place)
+
+
+def _reflectance(things: Mapping[int, Thing]) -> Float32Array:
+    """The share (F, 3) of light that each face sends back: its mean colour, undone from the display's gamma."""
+    materials = [solid.material for thing in things.values() for solid in thing.solids for _ in solid.quads]
+    mean = np.array([np.add(material.dark, material.light) / 2 for material in materials]) / 255
+    return (0.9 * mean**_GAMMA).astype(np.float32)
+
+
+def _emitted(
+    things: Mapping[int, Thing], grid: FaceGrid, quads: Float64Array, light: Light
+) -> tuple[Float32Array, Float32Array]:
+    """The radiance (N, 3) of the nodes, and how those look that shine by themselves, nan for the others."""
+    lighting = LIGHTING[light]
+    count = int(grid.counts.prod(axis=1).sum())
+    emitted, looks = np.zeros((count, 3), np.float32), np.full((count, 3), np.nan, np.float32)
+    points, last_face = grid.points(quads), 0
+    for thing in things.values():
+        for solid in thing.solids:
+            faces = slice(last_face, last_face + len(solid.quads))
+            last_face = faces.stop
+            nodes = slice(int(grid.first[faces.start]), _end(grid, faces.stop, count))
+            if solid.material.glow:
+                emitted[nodes] = lighting.glow[solid.material.glow]
+                looks[nodes] = lighting.looks[solid.material.glow]
+            elif thing.class_name == "ceiling":
+                low, high = solid.quads[..., :2].min(axis=(0, 1)), solid.quads[..., :2].max(axis=(0, 1))
+                emitted[nodes] = ceiling_glow(points[nodes], low, high)[:, None] * np.float32(lighting.ceiling)
+    return emitted, looks
+
+
+def _end(grid: FaceGrid, face: int, count: int) -> int:
+    return int(grid.first[face]) if face < len(grid.first) else count
+
+
+def _smoothed(grid: FaceGrid, values: Float32Array) -> Float32Array:
+    """Values (N, 3) of the nodes averaged over their neighbours on the same face; nan where none is known is filled by
+    the nearest on it, or is black."""
+    image = grid.image(values)
+    unknown = np.isnan(image[..., 0])
+    weight = np.where(unknown, 0, 1).astype(np.float32)
+    filled = np.where(unknown[..., None], 0, image)
+    x, y = (grid.place[grid.face] + grid.cell()).T
+    total, weights = np.zeros_like(values), np.zeros((len(values), 1), np.float32)
+    for dx, dy, share in ((0, 0, 4), *((a, b, 2 - abs(a * b)) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)):
+        total += share * filled[y + dy, x + dx]
+        weights += share * weight[y + dy, x + dx, None]
+    known = weights[:, 0] > 0
+    total[known] /= weights[known]
+    return total
+
+
+def _exposed(falling: Float32Array, grid: FaceGrid, quads: Float64Array) -> Float32Array:
+    """The factor (N, 3) on display colours under light (N, 3): a camera's exposure, white balance and shoulder."""
+    area = np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1)
+    weight = (area / grid.counts.prod(axis=1))[grid.face]
+    brightness = falling.mean(axis=1)
+    lit = brightness > 0
+    if not lit.any():
+        return np.zeros_like(falling)
+    order = np.argsort(brightness[lit])
+    total = np.cumsum(weight[lit][order])
+    middle = brightness[lit][order][np.searchsorted(total, total[-1] / 2)]
+    tint = np.average(falling[lit], axis=0, weights=weight[lit])
+    gain = _MIDDLE / middle * (tint.mean() / tint) ** _WHITE_BALANCE
+    factor = (falling * gain) ** (1 / _GAMMA)
+    room = _BRIGHTEST - _SHOULDER
+    over = np.maximum(factor - _SHOULDER, 0)
+    return np.minimum(factor, _SHOULDER + room * (1 - np.exp(-over / room))).astype(np.float32)

@@ -1,0 +1,101 @@
+"""Radiosity (Goral et al. 1984) by gathering: each sample of the faces collects what its hemisphere of rays meets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import open3d as o3d
+
+from data_tools.synthetic.light.face_grid import FaceGrid
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array
+
+_RAYS = 48
+_BOUNCES = 4
+_CHUNK = 20_000
+_OUTSIDE, _INSIDE = -1, -2
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The node that each of a node's rays meets, (N, R) int32: _OUTSIDE where there is nothing, _INSIDE where it meets
+    the back of a face, and so starts within a solid."""
+
+    met: Int32Array
+
+    @classmethod
+    def of(
+        cls, grid: FaceGrid, quads: Float64Array, scene: o3d.t.geometry.RaycastingScene, seed: int
+    ) -> Surroundings:
+        """Cast rays, more of them the nearer to the normal, as light weighs; the scene has two triangles a quad."""
+        points, face = grid.points(quads).astype(np.float32), grid.face
+        normals = grid.normals.astype(np.float32)
+        rng = np.random.default_rng([seed, 61])
+        met = np.empty((len(points), _RAYS), np.int32)
+        for start in range(0, len(points), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            met[part] = _cast(grid, scene, points[part], normals[face[part]], rng)
+        return cls(met)
+
+    @property
+    def buried(self) -> BoolArray:
+        """Which nodes (N,) are mostly within solids, and see no light of their own."""
+        buried: BoolArray = (self.met == _INSIDE).mean(axis=1) > 0.5
+        return buried
+
+
+def _cast(
+    grid: FaceGrid,
+    scene: o3d.t.geometry.RaycastingScene,
+    points: Float32Array,
+    normals: Float32Array,
+    rng: np.random.Generator,
+) -> Int32Array:
+    directions = _hemispheres(normals, rng)
+    rays = np.concatenate([np.broadcast_to(points[:, None], directions.shape), directions], axis=2)
+    hit = scene.cast_rays(o3d.core.Tensor.from_numpy(np.ascontiguousarray(rays)))
+    triangle = hit["primitive_ids"].numpy().view(np.int32)
+    met = np.full(triangle.shape, _OUTSIDE, np.int32)
+    there = triangle >= 0
+    face = (triangle[there] >> 1).astype(np.int64)
+    at = rays[there][:, :3] + hit["t_hit"].numpy()[there][:, None] * rays[there][:, 3:]
+    met[there] = grid.nearest_node(face, at)
+    back = np.einsum("pk,pk->p", rays[there][:, 3:], grid.normals.astype(np.float32)[face]) > 0
+    met[there] = np.where(back, _INSIDE, met[there])
+    return met
+
+
+def _hemispheres(normals: Float32Array, rng: np.random.Generator) -> Float32Array:
+    """Unit vectors (N, R, 3) about the normals, as dense as the cosine: one spiral, turned at random for each."""
+    steps = np.arange(_RAYS) + 0.5
+    turn = steps * np.pi * (3 - np.sqrt(5)) + rng.uniform(0, 2 * np.pi, (len(normals), 1))
+    out = np.sqrt((steps - 0.5 + rng.uniform(0, 1, (len(normals), 1))) / _RAYS)
+    local = np.stack([out * np.cos(turn), out * np.sin(turn), np.sqrt(1 - out**2)], axis=2).astype(np.float32)
+    other = np.where(np.abs(normals[:, 2:]) < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)).astype(np.float32)
+    across = np.cross(other, normals)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    frames = np.stack([across, np.cross(normals, across), normals], axis=1)
+    return np.einsum("nra,nak->nrk", local, frames)
+
+
+def irradiance(
+    around: Surroundings, emitted: Float32Array, reflectance: Float32Array, outside: tuple[float, float, float]
+) -> Float32Array:
+    """The light (N, 3) that falls on each node, in units of a sky of radiance 1 all round.
+
+    Args:
+        around: what each node sees.
+        emitted: (N, 3) radiance of the nodes.
+        reflectance: (N, 3) share of light that they send back.
+        outside: radiance where there is nothing.
+    """
+    # The last two rows are what negative numbers index: nothing met, and the inside of a solid.
+    light = np.zeros_like(emitted)
+    for _ in range(_BOUNCES):
+        radiance = np.concatenate([emitted + reflectance * light, np.zeros((1, 3)), [outside]]).astype(np.float32)
+        for start in range(0, len(light), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            met = around.met[part]
+            counted = np.maximum((met != _INSIDE).sum(axis=1), 1)
+            light[part] = radiance[met].sum(axis=1) / counted[:, None]
+    return light
