@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import blake2b
+from itertools import product
 
 import numpy as np
 import open3d as o3d
@@ -37,29 +38,28 @@ class LightMap:
 _made: OrderedDict[bytes, LightMap] = OrderedDict()
 
 
-def light_map(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light, seed: int) -> LightMap:
+def light_map(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light) -> LightMap:
     """The light map of a world; the same world in the same light is computed once.
 
     Args:
         things: instance id -> Thing.
         scene: their quads, two triangles each, in this order.
         light: the time of day.
-        seed: of the rays.
     """
     solids = [solid for thing in things.values() for solid in thing.solids]
     parts = [solid.quads.tobytes() + repr(solid.material).encode() for solid in solids]
-    key = blake2b(b"".join([*parts, light.encode(), str(seed).encode()])).digest()
+    key = blake2b(b"".join([*parts, light.encode()])).digest()
     if key not in _made:
-        _made[key] = _computed(things, scene, light, seed)
+        _made[key] = _computed(things, scene, light)
         while len(_made) > _KEPT:
             _made.popitem(last=False)
     return _made[key]
 
 
-def _computed(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light, seed: int) -> LightMap:
+def _computed(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene, light: Light) -> LightMap:
     quads = np.concatenate([solid.quads for thing in things.values() for solid in thing.solids])
     grid = FaceGrid.over(quads)
-    around = Surroundings.of(grid, quads, scene, seed)
+    around = Surroundings.of(grid, quads, scene)
     emitted, looks = _emitted(things, grid, quads, light)
     reflectance = _reflectance(things)[grid.face]
     falling = irradiance(around, emitted, reflectance, LIGHTING[light].outside)
@@ -112,9 +112,9 @@ def _smoothed(grid: FaceGrid, values: Float32Array) -> Float32Array:
     filled = np.where(unknown[..., None], 0, image)
     x, y = (grid.place[grid.face] + grid.cell()).T
     total, weights = np.zeros_like(values), np.zeros((len(values), 1), np.float32)
-    for dx, dy, share in ((0, 0, 4), *((a, b, 2 - abs(a * b)) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)):
-        total += share * filled[y + dy, x + dx]
-        weights += share * weight[y + dy, x + dx, None]
+    for dx, dy in product((-1, 0, 1), repeat=2):
+        total += filled[y + dy, x + dx]
+        weights += weight[y + dy, x + dx, None]
     known = weights[:, 0] > 0
     total[known] /= weights[known]
     return total

@@ -25,16 +25,16 @@ class Surroundings:
 
     @classmethod
     def of(
-        cls, grid: FaceGrid, quads: Float64Array, scene: o3d.t.geometry.RaycastingScene, seed: int
+        cls, grid: FaceGrid, quads: Float64Array, scene: o3d.t.geometry.RaycastingScene
     ) -> Surroundings:
         """Cast rays, more of them the nearer to the normal, as light weighs; the scene has two triangles a quad."""
         points, face = grid.points(quads).astype(np.float32), grid.face
         normals = grid.normals.astype(np.float32)
-        rng = np.random.default_rng([seed, 61])
+        pattern = _pattern(grid)
         met = np.empty((len(points), _RAYS), np.int32)
         for start in range(0, len(points), _CHUNK):
             part = slice(start, start + _CHUNK)
-            met[part] = _cast(grid, scene, points[part], normals[face[part]], rng)
+            met[part] = _cast(grid, scene, points[part], normals[face[part]], pattern[part])
         return cls(met)
 
     @property
@@ -49,9 +49,9 @@ def _cast(
     scene: o3d.t.geometry.RaycastingScene,
     points: Float32Array,
     normals: Float32Array,
-    rng: np.random.Generator,
+    pattern: Float32Array,
 ) -> Int32Array:
-    directions = _hemispheres(normals, rng)
+    directions = _hemispheres(normals, pattern)
     rays = np.concatenate([np.broadcast_to(points[:, None], directions.shape), directions], axis=2)
     hit = scene.cast_rays(o3d.core.Tensor.from_numpy(np.ascontiguousarray(rays)))
     triangle = hit["primitive_ids"].numpy().view(np.int32)
@@ -65,11 +65,20 @@ def _cast(
     return met
 
 
-def _hemispheres(normals: Float32Array, rng: np.random.Generator) -> Float32Array:
-    """Unit vectors (N, R, 3) about the normals, as dense as the cosine: one spiral, turned at random for each."""
-    steps = np.arange(_RAYS) + 0.5
-    turn = steps * np.pi * (3 - np.sqrt(5)) + rng.uniform(0, 2 * np.pi, (len(normals), 1))
-    out = np.sqrt((steps - 0.5 + rng.uniform(0, 1, (len(normals), 1))) / _RAYS)
+def _pattern(grid: FaceGrid) -> Float32Array:
+    """A number (N,) in 0..1 for each node, nine different ones in each square of three by three nodes: their rays differ
+    as evenly as those of one node with nine times as many, whose mean the average over the square is."""
+    column, row = (grid.cell() % 3).T
+    order = np.array([[0, 5, 7], [3, 8, 1], [6, 2, 4]])
+    return ((order[column, row] + 0.5) / 9).astype(np.float32)
+
+
+def _hemispheres(normals: Float32Array, pattern: Float32Array) -> Float32Array:
+    """Unit vectors (N, R, 3) about the normals, as dense as the cosine: one spiral, turned and pushed outwards by the
+    pattern (N,)."""
+    steps = np.arange(_RAYS) + pattern[:, None]
+    turn = steps * np.pi * (3 - np.sqrt(5))
+    out = np.sqrt(steps / _RAYS)
     local = np.stack([out * np.cos(turn), out * np.sin(turn), np.sqrt(1 - out**2)], axis=2).astype(np.float32)
     other = np.where(np.abs(normals[:, 2:]) < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)).astype(np.float32)
     across = np.cross(other, normals)

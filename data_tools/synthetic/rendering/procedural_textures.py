@@ -45,6 +45,11 @@ def _plaster(rng: np.random.Generator) -> Float32Array:
     return 0.35 * _noise(rng, 1.2) + 0.65 * _blobs(rng, flakes, 2500, 4, 9)
 
 
+def _paint(rng: np.random.Generator) -> Float32Array:
+    """A painted wall: the grain of a roller, and slow unevenness."""
+    return _stretched(0.6 * _noise(rng, 0.5) + 0.4 * _noise(rng, 1.8))
+
+
 def _terrazzo(rng: np.random.Generator) -> Float32Array:
     return 0.3 * _noise(rng, 0.9) + 0.7 * _blobs(rng, np.full((SIZE, SIZE), 0.5, np.float32), 900, 5, 22)
 
@@ -70,6 +75,13 @@ def _fabric(rng: np.random.Generator) -> Float32Array:
     rows, columns = np.mgrid[:SIZE, :SIZE] // 8
     weave = ((rows + columns) % 2).astype(np.float32)
     return 0.25 * weave + 0.4 * _noise(rng, 0.6) + 0.35 * _noise(rng, 1.5)
+
+
+def _cloth(rng: np.random.Generator) -> Float32Array:
+    """Fine weave with a faint mottle, as upholstery has it."""
+    rows, columns = np.mgrid[:SIZE, :SIZE] // 2
+    weave = ((rows + columns) % 2).astype(np.float32)
+    return _stretched(0.3 * weave + 0.5 * _noise(rng, 0.3) + 0.7 * _noise(rng, 1.3))
 
 
 def _bricks(rng: np.random.Generator) -> Float32Array:
@@ -215,4 +227,6 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "landscape": _landscape,
     "stripes": _stripes,
     "notes": _notes,
+    "paint": _paint,
+    "cloth": _cloth,
 }

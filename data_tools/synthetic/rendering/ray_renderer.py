@@ -28,7 +28,7 @@ class RayRenderer:
         self, things: Mapping[int, Thing], intrinsics: Intrinsics, texture_seed: int = 0, light: Light = "day"
     ) -> None:
         self.intrinsics = intrinsics
-        self._things, self._light, self._seed = things, light, texture_seed
+        self._things, self._light = things, light
         self._atlas = paint_atlas(texture_seed)
         self._faces = FaceTable.of(things, self._atlas.left)
         self.scene = scene_of(things)
@@ -59,7 +59,7 @@ class RayRenderer:
     @cached_property
     def _light_map(self) -> LightMap:
         # Late: much of what is done with a world needs no picture of it.
-        return light_map(self._things, self.scene, self._light, self._seed)
+        return light_map(self._things, self.scene, self._light)
 
     def _seen_faces(self, world_from_camera: Float64Array) -> Int64Array:
         """The face seen at each pixel, -1 = none. Rays go through every other pixel of every other row, and

@@ -11,22 +11,33 @@ from data_tools.synthetic.shapes.solids import Colour, Material
 from data_tools.synthetic.shapes.thing import tinted
 
 _WOODS: tuple[Colour, ...] = (
-    (200, 150, 95),
-    (220, 182, 135),
-    (125, 84, 55),
-    (228, 195, 145),
-    (85, 60, 46),
-    (160, 95, 60),
-    (165, 150, 130),
+    (204, 164, 115),
+    (222, 188, 145),
+    (140, 100, 70),
+    (226, 198, 156),
+    (104, 76, 58),
+    (170, 118, 80),
+    (188, 160, 126),
 )
 _LACQUERS: tuple[Colour, ...] = (
+    (242, 241, 237),
+    (240, 239, 236),
+    (236, 233, 224),
+    (222, 222, 220),
     (238, 236, 230),
-    (232, 228, 214),
-    (190, 195, 198),
-    (120, 135, 130),
-    (90, 110, 135),
-    (60, 62, 66),
+    (120, 122, 124),
 )
+_UPHOLSTERY: tuple[Colour, ...] = (
+    (150, 150, 150),
+    (112, 114, 118),
+    (188, 176, 158),
+    (92, 100, 112),
+    (140, 122, 104),
+    (72, 76, 84),
+    (104, 116, 104),
+    (150, 84, 70),
+)
+_GLAZES: tuple[Colour, ...] = ((244, 243, 240), (240, 238, 232), (60, 92, 140), (186, 60, 50), (70, 74, 78), (206, 186, 150))
 _METALS: tuple[Colour, ...] = ((175, 178, 182), (120, 122, 126), (58, 58, 62), (205, 205, 208), (170, 140, 85))
 _CERAMICS: tuple[Colour, ...] = ((244, 244, 242), (240, 236, 226), (228, 232, 236))
 
@@ -46,12 +57,12 @@ def hue(rng: np.random.Generator, saturation: tuple[float, float], value: tuple[
 
 def wood(rng: np.random.Generator) -> Material:
     """Oak, beech, walnut and the like."""
-    return tinted("wood", around(rng, _WOODS), 0.45, 1.2)
+    return tinted("wood", around(rng, _WOODS), 0.3, 1.2)
 
 
 def lacquer(rng: np.random.Generator) -> Material:
-    """Painted wood, mostly pale."""
-    return tinted("smooth", around(rng, _LACQUERS), 0.12)
+    """Painted wood, mostly white."""
+    return tinted("smooth", around(rng, _LACQUERS, 4), 0.06)
 
 
 def wood_or_lacquer(rng: np.random.Generator) -> Material:
@@ -60,8 +71,8 @@ def wood_or_lacquer(rng: np.random.Generator) -> Material:
 
 
 def fabric(rng: np.random.Generator) -> Material:
-    """Woven cloth of any colour."""
-    return tinted("fabric", hue(rng, (0.1, 0.6), (0.45, 0.9)), 0.5, 0.9)
+    """Upholstery: greys, sands, blues, a red."""
+    return tinted("cloth", around(rng, _UPHOLSTERY), 0.26, 0.6)
 
 
 def leather(rng: np.random.Generator) -> Material:
@@ -95,8 +106,8 @@ def ceramic(rng: np.random.Generator) -> Material:
 
 
 def glaze(rng: np.random.Generator) -> Material:
-    """Coloured tableware."""
-    return tinted("terrazzo", hue(rng, (0.1, 0.7), (0.6, 0.95)), 0.35, 0.4)
+    """Tableware, mostly white."""
+    return tinted("smooth", around(rng, _GLAZES, 5), 0.1, 0.4)
 
 
 def cardboard(rng: np.random.Generator) -> Material:
@@ -106,7 +117,7 @@ def cardboard(rng: np.random.Generator) -> Material:
 
 def leaves(rng: np.random.Generator) -> Material:
     """Green foliage."""
-    return Material("terrazzo", (25, 60, 20), around(rng, ((120, 190, 80), (90, 160, 90), (150, 180, 90)), 15), 0.5)
+    return Material("clouds", (38, 66, 30), around(rng, ((104, 150, 70), (84, 132, 74), (122, 150, 84)), 12), 0.4)
 
 
 def display(rng: np.random.Generator) -> Material:
@@ -127,12 +138,12 @@ def mirror_glass() -> Material:
 def stone(rng: np.random.Generator) -> Material:
     """Marble or granite of worktops."""
     texture = "marble" if rng.uniform() < 0.5 else "terrazzo"
-    return tinted(texture, around(rng, ((225, 222, 216), (120, 118, 116), (190, 175, 155))), 0.4, 0.9)
+    return tinted(texture, around(rng, ((225, 222, 216), (96, 95, 94), (190, 175, 155))), 0.22, 0.9)
 
 
 def linen(rng: np.random.Generator) -> Material:
     """White or pale bed linen."""
-    return tinted("fabric", hue(rng, (0.0, 0.15), (0.86, 0.97)), 0.15, 0.8)
+    return tinted("cloth", hue(rng, (0.0, 0.06), (0.92, 0.97)), 0.1, 0.8)
 
 
 def bedding(rng: np.random.Generator) -> Material:
