@@ -140,6 +140,30 @@ def _spines(rng: np.random.Generator) -> Float32Array:
     return image
 
 
+def _cover(rng: np.random.Generator) -> Float32Array:
+    """The front of a book: a plain board, its title in lines, a picture and a name."""
+    image = 0.06 * _noise(rng, 1.0)
+    for y, half, high in ((60, 190, 44), (122, 150, 44), (186, 90, 16)):
+        image[y : y + high, 256 - half : 256 + half : 2] = 0.95
+        image[y : y + high, 257 - half : 256 + half : 2] = 0.8
+    image[240:420, 130:382] = 0.35 + 0.5 * _noise(rng, 1.4)[240:420, 130:382]
+    image[452:474, 150:362] = 0.85
+    return image
+
+
+def _desktop(rng: np.random.Generator) -> Float32Array:
+    """A lit desktop: a picture behind two white windows with text, and a bar below."""
+    image = 0.25 + 0.35 * _noise(rng, 2.0)
+    for x, y, w, h in ((40, 50, 250, 300), (250, 130, 230, 270)):
+        image[y : y + h, x : x + w] = 0.97
+        image[y : y + 22, x : x + w] = 0.7
+        for line in range(y + 40, y + h - 16, 16):
+            image[line : line + 6, x + 16 : x + 16 + int(rng.integers(w // 3, w - 32))] = 0.45
+    image[482:] = 0.12
+    image[490:504, 12:200:24] = 0.8
+    return image
+
+
 def _keys(rng: np.random.Generator) -> Float32Array:
     """Six rows of sixteen keys with a letter each."""
     image = 0.1 + 0.1 * _noise(rng, 1.0)
@@ -229,4 +253,6 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "notes": _notes,
     "paint": _paint,
     "cloth": _cloth,
+    "cover": _cover,
+    "desktop": _desktop,
 }

@@ -29,11 +29,11 @@ _LACQUERS: tuple[Colour, ...] = (
 )
 _UPHOLSTERY: tuple[Colour, ...] = (
     (150, 150, 150),
-    (112, 114, 118),
+    (126, 128, 132),
     (188, 176, 158),
-    (92, 100, 112),
+    (104, 114, 130),
     (140, 122, 104),
-    (72, 76, 84),
+    (84, 96, 116),
     (104, 116, 104),
     (150, 84, 70),
 )
@@ -76,13 +76,13 @@ def fabric(rng: np.random.Generator) -> Material:
 
 
 def leather(rng: np.random.Generator) -> Material:
-    """Black, brown or red leather."""
-    return tinted("smooth", around(rng, ((45, 42, 42), (110, 72, 45), (120, 45, 40))), 0.35, 0.5)
+    """Brown leather."""
+    return tinted("smooth", around(rng, ((122, 84, 58), (150, 112, 80), (70, 58, 52))), 0.18, 0.5)
 
 
 def patterned(rng: np.random.Generator) -> Material:
     """Printed cloth with two colours."""
-    return Material("shapes", hue(rng, (0.3, 0.7), (0.3, 0.6)), hue(rng, (0.1, 0.5), (0.8, 0.95)), 0.6)
+    return Material("shapes", around(rng, _UPHOLSTERY), hue(rng, (0.02, 0.2), (0.85, 0.95)), 0.6)
 
 
 def metal(rng: np.random.Generator) -> Material:
@@ -122,12 +122,12 @@ def leaves(rng: np.random.Generator) -> Material:
 
 def display(rng: np.random.Generator) -> Material:
     """A lit screen with windows."""
-    return Material("screen", around(rng, ((15, 20, 45), (20, 40, 30)), 10), (205, 225, 250), 0.7, "screen")
+    return Material("desktop", around(rng, ((12, 30, 70), (20, 40, 48)), 8), (232, 240, 248), 0.7, "screen")
 
 
 def black_glass() -> Material:
     """Glass of ovens and of screens that are off."""
-    return tinted("smooth", (40.0, 42.0, 46.0), 0.35)
+    return tinted("clouds", (34.0, 36.0, 40.0), 0.6)
 
 
 def mirror_glass() -> Material:
@@ -147,10 +147,10 @@ def linen(rng: np.random.Generator) -> Material:
 
 
 def bedding(rng: np.random.Generator) -> Material:
-    """Duvets and blankets: plain, striped or printed."""
+    """Duvets and blankets: plain, white or striped."""
     kind = int(rng.integers(3))
     if kind == 0:
         return fabric(rng)
     if kind == 1:
-        return patterned(rng)
-    return Material("stripes", hue(rng, (0.2, 0.6), (0.5, 0.8)), hue(rng, (0.0, 0.2), (0.85, 0.97)), 1.1)
+        return linen(rng)
+    return Material("stripes", around(rng, _UPHOLSTERY), hue(rng, (0.0, 0.06), (0.9, 0.97)), 1.1)

@@ -28,7 +28,7 @@ def picture(rng: np.random.Generator) -> Thing:
     """A framed landscape or an abstract painting."""
     width, height = rng.uniform(0.35, 1.1), rng.uniform(0.35, 0.8)
     texture = "landscape" if rng.uniform() < 0.6 else "shapes"
-    art = Material(texture, m.hue(rng, (0.4, 0.8), (0.15, 0.4)), m.hue(rng, (0.2, 0.5), (0.85, 0.98)))
+    art = Material(texture, m.hue(rng, (0.2, 0.5), (0.15, 0.35)), m.hue(rng, (0.05, 0.25), (0.88, 0.97)))
     frame = m.wood(rng) if rng.uniform() < 0.6 else m.metal(rng)
     return _framed("picture", width, height, rng.uniform(0.02, 0.05), frame, art)
 
@@ -36,7 +36,7 @@ def picture(rng: np.random.Generator) -> Thing:
 def poster(rng: np.random.Generator) -> Thing:
     """A printed sheet without a frame."""
     width = rng.uniform(0.4, 0.7)
-    art = Material("shapes", m.hue(rng, (0.5, 0.9), (0.2, 0.5)), m.hue(rng, (0.2, 0.6), (0.85, 0.98)))
+    art = Material("shapes", m.hue(rng, (0.2, 0.6), (0.25, 0.5)), m.hue(rng, (0.05, 0.3), (0.88, 0.97)))
     return Thing("poster", (fitted(block(0, 0.002, 0, (width, 0.004, width * rng.uniform(1.2, 1.5)), art)),))
 
 

@@ -18,8 +18,8 @@ def tv(rng: np.random.Generator) -> Thing:
     width = rng.uniform(0.9, 1.45)
     height = width * 0.57
     case = m.dark_plastic(rng)
-    shows = Material("landscape", m.hue(rng, (0.4, 0.8), (0.1, 0.3)), m.hue(rng, (0.2, 0.5), (0.85, 0.98)))
-    face = m.black_glass() if rng.uniform() < 0.4 else shows
+    shows = Material("landscape", (20.0, 44.0, 60.0), (206.0, 222.0, 236.0), 1.0, "screen")
+    face = m.black_glass() if rng.uniform() < 0.7 else shows
     solids = [block(0, 0, 0.06, (width, 0.035, height), case)]
     solids.append(block(0, -0.03, 0.15, (width * 0.5, 0.03, height * 0.5), case))
     solids.append(fitted(block(0, 0.019, 0.075, (width - 0.03, 0.004, height - 0.03), face)))
