@@ -13,7 +13,7 @@ import open3d as o3d
 
 from data_tools.synthetic.light.emitters import LIGHTING, Light, ceiling_glow
 from data_tools.synthetic.light.face_grid import FaceGrid
-from data_tools.synthetic.light.radiosity import Surroundings, irradiance
+from data_tools.synthetic.light.radiosity import Surroundings, gathered, irradiance
 from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 
@@ -22,6 +22,7 @@ _GAMMA = 2.2
 _MIDDLE = 0.55  # what half of the light is brought to, before gamma
 _SHOULDER, _BRIGHTEST = 0.9, 1.3
 _WHITE_BALANCE = 0.6  # how much of the light's own colour a camera takes away
+_PASSES = 4
 _KEPT = 4
 
 
@@ -61,9 +62,15 @@ def _computed(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene
     grid = FaceGrid.over(quads)
     around = Surroundings.of(grid, quads, scene)
     emitted, looks = _emitted(things, grid, quads, light)
-    reflectance = _reflectance(things)[grid.face]
-    falling = irradiance(around, emitted, reflectance, LIGHTING[light].outside)
-    falling = _smoothed(grid, np.where(around.buried[:, None], np.nan, falling).astype(np.float32))
+    outside = LIGHTING[light].outside
+    falling = irradiance(around, emitted, _reflectance(things)[grid.face], outside)
+    # Windows and lamps are small, and few rays meet them: what comes from them is averaged over more neighbours.
+    direct = gathered(around, np.where(np.isnan(looks), 0, emitted).astype(np.float32), (0.0, 0.0, 0.0))
+    rest = _smoothed(grid, np.where(around.buried[:, None], np.nan, falling - direct).astype(np.float32))
+    direct = np.where(around.buried[:, None], np.nan, direct).astype(np.float32)
+    for _ in range(_PASSES):
+        direct = _smoothed(grid, direct)
+    falling = rest + direct
     shown = _exposed(falling, grid, quads)
     shown = np.where(np.isnan(looks), shown, looks)
     image = (FULL * grid.image(shown)).clip(0, 255).astype(np.uint8)

@@ -98,13 +98,19 @@ def irradiance(
         reflectance: (N, 3) share of light that they send back.
         outside: radiance where there is nothing.
     """
-    # The last two rows are what negative numbers index: nothing met, and the inside of a solid.
     light = np.zeros_like(emitted)
     for _ in range(_BOUNCES):
-        radiance = np.concatenate([emitted + reflectance * light, np.zeros((1, 3)), [outside]]).astype(np.float32)
-        for start in range(0, len(light), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            met = around.met[part]
-            counted = np.maximum((met != _INSIDE).sum(axis=1), 1)
-            light[part] = radiance[met].sum(axis=1) / counted[:, None]
+        light = gathered(around, emitted + reflectance * light, outside)
+    return light
+
+
+def gathered(around: Surroundings, radiance: Float32Array, outside: tuple[float, float, float]) -> Float32Array:
+    """The mean (N, 3) of what the rays of each node meet, where the nodes have this radiance (N, 3)."""
+    # The last two rows are what negative numbers index: the inside of a solid, and nothing.
+    rows = np.concatenate([radiance, np.zeros((1, 3)), [outside]]).astype(np.float32)
+    light = np.empty_like(radiance)
+    for start in range(0, len(light), _CHUNK):
+        met = around.met[start : start + _CHUNK]
+        counted = np.maximum((met != _INSIDE).sum(axis=1), 1)
+        light[start : start + _CHUNK] = rows[met].sum(axis=1) / counted[:, None]
     return light
