@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.synthetic.shapes.solids import quad_normals
-from razer.arrays import Float32Array, Float64Array, Int64Array
+from razer.arrays import Float32Array, Float64Array, Int64Array, IntArray
 
 SPACING_M = 0.07
 _MOST_NODES = 250_000
@@ -72,12 +72,15 @@ class FaceGrid:
         points += _INSET * (middle[face] - points)
         return points + _LIFT_M * self.normals[face]
 
-    def nearest_node(self, face: Int64Array, points: Float32Array) -> Int64Array:
+    def nearest_node(self, face: IntArray, points: Float32Array) -> Int64Array:
         """The number of the node of a face (P,) nearest to a point on it (P, 3)."""
-        cell = np.einsum("pak,pk->pa", self.gradient.astype(np.float32)[face], points)
-        cell = np.rint(cell + self.origin.astype(np.float32)[face]).astype(np.int64)
-        cell = np.clip(cell, 0, self.counts[face] - 1)
-        return self.first[face] + cell[:, 1] * self.counts[face, 0] + cell[:, 0]
+        node, stride = self.first[face], np.ones(len(face), np.int64)
+        for axis in (0, 1):
+            along = (self.gradient[:, axis].astype(np.float32)[face] * points).sum(axis=1)
+            cell = np.rint(along + self.origin[:, axis].astype(np.float32)[face]).astype(np.int64)
+            node += stride * np.clip(cell, 0, self.counts[face, axis] - 1)
+            stride = self.counts[face, 0]
+        return node
 
     def image(self, values: Float32Array) -> Float32Array:
         """Values (N, C) of the nodes as an image (H, W, C), each grid with its rim repeated round it."""

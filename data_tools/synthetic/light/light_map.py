@@ -19,9 +19,10 @@ from razer.arrays import Float32Array, Float64Array, Uint8Array
 
 FULL = 128  # the value of the image at which a colour is shown as it is
 _GAMMA = 2.2
-_MIDDLE = 0.55  # what half of the light is brought to, before gamma
+_MIDDLE = 0.5  # what half of the light is brought to, before gamma
 _SHOULDER, _BRIGHTEST = 0.9, 1.3
 _WHITE_BALANCE = 0.6  # how much of the light's own colour a camera takes away
+_DARKEST = 0.06  # of the middle, also in gaps that no ray leaves
 _PASSES = 4
 _KEPT = 4
 
@@ -140,7 +141,7 @@ def _exposed(falling: Float32Array, grid: FaceGrid, quads: Float64Array) -> Floa
     middle = brightness[lit][order][np.searchsorted(total, total[-1] / 2)]
     tint = np.average(falling[lit], axis=0, weights=weight[lit])
     gain = _MIDDLE / middle * (tint.mean() / tint) ** _WHITE_BALANCE
-    factor = (falling * gain) ** (1 / _GAMMA)
+    factor = (np.maximum(falling, _DARKEST * middle) * gain) ** (1 / _GAMMA)
     room = _BRIGHTEST - _SHOULDER
     over = np.maximum(factor - _SHOULDER, 0)
     return np.minimum(factor, _SHOULDER + room * (1 - np.exp(-over / room))).astype(np.float32)

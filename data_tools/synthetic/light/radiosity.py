@@ -10,7 +10,7 @@ import open3d as o3d
 from data_tools.synthetic.light.face_grid import FaceGrid
 from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array
 
-_RAYS = 48
+_RAYS = 32
 _BOUNCES = 4
 _CHUNK = 20_000
 _OUTSIDE, _INSIDE = -1, -2
@@ -51,17 +51,17 @@ def _cast(
     normals: Float32Array,
     pattern: Float32Array,
 ) -> Int32Array:
-    directions = _hemispheres(normals, pattern)
-    rays = np.concatenate([np.broadcast_to(points[:, None], directions.shape), directions], axis=2)
-    hit = scene.cast_rays(o3d.core.Tensor.from_numpy(np.ascontiguousarray(rays)))
+    rays = np.empty((len(points), _RAYS, 6), np.float32)
+    rays[..., :3], rays[..., 3:] = points[:, None], _hemispheres(normals, pattern)
+    hit = scene.cast_rays(o3d.core.Tensor.from_numpy(rays))
     triangle = hit["primitive_ids"].numpy().view(np.int32)
     met = np.full(triangle.shape, _OUTSIDE, np.int32)
     there = triangle >= 0
-    face = (triangle[there] >> 1).astype(np.int64)
-    at = rays[there][:, :3] + hit["t_hit"].numpy()[there][:, None] * rays[there][:, 3:]
-    met[there] = grid.nearest_node(face, at)
-    back = np.einsum("pk,pk->p", rays[there][:, 3:], grid.normals.astype(np.float32)[face]) > 0
-    met[there] = np.where(back, _INSIDE, met[there])
+    face = triangle[there] >> 1
+    origin, direction = np.split(rays[there], 2, axis=1)
+    nodes = grid.nearest_node(face, origin + hit["t_hit"].numpy()[there][:, None] * direction)
+    back = (direction * grid.normals.astype(np.float32)[face]).sum(axis=1) > 0
+    met[there] = np.where(back, _INSIDE, nodes)
     return met
 
 
@@ -84,7 +84,7 @@ def _hemispheres(normals: Float32Array, pattern: Float32Array) -> Float32Array:
     across = np.cross(other, normals)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     frames = np.stack([across, np.cross(normals, across), normals], axis=1)
-    return np.einsum("nra,nak->nrk", local, frames)
+    return local @ frames.astype(np.float32)
 
 
 def irradiance(

@@ -81,7 +81,7 @@ def _cloth(rng: np.random.Generator) -> Float32Array:
     """Fine weave with a faint mottle, as upholstery has it."""
     rows, columns = np.mgrid[:SIZE, :SIZE] // 2
     weave = ((rows + columns) % 2).astype(np.float32)
-    return _stretched(0.3 * weave + 0.5 * _noise(rng, 0.3) + 0.7 * _noise(rng, 1.3))
+    return _stretched(0.3 * weave + 0.6 * _noise(rng, 0.3) + 0.25 * _noise(rng, 1.3))
 
 
 def _bricks(rng: np.random.Generator) -> Float32Array:
@@ -162,6 +162,16 @@ def _desktop(rng: np.random.Generator) -> Float32Array:
     image[482:] = 0.12
     image[490:504, 12:200:24] = 0.8
     return image
+
+
+def _exit(rng: np.random.Generator) -> Float32Array:
+    """An arrow and an open door, pale on dark."""
+    image = 0.08 * _noise(rng, 1.0)
+    image[110:400, 330:450] = 0.95
+    image[140:400, 360:420] = 0.05
+    image[230:282, 60:210] = 0.95
+    arrow = np.array([(200, 160), (300, 256), (200, 352)], np.int32)
+    return cv2.fillConvexPoly(np.ascontiguousarray(image), arrow, 0.95)
 
 
 def _keys(rng: np.random.Generator) -> Float32Array:
@@ -255,4 +265,5 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "cloth": _cloth,
     "cover": _cover,
     "desktop": _desktop,
+    "exit": _exit,
 }

@@ -20,6 +20,11 @@ from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
 
+_SOFT = np.array([0.17, 0.66, 0.17])
+_LEVELS = np.arange(256) / 255
+# A camera's curve: steeper in the middle, flat at black and white.
+_CONTRAST = np.rint(255 * (0.55 * _LEVELS + 0.45 * _LEVELS**2 * (3 - 2 * _LEVELS))).astype(np.uint8)
+
 
 class RayRenderer:
     """Renders a fixed set of things (instance id -> Thing) from any pose; a pure function of the pose."""
@@ -50,8 +55,7 @@ class RayRenderer:
         grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
         rgb = self._tint(faces, grey)
         x, y = self._evaluate(light_x, faces), self._evaluate(light_y, faces)
-        shade = cv2.remap(self._light_map.image, x * depth, y * depth, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        rgb = cv2.multiply(rgb, shade, scale=1 / FULL, dtype=cv2.CV_8U)
+        rgb = self._developed(rgb, cv2.remap(self._light_map.image, x * depth, y * depth, cv2.INTER_LINEAR))
         ids, parts = self._faces.instances.take(faces), self._faces.parts.take(faces)
         rgb[nothing], depth[nothing], ids[nothing], parts[nothing] = 0, 0, 0, 0
         return Rendering(rgb, depth, ids, parts)
@@ -109,6 +113,13 @@ class RayRenderer:
         rgb *= grey[..., None]
         rgb += self._faces.dark.take(faces, axis=0)
         return rgb
+
+    def _developed(self, rgb: Float32Array, shade: Uint8Array) -> Uint8Array:
+        """Colours under light as a camera shows them: edges a little soft, as no pixel is a point, and its contrast."""
+        lit = cv2.multiply(rgb, shade, scale=1 / FULL, dtype=cv2.CV_8U)
+        soft = cv2.sepFilter2D(lit, -1, _SOFT, _SOFT)
+        developed: Uint8Array = cv2.LUT(soft, _CONTRAST)
+        return developed
 
 
 def scene_of(things: Mapping[int, Thing]) -> o3d.t.geometry.RaycastingScene:

@@ -76,6 +76,17 @@ def bulletin_board(rng: np.random.Generator) -> Thing:
     return Thing("bulletin board", (*board.solids, *papers))
 
 
+def sign(rng: np.random.Generator) -> Thing:
+    """A sign: a green one to the exit, or a pale plate with a few words."""
+    if rng.uniform() < 0.4:
+        width, height, face = rng.uniform(0.3, 0.42), 0.16, Material("exit", (34.0, 128.0, 78.0), (240.0, 248.0, 242.0))
+    else:
+        width = rng.uniform(0.16, 0.26)
+        height, face = width * 0.7, Material("notes", m.around(rng, ((50, 60, 80),)), (240.0, 240.0, 236.0), 0.4)
+    board = block(0, 0.008, 0, (width, 0.016, height), m.metal(rng))
+    return Thing("sign", (board, fitted(block(0, 0.017, 0.006, (width - 0.012, 0.002, height - 0.012), face))))
+
+
 def window(rng: np.random.Generator) -> Thing:
     """A window with one or two casements before a bright sky, and a sill."""
     width, height = rng.uniform(0.8, 1.6), rng.uniform(1.0, 1.4)
