@@ -27,7 +27,7 @@ def tiled_floor(rng: np.random.Generator) -> Material:
 
 def concrete_floor(rng: np.random.Generator) -> Material:
     """The grey of halls for work."""
-    return tinted("clouds", around(rng, ((168, 166, 160), (150, 151, 152)), 5), 0.16, 2.6)
+    return tinted("paint", around(rng, ((172, 170, 164), (156, 157, 158)), 5), 0.14, 3.2)
 
 
 def finish(floor: Material, rng: np.random.Generator) -> Finish:

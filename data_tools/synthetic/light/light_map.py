@@ -23,7 +23,7 @@ _MIDDLE = 0.5  # what half of the light is brought to, before gamma
 _SHOULDER, _BRIGHTEST = 0.9, 1.3
 _WHITE_BALANCE = 0.6  # how much of the light's own colour a camera takes away
 _DARKEST = 0.06  # of the middle, also in gaps that no ray leaves
-_PASSES = 4
+_PASSES = 6
 _KEPT = 4
 
 

@@ -13,13 +13,14 @@ from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array
 _RAYS = 32
 _BOUNCES = 4
 _CHUNK = 20_000
+_GAP_M = 0.02
 _OUTSIDE, _INSIDE = -1, -2
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
     """The node that each of a node's rays meets, (N, R) int32: _OUTSIDE where there is nothing, _INSIDE where it meets
-    the back of a face, and so starts within a solid."""
+    the back of a face, and so starts within a solid, or something so near that nobody looks in between."""
 
     met: Int32Array
 
@@ -39,7 +40,7 @@ class Surroundings:
 
     @property
     def buried(self) -> BoolArray:
-        """Which nodes (N,) are mostly within solids, and see no light of their own."""
+        """Which nodes (N,) are mostly within solids or behind things on a wall; nobody sees how they are lit."""
         buried: BoolArray = (self.met == _INSIDE).mean(axis=1) > 0.5
         return buried
 
@@ -61,7 +62,7 @@ def _cast(
     origin, direction = np.split(rays[there], 2, axis=1)
     nodes = grid.nearest_node(face, origin + hit["t_hit"].numpy()[there][:, None] * direction)
     back = (direction * grid.normals.astype(np.float32)[face]).sum(axis=1) > 0
-    met[there] = np.where(back, _INSIDE, nodes)
+    met[there] = np.where(back | (hit["t_hit"].numpy()[there] < _GAP_M), _INSIDE, nodes)
     return met
 
 

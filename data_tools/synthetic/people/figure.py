@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import ball, block, soft_box, tapered, tube
+from data_tools.synthetic.shapes.primitives import ball, soft_box, tapered, tube
 from data_tools.synthetic.shapes.solids import Material, Point, Solid
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
@@ -29,7 +29,7 @@ class Figure:
     @classmethod
     def of(cls, rng: np.random.Generator) -> Figure:
         """Somebody by chance."""
-        skin = tinted("smooth", m.around(rng, ((226, 184, 156), (190, 140, 110), (130, 90, 66)), 8), 0.1)
+        skin = tinted("smooth", m.around(rng, ((238, 202, 178), (222, 178, 148), (150, 108, 82)), 8), 0.06)
         hair = tinted("cloth", m.around(rng, ((52, 40, 32), (110, 80, 52), (150, 146, 140)), 8), 0.4, 0.2)
         shirt = tinted("cloth", m.hue(rng, (0.1, 0.6), (0.4, 0.9)), 0.2, 0.5)
         trousers = tinted("cloth", m.around(rng, ((52, 62, 88), (60, 60, 62), (120, 104, 84)), 8), 0.2, 0.5)
@@ -50,8 +50,8 @@ class Figure:
 
     def _body(self) -> list[Solid]:
         hips = soft_box((-0.17, -0.11, 0.84), (0.17, 0.11, 1.02), (0.05, 0.05, 0.04), self.trousers)
-        trunk = tapered((-0.16, -0.1, 0.16, 0.1), (-0.21, -0.12, 0.21, 0.12), 0.98, 1.4, self.shirt)
-        shoulders = tapered((-0.21, -0.12, 0.21, 0.12), (-0.08, -0.06, 0.08, 0.06), 1.4, 1.48, self.shirt)
+        trunk = tapered((-0.16, -0.1, 0.16, 0.1), (-0.2, -0.12, 0.2, 0.12), 0.98, 1.4, self.shirt)
+        shoulders = tapered((-0.2, -0.12, 0.2, 0.12), (-0.07, -0.06, 0.07, 0.06), 1.4, 1.49, self.shirt)
         neck = tube((0, 0, 1.45), (0, 0.01, 1.54), 0.052, self.skin, 8)
         head = ball((0, 0.02, 1.63), (0.077, 0.098, 0.12), self.skin, 14, 8)
         hair = ball((0, -0.012, 1.665), (0.086, 0.1, 0.1), self.hair, 14, 8)
@@ -72,7 +72,8 @@ class Figure:
         wrist = _from(elbow, 0.26, swing + 0.35)
         hand = ball(_from(wrist, 0.07, swing + 0.35), (0.035, 0.045, 0.08), self.skin, 8, 4)
         upper = tube(shoulder, elbow, 0.052, self.shirt, 8)
-        return [upper, tube(elbow, wrist, 0.038, self.shirt, 8), hand, block(*shoulder, (0.09, 0.1, 0.03), self.shirt)]
+        joint = ball((side * 0.21, 0.0, 1.395), (0.062, 0.075, 0.06), self.shirt, 10, 6)
+        return [joint, upper, tube(elbow, wrist, 0.038, self.shirt, 8), hand]
 
 
 def _from(joint: Point, length: float, angle: float) -> Point:

@@ -18,6 +18,7 @@ from razer.frame import Intrinsics
 from razer.geometry import inverse, transform_points
 
 _PHASES = 12
+_NEAR_M = 0.1
 _BODY = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.7, 0.7) for z in (0.0, 1.0, 2.0)])
 
 
@@ -55,7 +56,7 @@ class PeopledView:
         seen = self._still.render(world_from_camera)
         for world_from_person, renderer in self._people:
             person_from_camera = inverse(world_from_person) @ world_from_camera
-            if not _may_be_seen(person_from_camera):
+            if not _may_be_seen(person_from_camera, renderer.intrinsics):
                 continue
             person = renderer.render(person_from_camera)
             before = (person.depth > 0) & ((seen.depth == 0) | (person.depth < seen.depth))
@@ -65,9 +66,13 @@ class PeopledView:
         return seen
 
 
-def _may_be_seen(person_from_camera: Float64Array) -> bool:
-    """Whether anything of a person lies before the camera."""
-    return bool((transform_points(inverse(person_from_camera), _BODY)[:, 2] > 0.05).any())
+def _may_be_seen(person_from_camera: Float64Array, camera: Intrinsics) -> bool:
+    """Whether the box round a person may project into the image; never wrongly no."""
+    x, y, z = transform_points(inverse(person_from_camera), _BODY).T
+    if (z <= _NEAR_M).any():
+        return bool((z > 0).any())
+    u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+    return bool(u.max() >= 0 and u.min() <= camera.width and v.max() >= 0 and v.min() <= camera.height)
 
 
 class _Occluders:

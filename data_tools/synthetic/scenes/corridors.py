@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from data_tools.synthetic.camera.camera_path import CameraPath
-from data_tools.synthetic.layout.building import SIDES, Room, Side, block_walls, shell
+from data_tools.synthetic.camera.walk import Station
+from data_tools.synthetic.layout.building import SIDES, Finish, Room, Side, block_walls, flat, walls
 from data_tools.synthetic.layout.finishes import finish, tiled_floor, warm_floor
 from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
 from data_tools.synthetic.layout.furnishing import load, piece
@@ -22,7 +24,7 @@ _BLOCK_M = (8.5, 6.0)  # about
 _DOORS_M = 3.3
 _SWAY_DEG = 26.0
 _OPPOSITE: dict[Side, Side] = {"south": "north", "east": "west", "north": "south", "west": "east"}
-_ON_FLOORS = ("fire extinguisher", "bench", "trash can", "plant", "chair", "recycling bin", "radiator", "cabinet", "box")
+_ON_FLOORS = ("bench", "trash can", "plant", "chair", "recycling bin", "radiator", "cabinet", "box")
 _ON_WALLS = ("picture", "bulletin board", "poster", "clock", "whiteboard", "picture")
 
 
@@ -47,22 +49,22 @@ def corridors(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
     placer = Placer(rng)
     plan = _plan(size_m)
     floor = tiled_floor(rng) if rng.uniform() < 0.5 else warm_floor(rng)
-    for thing in shell(Room((0, 0), size_m), (), finish(floor, rng)):
+    look, inner = finish(floor, rng), finish(floor, rng).walls
+    for thing in (*_floor_and_ceiling(plan, size_m, look), *walls(Room((0, 0), size_m), (), look.walls)):
         placer.add(thing)
-    inner = finish(floor, rng).walls
     for one in plan.blocks:
         for wall in block_walls(one, inner):
             placer.add(wall)
     for one in plan.blocks:
         for side in SIDES:
             _keep_way(placer, _beside(one, side), side)
-    look = piece("door", placer)
+    door = piece("door", placer)
     for one in plan.blocks:
         for side in SIDES:
             space = _beside(one, side)
-            _furnish(placer, space, _OPPOSITE[side], look)
+            _furnish(placer, space, _OPPOSITE[side], door)
             if _is_outer(space, side, size_m):
-                _furnish(placer, space, side, look)
+                _furnish(placer, space, side, door)
     return World(dict(enumerate(placer.things, start=1)), tuple(_tour(plan, placer.things)), placer.relations)
 
 
@@ -75,6 +77,19 @@ def _plan(size_m: tuple[float, float]) -> _Plan:
     ]
     middles = [(np.arange(n + 1) * (size + _WIDE_M) + _WIDE_M / 2).tolist() for n, size in zip(counts, sizes, strict=True)]
     return _Plan(blocks, *middles)
+
+
+def _floor_and_ceiling(plan: _Plan, size_m: tuple[float, float], look: Finish) -> list[Thing]:
+    """The floor and the ceiling of the corridors, without what lies within the blocks."""
+    half = _WIDE_M / 2
+    strips = [((0.0, y - half), (size_m[0], y + half)) for y in plan.along]
+    strips += [
+        ((x - half, low + half), (x + half, high - half)) for x in plan.across for low, high in pairwise(plan.along)
+    ]
+    up = Room((0, 0), size_m).height
+    floor = [flat((a, b, 0), (c - a, 0, 0), (0, d - b, 0), look.floor) for (a, b), (c, d) in strips]
+    ceiling = [flat((a, b, up), (0, d - b, 0), (c - a, 0, 0), look.ceiling) for (a, b), (c, d) in strips]
+    return [Thing("floor", tuple(floor)), Thing("ceiling", tuple(ceiling))]
 
 
 def _beside(one: Room, side: Side) -> Room:
@@ -104,7 +119,7 @@ def _keep_way(placer: Placer, space: Room, side: Side) -> None:
     placer.keep_free(low, high)
 
 
-def _furnish(placer: Placer, space: Room, side: Side, look: Thing) -> None:
+def _furnish(placer: Placer, space: Room, side: Side, door: Thing) -> None:
     """Doors at even distances along a wall, a plate beside each, and something between two of them."""
     rng = placer.rng
     start, end = space.along(side)
@@ -112,10 +127,13 @@ def _furnish(placer: Placer, space: Room, side: Side, look: Thing) -> None:
     step = (end - start) / count
     for number in range(count):
         at = start + (number + 0.5) * step + float(rng.uniform(-0.15, 0.15))
-        if placer.against(space, side, look, at) is None:
+        if placer.against(space, side, door, at) is None:
             continue
         placer.against(space, side, piece("sign", placer), at + 0.72, 1.45, gap=0.0)
-        _between(placer, space, side, at + step / 2)
+        if number % 2 == 0 and placer.against(space, side, piece("fire extinguisher", placer), at - 0.75):
+            placer.against(space, side, piece("sign", placer), at - 0.75, 1.6, gap=0.0)
+        if number < count - 1:
+            _between(placer, space, side, at + step / 2)
     if rng.uniform() < 0.5:
         placer.against(space, side, piece("sign", placer), start + 0.5, 2.25, gap=0.0)
 
@@ -123,17 +141,14 @@ def _furnish(placer: Placer, space: Room, side: Side, look: Thing) -> None:
 def _between(placer: Placer, space: Room, side: Side, at: float) -> None:
     rng = placer.rng
     if rng.uniform() < 0.6:
-        name = str(rng.choice(_ON_FLOORS))
-        put = placer.against(space, side, piece(name, placer), at)
-        if name == "fire extinguisher":
-            placer.against(space, side, piece("sign", placer), at, 1.6, gap=0.0)
-        elif name == "cabinet":
+        put = placer.against(space, side, piece(str(rng.choice(_ON_FLOORS)), placer), at)
+        if put is not None and put.class_name == "cabinet":
             load(placer, put, "potted plant", "book")
     else:
         placer.against(space, side, piece(str(rng.choice(_ON_WALLS)), placer), at, 1.3, gap=0.0)
 
 
-def _tour(plan: _Plan, things: list[Thing]) -> list:
+def _tour(plan: _Plan, things: list[Thing]) -> list[Station]:
     """Along all corridors of one direction in turn, then along those of the other, ending where it began."""
     start = (plan.across[0] + _WIDE_M, plan.along[0])
     path = CameraPath(FreeSpace(EmptyCells.among(things), start), start)

@@ -13,6 +13,7 @@ from data_tools.synthetic.layout.placement import Placer
 from data_tools.synthetic.scenes.storage import BOARDS_M, RACK_M, fill_board, load_pallet, pallet, rack
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.primitives import block
+from data_tools.synthetic.shapes.solids import Solid
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
 SIZE_M = (15.0, 10.0)
@@ -50,7 +51,7 @@ def warehouse(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
     return World(dict(enumerate(placer.things, start=1)), tuple(path.stations), placer.relations)
 
 
-def _marks(rows_m: list[float], first_x: float, end_x: float) -> list:
+def _marks(rows_m: list[float], first_x: float, end_x: float) -> list[Solid]:
     """Yellow lines on the floor along the rows; they belong to it."""
     paint = tinted("paint", (226.0, 186.0, 60.0), 0.2)
     middle, long = (first_x - RACK_M[0] / 2 + end_x) / 2, end_x - first_x + RACK_M[0] / 2
