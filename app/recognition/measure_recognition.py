@@ -8,12 +8,12 @@ from typing import Any
 
 from rich.table import Table
 
-from app.recognition.recognition import Recognition
 from app.console.progress import show_progress
 from app.console.streams import progress_console, result_console
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
 from app.pipeline.run_pipeline import print_model_note, resolve_models
+from app.recognition.recognition import Recognition
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, UnusableFrame
 from razer.models import make_segmenter

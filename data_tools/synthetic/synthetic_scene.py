@@ -13,10 +13,10 @@ from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
 from data_tools.synthetic.light.emitters import Light
 from data_tools.synthetic.people.walkers import walkers
 from data_tools.synthetic.rendered_sequence import CAMERA, RenderedSequence
-from data_tools.synthetic.scenes.apartment import apartment
-from data_tools.synthetic.scenes.corridor_loop import corridor_loop
 from data_tools.synthetic.scenes import corridors as office
 from data_tools.synthetic.scenes import warehouse as store
+from data_tools.synthetic.scenes.apartment import apartment
+from data_tools.synthetic.scenes.corridor_loop import corridor_loop
 from data_tools.synthetic.scenes.single_room import single_room
 from data_tools.synthetic.scenes.tabletop import tabletop
 from data_tools.synthetic.scenes.world import World

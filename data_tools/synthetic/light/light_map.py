@@ -29,8 +29,8 @@ _KEPT = 4
 
 @dataclass(frozen=True, slots=True)
 class LightMap:
-    """image (H, W, 3) uint8, the factor on display colours times FULL; gradient (F, 2, 3) and origin (F, 2) take a world
-    point on a face to (x, y) in it."""
+    """image (H, W, 3) uint8, the factor on display colours times FULL; gradient (F, 2, 3) and origin (F, 2) take a
+    world point on a face to (x, y) in it."""
 
     image: Uint8Array
     gradient: Float64Array
@@ -103,7 +103,9 @@ def _emitted(
                 looks[nodes] = lighting.looks[solid.material.glow]
             elif thing.class_name == "ceiling":
                 low, high = solid.quads[..., :2].min(axis=(0, 1)), solid.quads[..., :2].max(axis=(0, 1))
-                emitted[nodes] = ceiling_glow(points[nodes], low, high)[:, None] * np.float32(lighting.ceiling)
+                emitted[nodes] = ceiling_glow(points[nodes], low, high)[:, None] * np.array(
+                    lighting.ceiling, np.float32
+                )
     return emitted, looks
 
 

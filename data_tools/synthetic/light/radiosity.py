@@ -25,9 +25,7 @@ class Surroundings:
     met: Int32Array
 
     @classmethod
-    def of(
-        cls, grid: FaceGrid, quads: Float64Array, scene: o3d.t.geometry.RaycastingScene
-    ) -> Surroundings:
+    def of(cls, grid: FaceGrid, quads: Float64Array, scene: o3d.t.geometry.RaycastingScene) -> Surroundings:
         """Cast rays, more of them the nearer to the normal, as light weighs; the scene has two triangles a quad."""
         points, face = grid.points(quads).astype(np.float32), grid.face
         normals = grid.normals.astype(np.float32)
@@ -67,8 +65,8 @@ def _cast(
 
 
 def _pattern(grid: FaceGrid) -> Float32Array:
-    """A number (N,) in 0..1 for each node, nine different ones in each square of three by three nodes: their rays differ
-    as evenly as those of one node with nine times as many, whose mean the average over the square is."""
+    """A number (N,) in 0..1 for each node, nine different ones in each square of three by three nodes, whose average
+    thus is as even as one node's with nine times as many rays."""
     column, row = (grid.cell() % 3).T
     order = np.array([[0, 5, 7], [3, 8, 1], [6, 2, 4]])
     return ((order[column, row] + 0.5) / 9).astype(np.float32)

@@ -20,9 +20,9 @@ LAST_PART = 255  # of a thing; further solids belong to it too, so that an image
 @dataclass(frozen=True, slots=True)
 class FaceTable:
     """One row for each of F quads: a corner and outward normal (F, 3); texture coordinates in tiles as an affine
-    function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); colour dark + span * grey,
-    (F, 3) each with grey in 0..255, before light falls on it; column of the texture in the atlas; texels per metre; instance id; part, the
-    number of the solid within its thing, from 1."""
+    function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); colour dark + span * grey, (F, 3) each with
+    grey in 0..255, before light falls on it; column of the texture in the atlas; texels per metre; instance id; part,
+    the number of the solid within its thing, from 1."""
 
     corners: Float64Array
     normals: Float64Array
@@ -70,9 +70,7 @@ def _columns(solid: Solid, instance: int, part: int, left: int) -> tuple[NDArray
     gradient = _uv_gradient(solid)
     corners = solid.quads[:, 2]
     origin = solid.uv[:, 2] / solid.material.tile_m - np.einsum("fak,fk->fa", gradient, corners)
-    dark, light = (
-        np.broadcast_to(np.array(c, float), (count, 3)) for c in (solid.material.dark, solid.material.light)
-    )
+    dark, light = (np.broadcast_to(np.array(c, float), (count, 3)) for c in (solid.material.dark, solid.material.light))
     one = np.ones(count, np.float32)
     return (
         corners,

@@ -38,8 +38,8 @@ class _Plan:
 
 
 def corridors(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
-    """Corridors 2.1 m wide round blocks of rooms with doors every few metres, name plates, signs, extinguishers, benches
-    and boards; the seed varies colours and what stands where.
+    """Corridors 2.1 m wide round blocks of rooms with doors every few metres, name plates, signs, extinguishers,
+    benches and boards; the seed varies colours and what stands where.
 
     Args:
         seed: of everything.
@@ -69,13 +69,17 @@ def corridors(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
 
 
 def _plan(size_m: tuple[float, float]) -> _Plan:
-    counts = [max(1, round((total - _WIDE_M) / (usual + _WIDE_M))) for total, usual in zip(size_m, _BLOCK_M, strict=True)]
+    counts = [
+        max(1, round((total - _WIDE_M) / (usual + _WIDE_M))) for total, usual in zip(size_m, _BLOCK_M, strict=True)
+    ]
     sizes = [(total - _WIDE_M) / count - _WIDE_M for total, count in zip(size_m, counts, strict=True)]
     starts = [_WIDE_M + np.arange(n) * (size + _WIDE_M) for n, size in zip(counts, sizes, strict=True)]
     blocks = [
         Room((float(x), float(y)), (float(x + sizes[0]), float(y + sizes[1]))) for x in starts[0] for y in starts[1]
     ]
-    middles = [(np.arange(n + 1) * (size + _WIDE_M) + _WIDE_M / 2).tolist() for n, size in zip(counts, sizes, strict=True)]
+    middles = [
+        (np.arange(n + 1) * (size + _WIDE_M) + _WIDE_M / 2).tolist() for n, size in zip(counts, sizes, strict=True)
+    ]
     return _Plan(blocks, *middles)
 
 
