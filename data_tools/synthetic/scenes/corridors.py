@@ -69,16 +69,15 @@ def corridors(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
 
 
 def _plan(size_m: tuple[float, float]) -> _Plan:
-    counts = [
-        max(1, round((total - _WIDE_M) / (usual + _WIDE_M))) for total, usual in zip(size_m, _BLOCK_M, strict=True)
-    ]
-    sizes = [(total - _WIDE_M) / count - _WIDE_M for total, count in zip(size_m, counts, strict=True)]
-    starts = [_WIDE_M + np.arange(n) * (size + _WIDE_M) for n, size in zip(counts, sizes, strict=True)]
+    starts, sizes, middles = [], [], []
+    for total, usual in zip(size_m, _BLOCK_M, strict=True):
+        count = max(1, round((total - _WIDE_M) / (usual + _WIDE_M)))
+        pitch = (total - _WIDE_M) / count
+        starts.append(_WIDE_M + pitch * np.arange(count))
+        sizes.append(pitch - _WIDE_M)
+        middles.append((_WIDE_M / 2 + pitch * np.arange(count + 1)).tolist())
     blocks = [
         Room((float(x), float(y)), (float(x + sizes[0]), float(y + sizes[1]))) for x in starts[0] for y in starts[1]
-    ]
-    middles = [
-        (np.arange(n + 1) * (size + _WIDE_M) + _WIDE_M / 2).tolist() for n, size in zip(counts, sizes, strict=True)
     ]
     return _Plan(blocks, *middles)
 

@@ -15,7 +15,7 @@ BOARDS_M = (0.14, 1.05, 1.96)
 _POST_M = 2.7
 _STORED = ("box",) * 8 + ("storage bin", "storage bin", "crate", "basket", "bucket", "paper bag")
 _HIGH_M = 0.78  # of what fits between two boards
-_PALLET_M = (1.2, 0.8, 0.144)
+_PALLET_M = (1.2, 0.8)
 
 
 def rack(rng: np.random.Generator) -> Thing:
@@ -45,7 +45,7 @@ def fill_board(placer: Placer, support: Thing, height: float) -> None:
     """
     rng = placer.rng
     (left, _, _), (right, _, _) = support.bounds
-    middle = float(support.bounds[:][0][1] + support.bounds[1][1]) / 2
+    middle = float(support.bounds[0][1] + support.bounds[1][1]) / 2
     x = left + 0.1 + float(rng.uniform(0, 0.15))
     while x < right - 0.4:
         thing = _stored(rng)
@@ -67,7 +67,7 @@ def _stored(rng: np.random.Generator) -> Thing:
 
 def pallet(rng: np.random.Generator) -> Thing:
     """A flat pallet of nine blocks between boards; ScanNet has no word for it but crate."""
-    long, wide, high = _PALLET_M
+    long, wide = _PALLET_M
     wood = tinted("wood", m.around(rng, ((200, 165, 118), (178, 148, 112))), 0.35, 0.9)
     solids = [block(0, s * (wide / 2 - 0.05), 0, (long, 0.1, 0.022), wood) for s in (-1, 0, 1)]
     solids += [

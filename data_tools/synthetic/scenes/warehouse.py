@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from data_tools.synthetic.camera.camera_path import CameraPath
@@ -102,7 +104,7 @@ def _floor(room: Room, placer: Placer, rows_m: list[float], first_x: float, end_
 def _camera_path(things: list[Thing], rows_m: list[float], wide: float, ends: tuple[float, float]) -> CameraPath:
     """Up and down the lanes, looking at the racks on both sides."""
     near, far = ends
-    lanes = [rows_m[0] / 2, *(float(np.mean(pair)) for pair in zip(rows_m, rows_m[1:], strict=False))]
+    lanes = [rows_m[0] / 2, *(float(np.mean(pair)) for pair in pairwise(rows_m))]
     lanes.append((rows_m[-1] + wide) / 2)
     path = CameraPath(FreeSpace(EmptyCells.among(things), (near, lanes[0])), (near, lanes[0]))
     path.look((far, lanes[0]))
