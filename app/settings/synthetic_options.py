@@ -92,8 +92,8 @@ class SceneOptions(MisalignmentOptions):
         if self.mesh is None:
             from data_tools.synthetic.synthetic_scene import SyntheticScene
 
-            shown: dict[str, Any] = {"light": self.light, "people": self.people, "extent_m": self._extent_m()}
-            return SyntheticScene(self.scene, *walk, **cameras, **shown)
+            cameras |= {"light": self.light, "people": self.people, "extent_m": self._extent_m()}
+            return SyntheticScene(self.scene, *walk, **cameras)
         from data_tools.synthetic.mesh_sequence import MeshSequence
 
         self._check_mesh()

@@ -53,9 +53,10 @@ class RayRenderer:
         u: Float32Array = self._evaluate(tile_u, faces) * depth
         v: Float32Array = self._evaluate(tile_v, faces) * depth
         grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
-        rgb = self._tint(faces, grey)
         x, y = self._evaluate(light_x, faces), self._evaluate(light_y, faces)
-        rgb = self._developed(rgb, cv2.remap(self._light_map.image, x * depth, y * depth, cv2.INTER_LINEAR))
+        rgb = self._developed(
+            self._tint(faces, grey), cv2.remap(self._light_map.image, x * depth, y * depth, cv2.INTER_LINEAR)
+        )
         ids, parts = self._faces.instances.take(faces), self._faces.parts.take(faces)
         rgb[nothing], depth[nothing], ids[nothing], parts[nothing] = 0, 0, 0, 0
         return Rendering(rgb, depth, ids, parts)
