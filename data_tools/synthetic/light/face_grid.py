@@ -11,6 +11,7 @@ from razer.arrays import Float32Array, Float64Array, Int64Array, IntArray
 
 SPACING_M = 0.07
 _MOST_NODES = 250_000
+_MANY_FACES = 60_000
 _IMAGE_WIDTH = 4096
 _MARGIN = 1
 _INSET = 0.04  # share of the way to a face's middle: corners touch other solids
@@ -106,11 +107,14 @@ def _axes(quads: Float64Array, normals: Float64Array) -> Float64Array:
 
 
 def _counts(size: Float64Array) -> Int64Array:
-    """Columns and rows (F, 2) of grids over rectangles (F, 2), metres: at least two of each."""
-    spacing = SPACING_M
+    """Columns and rows (F, 2) of grids over rectangles (F, 2), metres: at least two of each, or one where there are very
+    many faces."""
+    spacing, least = SPACING_M, 2 if len(size) <= _MANY_FACES else 1
     while True:
-        counts = np.maximum(np.ceil(size / spacing).astype(np.int64) + 1, 2)
-        if counts.prod(axis=1).sum() <= max(_MOST_NODES, 5 * len(size)):
+        counts = np.maximum(np.ceil(size / spacing).astype(np.int64) + 1, least)
+        if least == 1:
+            counts[size < spacing / 2] = 1
+        if counts.prod(axis=1).sum() <= max(_MOST_NODES, (least + 1) * len(size)):
             return counts
         spacing *= 1.25
 

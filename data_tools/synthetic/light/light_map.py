@@ -19,7 +19,7 @@ from razer.arrays import Float32Array, Float64Array, Uint8Array
 
 FULL = 128  # the value of the image at which a colour is shown as it is
 _GAMMA = 2.2
-_MIDDLE = 0.5  # what half of the light is brought to, before gamma
+_MIDDLE = 0.55  # what half of the light is brought to, before gamma
 _SHOULDER, _BRIGHTEST = 0.9, 1.3
 _WHITE_BALANCE = 0.6  # how much of the light's own colour a camera takes away
 _DARKEST = 0.06  # of the middle, also in gaps that no ray leaves

@@ -12,7 +12,7 @@ from data_tools.synthetic.light.light_map import LightMap
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.shapes.solids import Solid, quad_normals
 from data_tools.synthetic.shapes.thing import Thing
-from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 
 LAST_PART = 255  # of a thing; further solids belong to it too, so that an image of parts has 8 bits
 
@@ -47,18 +47,20 @@ class FaceTable:
         return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
     def planes_seen_from(
-        self, world_from_camera: Float64Array, light: LightMap
+        self, world_from_camera: Float64Array, light: LightMap, number: Int64Array
     ) -> tuple[tuple[Float32Array, ...], Float32Array]:
-        """For each face, as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z, v/z, s/z and t/z with z the depth
+        """For faces by number (F,), as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z, v/z, s/z and t/z with z the depth
         in metres, (u, v) in tiles and (s, t) in pixels of the light map; and the distance (F,) of the camera from the
         face's plane."""
         rotation, center = world_from_camera[:3, :3], world_from_camera[:3, 3]
-        height = np.einsum("fk,fk->f", self.normals, self.corners - center)
+        normals = self.normals[number]
+        height = np.einsum("fk,fk->f", normals, self.corners[number] - center)
         height = np.where(np.abs(height) < 1e-6, 1e-6, height)
-        inverse_depth = self.normals @ rotation / height[:, None]
+        inverse_depth = normals @ rotation / height[:, None]
         functions = [inverse_depth]
-        for gradient, origin in ((self.uv_gradient, self.uv_origin), (light.gradient, light.origin)):
-            at_center = origin + gradient @ center
+        for gradients, origins in ((self.uv_gradient, self.uv_origin), (light.gradient, light.origin)):
+            gradient = gradients[number]
+            at_center = origins[number] + gradient @ center
             both = at_center[:, :, None] * inverse_depth[:, None] + gradient @ rotation
             functions += [both[:, 0], both[:, 1]]
         return tuple(each.astype(np.float32) for each in functions), np.abs(height).astype(np.float32)

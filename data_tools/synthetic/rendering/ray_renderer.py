@@ -20,10 +20,10 @@ from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
 
-_SOFT = np.array([0.17, 0.66, 0.17])
+_SOFT = np.array([0.2, 0.6, 0.2])
 _LEVELS = np.arange(256) / 255
 # A camera's curve: steeper in the middle, flat at black and white.
-_CONTRAST = np.rint(255 * (0.55 * _LEVELS + 0.45 * _LEVELS**2 * (3 - 2 * _LEVELS))).astype(np.uint8)
+_CONTRAST = np.rint(255 * (0.4 * _LEVELS + 0.6 * _LEVELS**2 * (3 - 2 * _LEVELS))).astype(np.uint8)
 
 
 class RayRenderer:
@@ -47,16 +47,20 @@ class RayRenderer:
         faces = self._seen_faces(world_from_camera)
         nothing = faces < 0
         faces[nothing] = 0
-        planes, distance_m = self._faces.planes_seen_from(world_from_camera, self._light_map)
+        # Of a large world most faces are out of view.
+        in_view = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(self._faces.corners)))
+        row = np.empty(len(self._faces.corners), np.int64)
+        row[in_view] = np.arange(len(in_view))
+        rows = row.take(faces)
+        planes, distance_m = self._faces.planes_seen_from(world_from_camera, self._light_map, in_view)
         inverse_depth, tile_u, tile_v, light_x, light_y = planes
-        depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, faces), np.float32(1e-6)))
-        u: Float32Array = self._evaluate(tile_u, faces) * depth
-        v: Float32Array = self._evaluate(tile_v, faces) * depth
-        grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
-        x, y = self._evaluate(light_x, faces), self._evaluate(light_y, faces)
-        rgb = self._developed(
-            self._tint(faces, grey), cv2.remap(self._light_map.image, x * depth, y * depth, cv2.INTER_LINEAR)
-        )
+        depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, rows), np.float32(1e-6)))
+        u: Float32Array = self._evaluate(tile_u, rows) * depth
+        v: Float32Array = self._evaluate(tile_v, rows) * depth
+        grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(rows))
+        x, y = (self._evaluate(place, rows) * depth for place in (light_x, light_y))
+        shade = cv2.remap(self._light_map.image, x, y, cv2.INTER_LINEAR)
+        rgb = self._developed(self._tint(faces, grey), shade)
         ids, parts = self._faces.instances.take(faces), self._faces.parts.take(faces)
         rgb[nothing], depth[nothing], ids[nothing], parts[nothing] = 0, 0, 0, 0
         return Rendering(rgb, depth, ids, parts)
