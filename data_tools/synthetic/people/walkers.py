@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,8 +64,9 @@ def walkers(
     if not count:
         return ()
     rng = np.random.default_rng([seed, 81])
-    cells = EmptyCells.among(things.values(), _BODY_M)
-    space = FreeSpace(cells, clear_m=_CLEAR_M)
+    space = _space(EmptyCells.among(things.values(), _BODY_M), poses)
+    if space is None:
+        return ()
     found: list[Walker] = []
     for _ in range(_TRIES * count):
         if len(found) == count:
@@ -73,6 +75,14 @@ def walkers(
         if walker is not None and _keeps_away(walker, poses, frames_per_s):
             found.append(walker)
     return tuple(found)
+
+
+def _space(cells: EmptyCells, poses: Float64Array) -> FreeSpace | None:
+    """Where people can walk and come by where the camera is; None where it is nowhere above free floor."""
+    for place in poses[:: max(1, len(poses) // _TRIES), :2, 3]:
+        with suppress(ValueError):
+            return FreeSpace(cells, place, _CLEAR_M)
+    return None
 
 
 def _walker(space: FreeSpace, poses: Float64Array, rng: np.random.Generator) -> Walker | None:

@@ -155,10 +155,10 @@ def linen(rng: np.random.Generator) -> Material:
 
 
 def bedding(rng: np.random.Generator) -> Material:
-    """Duvets and blankets: plain, white or striped."""
+    """Duvets and blankets: pale, white or striped."""
     kind = int(rng.integers(3))
     if kind == 0:
-        return fabric(rng)
+        return tinted("cloth", hue(rng, (0.06, 0.3), (0.72, 0.94)), 0.14, 0.7)
     if kind == 1:
         return linen(rng)
     return Material("stripes", around(rng, _UPHOLSTERY), hue(rng, (0.0, 0.06), (0.9, 0.97)), 1.1)
