@@ -107,8 +107,8 @@ def _axes(quads: Float64Array, normals: Float64Array) -> Float64Array:
 
 
 def _counts(size: Float64Array) -> Int64Array:
-    """Columns and rows (F, 2) of grids over rectangles (F, 2), metres: at least two of each, or one where there are very
-    many faces."""
+    """Columns and rows (F, 2) of grids over rectangles (F, 2), metres: at least two of each, or one where there are
+    very many faces."""
     spacing, least = SPACING_M, 2 if len(size) <= _MANY_FACES else 1
     while True:
         counts = np.maximum(np.ceil(size / spacing).astype(np.int64) + 1, least)

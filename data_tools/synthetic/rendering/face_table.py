@@ -49,9 +49,9 @@ class FaceTable:
     def planes_seen_from(
         self, world_from_camera: Float64Array, light: LightMap, number: Int64Array
     ) -> tuple[tuple[Float32Array, ...], Float32Array]:
-        """For faces by number (F,), as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z, v/z, s/z and t/z with z the depth
-        in metres, (u, v) in tiles and (s, t) in pixels of the light map; and the distance (F,) of the camera from the
-        face's plane."""
+        """For faces by number (F,), as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z, v/z, s/z and t/z with z
+        the depth in metres, (u, v) in tiles and (s, t) in pixels of the light map; and the distance (F,) of the camera
+        from the face's plane."""
         rotation, center = world_from_camera[:3, :3], world_from_camera[:3, 3]
         normals = self.normals[number]
         height = np.einsum("fk,fk->f", normals, self.corners[number] - center)
