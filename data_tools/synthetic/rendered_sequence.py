@@ -20,7 +20,6 @@ from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
 from razer.arrays import Float64Array
-from razer.errors import BadInput
 from razer.frame import Intrinsics
 
 __all__ = ["CAMERA", "Move", "RenderedSequence"]
@@ -74,8 +73,6 @@ class RenderedSequence(RenderedFrames):
         super().__init__(
             name, poses, camera, sensor, seed, made_by, frames_per_s=frames_per_s, misalignment=misalignment
         )
-        if walkers and self.calibration is not None:
-            raise BadInput("people are seen by one camera only: leave them out, or the other colour camera")
         self.move = move
         self._light = light
         self._walkers = [FilmedWalker(walker, camera, seed, light) for walker in walkers]

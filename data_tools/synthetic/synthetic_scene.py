@@ -80,6 +80,8 @@ class SyntheticScene(RenderedSequence):
             raise BadInput(f"seed {seed} is negative: give 0 or more")
         if n_frames is not None and n_frames < 0:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
+        if people and misalignment is not None and not misalignment.is_none:
+            raise BadInput("people are seen by one camera only: leave them out, or the other colour camera")
         sensor = sensor or SensorModel.none()
         world = _world(scene, seed, extent_m)
         usual = usual_frames(world.stations)

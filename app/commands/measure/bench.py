@@ -52,11 +52,8 @@ def bench(
     if repeat < 1:
         raise BadInput(f"--repeat {repeat}: give at least 1")
     config = options.read()
-    if masks:
-        _measure_masks(folder, config, json)
-        return
-    if recognition:
-        _measure_recognition(folder, config, json)
+    if masks or recognition:
+        (_measure_masks if masks else _measure_recognition)(folder, config, json)
         return
 
     # Late, as in `razer run`.
@@ -67,10 +64,7 @@ def bench(
         runs = list(pool.map(run_benchmark, [folder] * repeat, [config] * repeat))
     median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
     result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}
-    if json:
-        print(dumps(result))
-    else:
-        print_bench(result)
+    print(dumps(result)) if json else print_bench(result)
 
 
 def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
