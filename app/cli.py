@@ -4,68 +4,50 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import metadata
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group
 
 from app.console.plain_warnings import warn_in_one_line
+from app.console.streams import QUIET
+from app.verbs import MODEL_VERBS, VERBS, Verb
 from razer.errors import BadInput
 
 BAD_INPUT = 2
+_NAMES = {verb.name for verbs in VERBS.values() for verb in verbs} | {"models"}
 
 app = App(
     name="razer",
     help="RGB-D recordings become 3D panoptic maps that know what is where.",
-    help_format="plaintext",
+    help_format="markdown",
+    help_epilogue="--quiet: no progress and no notes on standard error. `razer VERB --help` has examples.",
     version=lambda: metadata.version("razer"),
+    group_commands=Group("Options", sort_key=99),
 )
-VERBS = {
-    "Map": {
-        "map.run:run": "Map an RGB-D recording, with given or estimated poses.",
-        "map.track:track": "Estimate the camera trajectory by RGB-D SLAM, without a map.",
-        "map.demo:demo": "Map a small synthetic room, no data needed.",
-    },
-    "Ask": {
-        "ask.query:query": "Find instances of a map by text or by image.",
-        "ask.label:label": "Classify the instances of a map by a vocabulary.",
-        "ask.edit:edit": "Rename, merge, split or delete instances by hand; undo.",
-    },
-    "Look": {
-        "look.view:view": "Open the timeline of a run in the Rerun viewer.",
-        "look.serve:serve": "Serve a map: page in the browser, API for programs.",
-        "look.mcp:mcp": "Offer a map as tools for agents (MCP).",
-        "look.inspect:inspect": "Check a recording and name what looks wrong.",
-        "look.config:config": "Print every setting with its value, range and meaning.",
-    },
-    "Measure": {
-        "measure.eval:evaluate": "Evaluate a map against the ground truth.",
-        "measure.compare:compare": "Compare two runs over one recording.",
-        "measure.reproduce:reproduce": "Reproduce one of the paper's tables.",
-        "measure.ablate:ablate": "Measure what each part of the method contributes.",
-        "measure.bench:bench": "Measure time per stage and memory, beside plain TSDF fusion.",
-    },
-    "Prepare": {
-        "prepare.convert:convert": "Convert a recording to our own or another layout.",
-        "prepare.synth:synth": "Render a synthetic recording with its ground truth.",
-    },
-}
-MODEL_VERBS = {
-    "list_models": ("list", "Show the models that can be downloaded by name."),
-    "info": ("info", "Show a model's source, licence, files, and whether it is in the cache."),
-    "pull": ("pull", "Download a model, or resume a broken download."),
-}
 
 
 def _add_verbs(app: App) -> None:
-    for group, verbs in VERBS.items():
-        for target, about in verbs.items():
-            name = target.partition(":")[0].rpartition(".")[2]
-            app.command(f"app.commands.{target}", name=name, help=about, group=group)
-    models = App(name="models", help="List and download 2D models.", help_format="plaintext", group="Prepare")
+    for place, (purpose, verbs) in enumerate(VERBS.items()):
+        group = Group(purpose, sort_key=place)
+        for order, verb in enumerate(verbs):
+            app.command(
+                f"app.commands.{verb.target}",
+                name=verb.name,
+                help=verb.about,
+                help_epilogue=_examples(verb),
+                group=group,
+                sort_key=order,
+            )
+    models = App(name="models", help="List and download 2D models.", help_format="markdown", group=group, sort_key=9)
     for function, (name, about) in MODEL_VERBS.items():
         models.command(f"app.commands.prepare.models:{function}", name=name, help=about)
     app.command(models)
+
+
+def _examples(verb: Verb) -> str:
+    return "  \n".join(("Examples:", *verb.examples))  # two blanks end a line of Markdown
 
 
 _add_verbs(app)
@@ -76,9 +58,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # What lies in the working directory is data: helper processes must not import it as modules.
     os.environ["PYTHONSAFEPATH"] = "1"
     warn_in_one_line()
+    tokens = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        code = app(arguments, exit_on_error=False, result_action="return_value")
-    except CycloptsError:
+        with _quiet_if_asked(tokens) as heard:
+            code = app(heard, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        verb = next((token for token in tokens if token in _NAMES), None)
+        asked = f"razer {verb}" if verb else "razer"
+        print(f"{asked}: {_plain(str(error))} (see {asked} --help)", file=sys.stderr)
         sys.exit(BAD_INPUT)
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
@@ -86,9 +73,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
+@contextmanager
+def _quiet_if_asked(tokens: list[str]) -> Iterator[list[str]]:
+    """The command without --quiet, which every verb knows; while it runs, consoles and helper processes know of it."""
+    ended = tokens.index("--") if "--" in tokens else len(tokens)
+    kept = [token for token in tokens[:ended] if token != "--quiet"]
+    before = os.environ.get(QUIET, "")
+    os.environ[QUIET] = "1" if len(kept) < ended else before
+    try:
+        yield kept + tokens[ended:]
+    finally:
+        os.environ[QUIET] = before
+
+
 def _plain(message: str) -> str:
     """A message on one line, without characters that a terminal obeys: names from files are part of it."""
-    return "".join(c if c.isprintable() else " " for c in message)
+    return " ".join("".join(c if c.isprintable() else " " for c in message).split())
 
 
 if __name__ == "__main__":

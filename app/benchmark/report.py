@@ -7,7 +7,7 @@ from typing import Any
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.pipeline.run_report import print_timings
+from app.pipeline.run_report import print_speed
 
 
 def print_bench(result: dict[str, Any]) -> None:
@@ -15,7 +15,8 @@ def print_bench(result: dict[str, Any]) -> None:
     console = result_console()
     of_runs = f", median of {result['repeat']} runs" if result["repeat"] > 1 else ""
     console.print(f"{result['name']}: {result['frames']} frames{of_runs}", soft_wrap=True)
-    print_timings(result, console)
+    print_speed(result, console)
+    console.print(_stage_table(result["stages"]))
     console.print(_memory_table(result))
     plain, ratios = result["yardstick"], result["ratios"]
     console.print(f"plain fusion: median {plain['median_ms']:.1f} ms, p95 {plain['p95_ms']:.1f} ms a frame")
@@ -55,6 +56,18 @@ def print_bench(result: dict[str, Any]) -> None:
     )
     ranking = result["ranking"]
     console.print(f"a query over {ranking['instances']} instances: {ranking['query_ms']:.1f} ms")
+
+
+def _stage_table(stages: dict[str, dict[str, float]]) -> Table:
+    """Median, 95th percentile and share of the time of all stages, for each stage."""
+    busy_s = sum(stage["total_s"] for stage in stages.values()) or 1.0
+    table = Table()
+    table.add_column("stage")
+    for name in ("median ms", "p95 ms", "share"):
+        table.add_column(name, justify="right")
+    for name, stage in stages.items():
+        table.add_row(name, f"{stage['median_ms']:.1f}", f"{stage['p95_ms']:.1f}", f"{stage['total_s'] / busy_s:.0%}")
+    return table
 
 
 def _memory_table(result: dict[str, Any]) -> Table:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 
 from rich.console import Console
+
+QUIET = "RAZER_QUIET"  # in the environment, for helper processes too
 
 
 def result_console() -> Console:
@@ -13,8 +16,8 @@ def result_console() -> Console:
 
 
 def progress_console() -> Console:
-    """Where progress and warnings go."""
-    return Console(stderr=True, markup=False, highlight=False)
+    """Where progress and notes go; nowhere with --quiet."""
+    return Console(stderr=True, markup=False, highlight=False, quiet=bool(os.environ.get(QUIET)))
 
 
 def print_notes(notes: Iterable[str]) -> None:
@@ -26,4 +29,5 @@ def print_notes(notes: Iterable[str]) -> None:
 def print_warnings(warnings: Iterable[str]) -> None:
     """What makes a result doubtful, on standard error."""
     for warning in warnings:
-        progress_console().print(f"WARNING: {warning}", style="bold red", soft_wrap=True)
+        console = Console(stderr=True, markup=False, highlight=False)
+        console.print(f"WARNING: {warning}", style="bold red", soft_wrap=True)

@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from app.console.outputs import print_outputs
 from app.console.streams import result_console
 from app.frames.color_registration import ColorRegistration
 from app.frames.frame_account import FrameAccount
@@ -21,6 +22,7 @@ from razer.panoptic_map import PanopticMap
 
 _MAX_ROWS = 20
 _MAX_REASONS = 3
+_MAX_STAGES = 3
 
 
 def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
@@ -32,9 +34,9 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
         return
     console = result_console()
     print_instances(panoptic, console)
-    print_timings(timings, console)
+    print_speed(timings, console)
     print_frames(accounting, console)
-    console.print(f"outputs: {folder}", soft_wrap=True)
+    print_outputs(folder, console)
 
 
 def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timings: dict[str, Any]) -> dict[str, Any]:
@@ -125,33 +127,25 @@ def _print_lost(accounting: FrameAccounting, account: FrameAccount, console: Con
 
 def _print_notes(notes: Counter[str], console: Console) -> None:
     for note, count in notes.most_common(_MAX_REASONS):
-        console.print(f"  {count} times: {note}", soft_wrap=True)
+        console.print(f"  {count} {'frame' if count == 1 else 'frames'}: {note}", soft_wrap=True)
 
 
-def stage_table(stages: dict[str, dict[str, float]]) -> Table:
-    """Median, 95th percentile and share of the time of all stages, for each stage."""
+def print_speed(timings: dict[str, Any], console: Console) -> None:
+    """Frames a second, what takes most of the time, and peak memory."""
+    stages = timings["stages"]
     busy_s = sum(stage["total_s"] for stage in stages.values()) or 1.0
-    table = Table()
-    table.add_column("stage")
-    for name in ("median ms", "p95 ms", "share"):
-        table.add_column(name, justify="right")
-    for name, stage in stages.items():
-        share = f"{100 * stage['total_s'] / busy_s:.0f} %"
-        table.add_row(name, f"{stage['median_ms']:.1f}", f"{stage['p95_ms']:.1f}", share)
-    return table
-
-
-def print_timings(timings: dict[str, Any], console: Console) -> None:
-    """Frames a second, peak memory, and the median and share of each stage."""
+    slowest = sorted(stages, key=lambda name: -stages[name]["total_s"])[:_MAX_STAGES]
+    shares = ", ".join(f"{name} {stages[name]['total_s'] / busy_s:.0%}" for name in slowest)
     of_device = max(timings["device_mb_at_tenths"])
     taken = f"; {of_device:.0f} MB of {timings['device']} taken" if of_device else ""
-    peak = f"peak {timings['peak_rss_mb']:.0f} MB{taken}"
-    console.print(f"{timings['fps']:.1f} frames/s, {timings['wall_s']:.1f} s, {peak}", soft_wrap=True)
-    console.print(stage_table(timings["stages"]))
+    console.print(
+        f"{timings['fps']:.1f} frames/s, {timings['wall_s']:.1f} s, most of it {shares}; "
+        f"peak {timings['peak_rss_mb']:.0f} MB{taken}",
+        soft_wrap=True,
+    )
     if "rebuilding" in timings:
+        rebuilding = timings["rebuilding"]
+        often = "once" if rebuilding["rebuilds"] == 1 else f"{rebuilding['rebuilds']} times"
         console.print(
-            "the map was rebuilt {rebuilds} times at corrected poses: {share:.1%} of the run, longest pause "
-            "{longest_pause_s:.2f} s, {kb_per_stored_frame:.0f} KB for each of {stored_frames} stored frames".format(
-                **timings["rebuilding"]
-            )
+            f"the map was rebuilt {often} at corrected poses: {rebuilding['share']:.0%} of the time", soft_wrap=True
         )

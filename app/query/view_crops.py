@@ -27,11 +27,17 @@ _MARGIN = 0.15  # of the box on each side: context helps to recognise an object
 
 
 class ViewCrops:
-    """Crops of a run's recording, kept in the run folder; `notes`: which are missing and why."""
+    """Crops of a run's recording, kept in the run folder; `notes`: which are missing and why.
 
-    def __init__(self, run: Path, settings: InputSettings) -> None:
+    Args:
+        run: the folder.
+        settings: of the run; they say where its recording lies.
+        recording: where that is no folder.
+    """
+
+    def __init__(self, run: Path, settings: InputSettings, recording: RgbdSequence | None = None) -> None:
         self.notes: list[str] = []
-        self._run, self._settings = run, settings
+        self._run, self._settings, self._recording = run, settings, recording
         self._color_warp: ColorWarp | None = None
 
     def count(self, instance: MapObject) -> int:
@@ -58,6 +64,8 @@ class ViewCrops:
         from app.frames.open_recording import open_unchecked  # late, as most of its readers will not be needed
         from app.frames.run_registration import registration_of_run
 
+        if self._recording is not None:
+            return self._recording
         settings = self._settings
         try:
             if settings.folder is None:

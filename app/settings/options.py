@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from app.settings.config_file import read_config
 from app.settings.oracle_options import OracleErrors, oracle_flags
@@ -21,6 +21,15 @@ PosesName = Literal["given", "slam", "auto", "both"]
 BOTH: tuple[PosesName, ...] = ("given", "slam")
 DEFAULT_PORT = 8700
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+POSES, MODELS, WATCHING, RECORDING, SETTINGS = (
+    Group(name, sort_key=place)
+    for place, name in enumerate(("Poses", "Models", "While it runs", "Recording", "Settings"), start=1)
+)
+
+
+def _in(group: Group, default: str = "", name: str | tuple[str, ...] | None = None) -> Parameter:
+    """An option of a group of the help; `default` says what holds where it is not given, which a setting knows."""
+    return Parameter(name=name, group=group, show_default=default or False)
 
 
 @Parameter(name="*")
@@ -28,7 +37,7 @@ Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 class TrustOptions:
     """Which code may be loaded that is not part of the project."""
 
-    trust_plugins: Flag = False
+    trust_plugins: Annotated[Flag, _in(SETTINGS)] = False
     """Load module:Class also where a file names it, not only the command line. It runs with your rights."""
 
     @property
@@ -42,11 +51,11 @@ class TrustOptions:
 class SettingOptions(TrustOptions):
     """Settings from a preset, from a file and from the command line; later ones win."""
 
-    preset: str | None = None
+    preset: Annotated[str | None, _in(SETTINGS)] = None
     """A named set of settings to start from: paper, everything as the paper says it."""
-    config: Path | None = None
+    config: Annotated[Path | None, _in(SETTINGS)] = None
     """TOML file with settings, such as the config.toml of an earlier run."""
-    set: Assignments = ()
+    set: Annotated[Assignments, Parameter(group=SETTINGS)] = ()
     """One setting as section.key=value; may be repeated. `razer config` lists them all."""
 
 
@@ -55,13 +64,13 @@ class SettingOptions(TrustOptions):
 class SourceOptions:
     """Reader and camera parameters, where the recording does not state them."""
 
-    reader: str | None = None
-    """Layout of the recording: a reader's name or module:function; detected if not given."""
-    intrinsics: str | None = None
+    reader: Annotated[str | None, _in(RECORDING, "detected")] = None
+    """Layout of the recording: a reader's name or module:function."""
+    intrinsics: Annotated[str | None, _in(RECORDING, "the recording's")] = None
     """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
-    depth_scale: float | None = None
+    depth_scale: Annotated[float | None, _in(RECORDING, "the recording's")] = None
     """Depth image units per metre: 1000 for millimetres."""
-    depth_to_color: str | None = None
+    depth_to_color: Annotated[str | None, _in(RECORDING, "the recording's")] = None
     """File with the 4x4 extrinsic transform from the depth to the colour camera."""
 
     def input_settings(self) -> InputSettings:
@@ -78,13 +87,13 @@ class SourceOptions:
 class RecordingOptions(SourceOptions):
     """Which frames of a recording are read, and how."""
 
-    start: int | None = None
+    start: Annotated[int | None, _in(RECORDING, "0")] = None
     """Index of the first frame to use."""
-    end: int | None = None
-    """Index one past the last frame to use; all to the end if not given."""
-    stride: int | None = None
+    end: Annotated[int | None, _in(RECORDING, "all")] = None
+    """Index one past the last frame to use."""
+    stride: Annotated[int | None, _in(RECORDING, "1")] = None
     """Use every n-th frame."""
-    max_frames: Annotated[int | None, Parameter(name=("--max-frames", "--frames"))] = None
+    max_frames: Annotated[int | None, _in(RECORDING, "all", ("--max-frames", "--frames"))] = None
     """Use at most this many frames."""
 
 
@@ -104,22 +113,22 @@ class TrackOptions(RecordingOptions, SettingOptions):
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
-    poses: PosesName | None = None
+    poses: Annotated[PosesName | None, _in(POSES, "auto")] = None
     """given with the recording, estimated by slam, or auto: given if there are any; both: two runs, compared."""
-    max_bad: float | None = None
+    max_bad: Annotated[float | None, _in(RECORDING, "0.5")] = None
     """Largest share of unusable frames before the run is given up."""
-    rgbd_calibration: str | None = None
+    rgbd_calibration: Annotated[str | None, _in(RECORDING, "auto")] = None
     """auto: where colour does not fit depth, its camera is estimated; off; or a file of `razer inspect --write`."""
-    segmenter: str | None = None
-    """2D segmenter: a name or module:Class; auto, as if not given, takes the models that are here."""
-    embedder: str | None = None
-    """Embedder of masks: a name or module:Class; auto, as if not given, takes a model of words that is here."""
-    oracle: OracleErrors | None = None
+    segmenter: Annotated[str | None, _in(MODELS, "auto")] = None
+    """2D segmenter: a name or module:Class; auto takes the models that are here."""
+    embedder: Annotated[str | None, _in(MODELS, "auto")] = None
+    """Embedder of masks: a name or module:Class; auto takes a model of words that is here."""
+    oracle: Annotated[OracleErrors | None, _in(MODELS, "none")] = None
     """Instead of both the recording's truth with simulated errors, as of a SAM, a detector or a panoptic model."""
-    device: Literal["auto", "cpu", "cuda"] | None = None
+    device: Annotated[Literal["auto", "cpu", "cuda"] | None, _in(SETTINGS, "auto")] = None
     """Device of the voxel map."""
-    timeline: bool | None = None
-    """Write the timeline (the default) or not."""
+    timeline: Annotated[bool | None, _in(SETTINGS, "--timeline")] = None
+    """Write the timeline or not."""
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""

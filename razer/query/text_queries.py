@@ -54,8 +54,8 @@ class TextQueryEncoder:
         """The embedder; raises BadInput if it knows no words."""
         if not isinstance(self.embedder, TextEncoder):
             raise BadInput(
-                f"{type(self.embedder).__name__} has no text encoder, so that its vectors cannot be queried by text: "
-                "map with another --embedder ('razer models pull starter' brings one), or ask with --image"
+                "the embedder of this map has no text encoder, it knows looks and no words: map with another "
+                "--embedder ('razer models pull starter' brings one), or ask with --image"
             )
         return self.embedder
 

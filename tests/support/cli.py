@@ -81,10 +81,10 @@ def instances_of(run: Path) -> list[dict[str, Any]]:
 ROOM_FRAMES, ROOM_SIZE = 24, (160, 120)  # of the room that several verbs are tried on
 
 
-def map_oracle_room(place: Path, n_frames: int, size: tuple[int, int]) -> tuple[Path, Path]:
+def map_oracle_room(place: Path, n_frames: int, size: tuple[int, int], embedder: str = "oracle") -> tuple[Path, Path]:
     """A small room with its truth, mapped with the simulator's masks: (run, recording), both in `place`."""
     room = SyntheticRoom(0, n_frames, *size)
     write_recording(room, place / "recording", truth=room.truth(0.05), lossless=True)
-    models = ("--segmenter", "oracle", "--embedder", "oracle")
+    models = ("--segmenter", "oracle", "--embedder", embedder)
     assert call("run", place / "recording", "-o", place / "run", *models, *QUICK, "--no-timeline") == 0
     return place / "run", place / "recording"

@@ -1,1 +1,1 @@
-"""Verbs that show runs, recordings and settings: view, inspect, config."""
+"""Verbs that show runs: view, serve, mcp."""

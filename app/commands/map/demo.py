@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -13,6 +13,10 @@ from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.config_file import read_config
 from app.settings.options import Flag, SettingOptions
+from app.settings.run_config import InputSettings
+
+if TYPE_CHECKING:
+    from data_tools.recordings.sequence import RgbdSequence
 
 ROOM_FRAMES = 120
 ROOM_SIZE = (480, 360)  # pixels; half the work of 640x480
@@ -55,13 +59,25 @@ def demo(
     from app.pipeline.run_report import print_run
     from data_tools.synthetic.synthetic_room import SyntheticRoom
 
-    result = run_to_folder(SyntheticRoom(0, frames, *ROOM_SIZE), config, target, progress_console())
+    room = SyntheticRoom(0, frames, *ROOM_SIZE)
+    result = run_to_folder(room, config, target, progress_console())
+    _keep_crops(target.final, room, config.input)
     if not json:
         result_console().print(_ABOUT)
     print_run(result, target.final, as_json=json)
     if not json:
         _ask(target.final)
     return INTERRUPTED if result.accounting.interrupted else 0
+
+
+def _keep_crops(folder: Path, room: RgbdSequence, settings: InputSettings) -> None:
+    """Cut the pictures of all instances now: nobody can render the room again from the folder."""
+    from app.query.view_crops import ViewCrops
+    from razer.saved_map import load_map
+
+    crops = ViewCrops(folder, settings, room)
+    for item in load_map(folder).objects:
+        crops.of(item)
 
 
 def _ask(folder: Path) -> None:

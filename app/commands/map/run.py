@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.pipeline.watchers import NOBODY, Watchers
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import TIMELINE, RunFolder
 from app.settings.extra_libraries import require_serve
-from app.settings.options import BOTH, DEFAULT_PORT, Flag, RunOptions
+from app.settings.options import BOTH, DEFAULT_PORT, MODELS, WATCHING, Flag, RunOptions
 from app.timeline.viewer.live_viewer import ViewerKind, require_viewer
 from razer.errors import BadInput
 from razer.vocabulary import Vocabulary
@@ -28,7 +29,9 @@ if TYPE_CHECKING:
     from app.settings.run_config import RunConfig
     from razer.plugins import Trust
 
-View = Annotated[tuple[ViewerKind, ...] | None, Parameter(consume_multiple=(0, 1), negative="", show_default=False)]
+View = Annotated[
+    tuple[ViewerKind, ...] | None, Parameter(consume_multiple=(0, 1), negative="", show_default=False, group=WATCHING)
+]
 
 
 def run(
@@ -37,10 +40,10 @@ def run(
     *,
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     options: RunOptions = RunOptions(),  # noqa: B008
-    vocabulary: str | None = None,
+    vocabulary: Annotated[str | None, Parameter(group=MODELS)] = None,
     view: View = None,
-    serve: Flag = False,
-    port: int = DEFAULT_PORT,
+    serve: Annotated[Flag, Parameter(group=WATCHING)] = False,
+    port: Annotated[int, Parameter(group=WATCHING)] = DEFAULT_PORT,
     overwrite: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -85,6 +88,8 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
     from app.pipeline.run_report import print_run
 
     print_run(result, folder, as_json=as_json)
+    if not as_json:
+        print_next(result_console(), ("view", folder), ("query", folder, "a chair"), ("serve", folder))
     if live is not None and not result.accounting.interrupted:
         _go_on_serving(live)
 

@@ -1,1 +1,1 @@
-"""Verbs that prepare recordings and models: convert, synth, models."""
+"""Verbs that prepare recordings, models and settings: inspect, convert, synth, models, config."""

@@ -20,7 +20,9 @@ def test_demo_names_things_and_surfaces_and_asks(capsys, tmp_path):
     named = {item["class"] for item in instances}
     assert len(named - {None}) >= 3
     assert named - {None} <= set(SyntheticRoom(n_frames=1, width=16, height=12).classes.values())
-    assert set(listing(target)) == RUN_FILES | {"demo.png"}
+    shown = {f"crops/{item['id']:04d}-{view['frame']:06d}.jpg" for item in instances for view in item["best_views"]}
+    assert set(listing(target)) == RUN_FILES | {"demo.png", "crops"} | shown
+    assert shown
     surfaces = {item["class"] for item in instances if item.get("stuff")}
     assert {"wall", "floor"} <= surfaces <= {"wall", "floor", "ceiling"}
     line = next(line for line in out.splitlines() if line.startswith("surfaces among them (stuff): "))

@@ -10,19 +10,16 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import httpx
 import psutil
 import pytest
 
 from app.page.packet import unpack
-from data_tools.synthetic.synthetic_room import SyntheticRoom
-from data_tools.writers.table import write_recording
 from razer.saved_map import load_map
 from tests.support.cli import QUICK, contents
-from tests.support.served_maps import API
+from tests.support.served_runs import MODELS, a_named_thing, served_run
 
 pytestmark = pytest.mark.full
 _LISTENS = """
@@ -32,70 +29,6 @@ with httpx.stream("GET", "{address}api/v1/events") as response:
     print("listening", flush=True)
     time.sleep(100)
 """
-MODELS = ("--segmenter", "oracle", "--embedder", "oracle")
-
-
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory):
-    room = SyntheticRoom(0, 120, 320, 240)
-    folder = tmp_path_factory.mktemp("live") / "recording"
-    write_recording(room, folder, truth=room.truth(0.05), lossless=True)
-    return folder
-
-
-class ServedRun:
-    """A run in a process, what it wrote to standard error, and its address."""
-
-    def __init__(self, recording, out) -> None:
-        command = [sys.executable, "-m", "app.cli", "run", recording, "-o", out, *MODELS, *QUICK, "--no-timeline"]
-        command = [*map(str, command), "--serve", "--port", "0"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.lines: list[str] = []
-        threading.Thread(target=self._read, daemon=True).start()
-        self.address = re.search(r"http://\S+", self.until("while it grows"))[0]
-        self.until("frames/s")
-
-    def _read(self) -> None:
-        for line in self.process.stderr:
-            self.lines.append(line)
-
-    def until(self, text: str, timeout_s: float = 120) -> str:
-        deadline_s = time.monotonic() + timeout_s
-        while time.monotonic() < deadline_s:
-            for line in self.lines:
-                if text in line:
-                    return line
-            time.sleep(0.02)
-        raise AssertionError(f"'{text}' never came: {self.lines[-5:]}")
-
-    def get(self, path: str) -> httpx.Response:
-        return httpx.get(f"{self.address.rstrip('/')}{API}/{path}", timeout=60)
-
-    def post(self, path: str, content) -> httpx.Response:
-        return httpx.post(f"{self.address.rstrip('/')}{API}/{path}", json=content, timeout=60)
-
-
-@contextmanager
-def served_run(recording, out) -> Iterator[ServedRun]:
-    run = ServedRun(recording, out)
-    try:
-        yield run
-    finally:
-        with suppress(psutil.NoSuchProcess):
-            for child in psutil.Process(run.process.pid).children(recursive=True):
-                child.kill()
-        run.process.kill()
-        run.process.wait()
-
-
-def a_named_thing(run: ServedRun) -> dict:
-    deadline_s = time.monotonic() + 60
-    while time.monotonic() < deadline_s:
-        listed = run.get("instances?kind=thing").json()
-        if listed["instances"]:
-            return max(listed["instances"], key=lambda instance: instance["vertices"])
-        time.sleep(0.1)
-    raise AssertionError("no thing appeared")
 
 
 def test_the_map_answers_while_it_grows_and_when_it_is_done(recording, tmp_path):

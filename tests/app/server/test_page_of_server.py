@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 
+import httpx
 import pytest
 
 from razer import load_map
 from tests.support.browser import chromium, opened
+from tests.support.cli import ROOM_FRAMES, ROOM_SIZE, map_oracle_room
 from tests.support.edited_maps import CHAIR, LAMP
-from tests.support.served_maps import TOKEN, saved_map, server_process
+from tests.support.served_maps import API, TOKEN, saved_map, server_process
 
 pytestmark = pytest.mark.full
 
@@ -120,3 +122,16 @@ def test_what_a_lasso_goes_round_is_split_off(browser, folder):
         assert sum(sides.values()) == whole
         assert min(sides.values()) > 0.2 * whole
         assert seen.complaints == []
+
+
+def test_a_picture_of_a_wall_finds_it(browser, tmp_path):
+    run, _ = map_oracle_room(tmp_path, ROOM_FRAMES, ROOM_SIZE, embedder="appearance")
+    wall = max(load_map(run).objects, key=lambda item: item.n_vertices)
+    with server_process(run) as (_, address), opened(browser, address) as seen:
+        picture = httpx.get(f"{address.rstrip('/')}{API}/instances/{wall.id}/crop/0.jpg").content
+        file = {"name": "thing.jpg", "mimeType": "image/jpeg", "buffer": picture}
+        seen.page.set_input_files("input[aria-label='A picture']", file)
+        seen.page.locator("#statement", has_text="in this map").wait_for()
+        row = seen.page.get_by_role("button", name=f"wall {wall.id}").first
+        assert row.locator(".chance.hit").count() == 1
+        assert (seen.complaints, seen.elsewhere) == ([], [])

@@ -32,7 +32,7 @@ def test_a_rigid_pose_passes_unchanged() -> None:
 def test_small_errors_are_projected_onto_the_nearest_rotation(stretch: float, seed: int) -> None:
     rotation = Rotation.random(random_state=seed).as_matrix()
     checked, notes = checked_pose(pose_of(rotation * (1 + stretch)), "file")
-    assert notes == (PROJECTED,)
+    assert notes == ((PROJECTED,) if (1 + stretch) ** 2 - 1 > 1e-3 else ())  # what is no more than rounding is not told
     assert is_rigid(checked)
     np.testing.assert_allclose(checked[:3, :3], rotation, atol=1e-9)  # a scaling is undone exactly
     np.testing.assert_array_equal(checked[:3, 3], (1, 2, 3))

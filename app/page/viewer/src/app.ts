@@ -104,9 +104,11 @@ export class App {
 
   /** Shows a map, the first one or one that was changed. */
   take(loaded: LoadedMap): void {
+    const isFirst = !this.model;
     this.model = new MapModel(loaded);
     const { header } = loaded;
-    this.viewport.setUp(header.up);
+    const turn = this.viewport.setUp(header.up);
+    if (!isFirst) this.navigation.turnWith(turn);
     const hasMesh = Boolean(header.mesh?.triangles);
     this.isEmpty ||= !hasMesh;
     if (hasMesh) this.viewport.surfaces.set("map", loaded.surface);

@@ -57,7 +57,8 @@ export class Search {
       return;
     }
     const ids = [...this.model().matching(text)];
-    this.store.set({ search: text.trim(), hits: new Map(ids.map((id) => [id, this.sureness(id)])) });
+    const isOpen = this.server && !ids.length; // the question may yet be answered: nothing is faded for it
+    this.store.set({ search: text.trim(), hits: isOpen ? null : new Map(ids.map((id) => [id, this.sureness(id)])) });
     const more = this.server ? " Press Enter to ask in any words." : "";
     const count = ids.length === 1 ? "One thing" : `${ids.length} things`;
     this.tell(ids.length ? `${count} by this name or kind.${more}` : `Nothing in this map has this name or kind.${more}`);

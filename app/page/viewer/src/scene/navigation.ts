@@ -1,5 +1,5 @@
 // Orbiting, flying to things, and walking about.
-import { Euler, MathUtils, Vector3 } from "three";
+import { Euler, MathUtils, Vector3, type Quaternion } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Instance } from "../map_types";
 import type { Space } from "./space";
@@ -80,6 +80,14 @@ export class Navigation {
     this.controls.target.set(...to.target);
     this.controls.update();
     this.viewport.draw();
+  }
+
+  /** Stays before what it sees where a map that is known better has been turned. */
+  turnWith(turn: Quaternion): void {
+    if (this.walking) return;
+    const { position, target } = this.view;
+    const [at, to] = [position, target].map((point) => new Vector3(...point).applyQuaternion(turn));
+    this.set(view(at, to));
   }
 
   /** Flies there, or is there at once where motion is not wanted. */

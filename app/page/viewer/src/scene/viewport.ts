@@ -35,10 +35,12 @@ export class Viewport {
     this.resize();
   }
 
-  setUp(up: [number, number, number]): void {
-    const turn = new Quaternion().setFromUnitVectors(new Vector3(...up).normalize(), new Vector3(0, 1, 0));
-    this.root.quaternion.copy(turn);
+  /** Puts the map upright; returns how that turned it. */
+  setUp(up: [number, number, number]): Quaternion {
+    const before = this.root.quaternion.clone();
+    this.root.quaternion.setFromUnitVectors(new Vector3(...up).normalize(), new Vector3(0, 1, 0));
     this.root.updateMatrixWorld();
+    return this.root.quaternion.clone().multiply(before.invert());
   }
 
   /** A point of the map in the page's frame. */

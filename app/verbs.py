@@ -1,0 +1,119 @@
+"""The verbs of the command line by what they are for, each with a line about it and examples."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Verb(NamedTuple):
+    """Where a verb's function lies, what it does in a line, and calls to learn from."""
+
+    target: str
+    about: str
+    examples: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """What a user types."""
+        return self.target.partition(":")[0].rpartition(".")[2]
+
+
+VERBS = {
+    "Map": (
+        Verb(
+            "map.run:run",
+            "Map an RGB-D recording, with given or estimated poses.",
+            (
+                "razer run FOLDER -o OUT",
+                "razer run FOLDER -o OUT --poses slam --stride 2 --view",
+                "razer run FOLDER -o OUT --segmenter yolo+semantic --serve",
+            ),
+        ),
+        Verb(
+            "map.track:track",
+            "Estimate the camera's trajectory by RGB-D SLAM, without a map.",
+            ("razer track FOLDER -o trajectory.txt", "razer track FOLDER -o trajectory.txt --frames 500 --json"),
+        ),
+        Verb("map.demo:demo", "Map a small synthetic room: no data, no models.", ("razer demo", "razer demo -o OUT")),
+    ),
+    "Ask": (
+        Verb(
+            "ask.query:query",
+            "Find instances by a text or by a picture.",
+            (
+                'razer query OUT "a red chair"',
+                'razer query OUT "something to sit on" --render hits.png',
+                "razer query OUT --image mug.jpg --json",
+            ),
+        ),
+        Verb(
+            "ask.label:label",
+            "Name all instances by a vocabulary.",
+            ("razer label OUT --vocabulary lvis", "razer label OUT --vocabulary my_classes.csv"),
+        ),
+        Verb(
+            "ask.edit:edit",
+            "Rename, merge, split or delete instances by hand; undo.",
+            ('razer edit OUT rename 12 "office chair"', "razer edit OUT merge 12 31", "razer edit OUT undo"),
+        ),
+    ),
+    "Look": (
+        Verb(
+            "look.view:view",
+            "Look at a run: its timeline in Rerun, a picture, a page.",
+            ("razer view OUT --web", "razer view OUT --page map.html", "razer view GIVEN SLAM"),
+        ),
+        Verb(
+            "look.serve:serve",
+            "Serve a map: page in the browser, API for programs.",
+            ("razer serve OUT", "razer serve OUT --host 0.0.0.0 --token A-LONG-SECRET-WORD"),
+        ),
+        Verb(
+            "look.mcp:mcp", "Offer a map as tools for agents (MCP).", ("razer mcp OUT", "razer mcp OUT --allow-edits")
+        ),
+    ),
+    "Measure": (
+        Verb(
+            "measure.eval:evaluate",
+            "Evaluate a map against the ground truth.",
+            ("razer eval OUT --truth TRUTH", "razer eval OUT --truth SCAN --preset scannet200"),
+        ),
+        Verb(
+            "measure.compare:compare",
+            "Compare two runs over one recording.",
+            ("razer compare GIVEN SLAM", "razer compare GIVEN SLAM --truth TRUTH -o SHEETS"),
+        ),
+        Verb(
+            "measure.bench:bench",
+            "Measure time per stage and memory, beside plain TSDF fusion.",
+            ("razer bench", "razer bench FOLDER --frames 200 --repeat 3"),
+        ),
+        Verb(
+            "measure.ablate:ablate",
+            "Measure what each part of the method contributes.",
+            ("razer ablate --seeds 0,1 --stride 1,6",),
+        ),
+        Verb(
+            "measure.reproduce:reproduce", "Reproduce one of the paper's tables.", ("razer reproduce replica FOLDER",)
+        ),
+    ),
+    "Prepare": (
+        Verb("prepare.inspect:inspect", "Check a recording and name what looks wrong.", ("razer inspect FOLDER",)),
+        Verb(
+            "prepare.convert:convert",
+            "Convert a recording to our own or another layout.",
+            ("razer convert recording.bag FOLDER",),
+        ),
+        Verb(
+            "prepare.synth:synth",
+            "Render a synthetic recording with its ground truth.",
+            ("razer synth FOLDER --scene apartment --seed 3 --frames 300",),
+        ),
+        Verb("prepare.config:config", "Print every setting with its value, range and meaning.", ("razer config",)),
+    ),
+}
+MODEL_VERBS = {
+    "list_models": ("list", "Show the models that can be downloaded by name."),
+    "info": ("info", "Show a model's source, licence, files, and whether it is in the cache."),
+    "pull": ("pull", "Download a model, or resume a broken download."),
+}
