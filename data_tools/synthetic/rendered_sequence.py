@@ -67,7 +67,7 @@ class RenderedSequence(RenderedFrames):
         relations: tuple[Triple, ...] = (),
         frames_per_s: float = FRAMES_PER_S,
         misalignment: RgbdMisalignment | None = None,
-        light: Light = "day",
+        light: Light = "even",
         walkers: Sequence[Walker] = (),
     ) -> None:
         super().__init__(

@@ -10,8 +10,8 @@ import numpy as np
 from data_tools.synthetic.shapes.solids import Colour, Glow
 from razer.arrays import Float32Array, Float64Array
 
-Light = Literal["day", "evening"]
-LIGHTS: tuple[Light, ...] = ("day", "evening")
+# "even": two distant lamps that nothing hides, and as much light from all round.
+Light = Literal["day", "evening", "even"]
 
 
 @dataclass(frozen=True, slots=True)

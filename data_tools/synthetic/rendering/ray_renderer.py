@@ -122,6 +122,8 @@ class RayRenderer:
     def _developed(self, rgb: Float32Array, shade: Uint8Array) -> Uint8Array:
         """Colours under light as a camera shows them: edges a little soft, as no pixel is a point, and its contrast."""
         lit = cv2.multiply(rgb, shade, scale=1 / FULL, dtype=cv2.CV_8U)
+        if self._light == "even":
+            return lit
         soft = cv2.sepFilter2D(lit, -1, _SOFT, _SOFT)
         developed: Uint8Array = cv2.LUT(soft, _CONTRAST)
         return developed
