@@ -127,13 +127,15 @@ def _drawn(scene: Scene) -> Float32Array:
     if scene.left_out is not None:
         kept = triangles[~scene.left_out[triangles].any(axis=1)]
         triangles = kept if len(kept) else triangles
-    return scene.mesh.vertices[np.unique(triangles)]
+    is_drawn = np.zeros(len(scene.mesh.vertices), np.bool_)
+    is_drawn[triangles] = True
+    return scene.mesh.vertices[is_drawn]
 
 
 def _seen_only(names: Mapping[int, str], instances: Int32Array) -> dict[int, str]:
     """Names of what is seen, in their order."""
-    seen = set(np.unique(instances).tolist())
-    return {number: text for number, text in names.items() if number in seen}
+    counts = np.bincount(instances.clip(min=0).ravel(), minlength=max(names, default=0) + 1)
+    return {number: text for number, text in names.items() if counts[number]}
 
 
 def _mean_colors(scene: Scene, numbers: Sequence[int]) -> dict[int, Color]:

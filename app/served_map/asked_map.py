@@ -116,7 +116,8 @@ class AskedMap:
         item = next(o for o in (*self.panoptic.objects, *self.panoptic.parts) if o.id == instance_id)
         picture = self._crops.picture(item, number)
         if picture is None:
-            raise NoSuchInstance(f"instance {instance_id} has no picture {number}: its recording is not there")
+            n = self._entry(instance_id).crops
+            raise NoSuchInstance(f"instance {instance_id} has no picture {number}: there are {n} of it")
         return picture
 
     def ask(self, text: str, limit: int, least: float = PRESENT) -> QueryAnswer:

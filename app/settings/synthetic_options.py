@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from data_tools.synthetic.rendered_frames import RenderedFrames
 
 _DEFAULT_SCENE = "room"
+MOST_PEOPLE = 20
 # Negative numbers begin as options do.
 Text = Annotated[str, Parameter(allow_leading_hyphen=True)]
 
@@ -53,7 +54,13 @@ class SceneOptions(MisalignmentOptions):
     """Synthetic scene or labelled mesh, camera path and sensor model."""
 
     scene: str = _DEFAULT_SCENE
-    """room, apartment, corridor-loop, tabletop or warehouse."""
+    """room, apartment, corridor-loop, tabletop, warehouse or corridors."""
+    extent: str = ""
+    """Length x width of a warehouse or of corridors, metres, such as 60x60; their usual size if not given."""
+    light: Literal["day", "evening"] = "day"
+    """day: light from the windows; evening: from lamps and ceilings."""
+    people: int = 0
+    """How many people walk about in a scene. They are in the frames, with instance id 0, and not in the truth."""
     mesh: Path | None = None
     """Instead of a scene a labelled mesh: a PLY file, or a folder with a truth (ScanNet, Replica, SceneNN, own)."""
     mesh_scale: float = 1.0
@@ -80,9 +87,12 @@ class SceneOptions(MisalignmentOptions):
             raise BadInput(f"seed {self.seed} is negative: give 0 or more")
         walk = self.seed, self.frames, int(match[1]), int(match[2])
         cameras: dict[str, Any] = {"sensor": self.sensor_model(), "misalignment": self.misalignment()}
+        if not 0 <= self.people <= MOST_PEOPLE:
+            raise BadInput(f"--people {self.people}: give 0 to {MOST_PEOPLE}")
         if self.mesh is None:
             from data_tools.synthetic.synthetic_scene import SyntheticScene
 
+            cameras |= {"light": self.light, "people": self.people, "extent_m": self._extent_m()}
             return SyntheticScene(self.scene, *walk, **cameras)
         from data_tools.synthetic.mesh_sequence import MeshSequence
 
@@ -104,9 +114,19 @@ class SceneOptions(MisalignmentOptions):
         model: SensorModel = getattr(SensorModel, self.sensor)()
         return replace(model, **changes)
 
+    def _extent_m(self) -> tuple[float, float] | None:
+        if not self.extent:
+            return None
+        match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", self.extent)
+        if not match:
+            raise BadInput(f"--extent {self.extent}: write it in metres as 60x60")
+        return float(match[1]), float(match[2])
+
     def _check_mesh(self) -> None:
         if self.scene != _DEFAULT_SCENE:
             raise BadInput(f"--scene {self.scene} and --mesh {self.mesh}: give one of them")
+        if self.extent or self.people or self.light != "day":
+            raise BadInput("--extent, --light and --people are for scenes: a mesh has its own size and light")
         if not 0 < self.mesh_scale < float("inf"):
             raise BadInput(f"--mesh-scale {self.mesh_scale:g}: give metres per unit, such as 0.001 for millimetres")
         assert self.mesh is not None

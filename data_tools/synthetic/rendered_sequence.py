@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S
 from data_tools.synthetic.layout.arrangement import Triple
+from data_tools.synthetic.light.emitters import Light
+from data_tools.synthetic.people.peopled_view import FilmedWalker, PeopledView
+from data_tools.synthetic.people.walkers import Walker
 from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.rendering.rgbd_renderer import Renderer
@@ -46,6 +49,8 @@ class RenderedSequence(RenderedFrames):
         relations: how the things were placed, for the truth.
         frames_per_s: of the stamps.
         misalignment: how the true colour camera differs from the declared one; None = not at all.
+        light: the time of day.
+        walkers: people who walk about; none of them is in the truth, but what they hide is not seen.
     """
 
     def __init__(
@@ -62,11 +67,15 @@ class RenderedSequence(RenderedFrames):
         relations: tuple[Triple, ...] = (),
         frames_per_s: float = FRAMES_PER_S,
         misalignment: RgbdMisalignment | None = None,
+        light: Light = "even",
+        walkers: Sequence[Walker] = (),
     ) -> None:
         super().__init__(
             name, poses, camera, sensor, seed, made_by, frames_per_s=frames_per_s, misalignment=misalignment
         )
         self.move = move
+        self._light = light
+        self._walkers = [FilmedWalker(walker, camera, seed, light) for walker in walkers]
         self._relations = relations
         self._final = {**things, move.instance: move.thing} if move else things
         self._before = self._renderer(things)
@@ -87,7 +96,8 @@ class RenderedSequence(RenderedFrames):
         return replace(truth, rgbd_calibration=self.calibration, relations=self._relations)
 
     def _renderer(self, things: Mapping[int, Thing]) -> Renderer:
-        return self._seen_by(lambda camera: RayRenderer(things, camera, self._seed))
+        return self._seen_by(lambda camera: RayRenderer(things, camera, self._seed, self._light))
 
     def _renderer_at(self, index: int) -> Renderer:
-        return self._after if self.move and index >= self.move.frame else self._before
+        still = self._after if self.move and index >= self.move.frame else self._before
+        return PeopledView(still, self._walkers, index / self._frames_per_s) if self._walkers else still

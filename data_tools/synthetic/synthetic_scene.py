@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
+from data_tools.synthetic.light.emitters import Light
+from data_tools.synthetic.people.walkers import walkers
 from data_tools.synthetic.rendered_sequence import CAMERA, RenderedSequence
+from data_tools.synthetic.scenes import corridors as office
+from data_tools.synthetic.scenes import warehouse as store
 from data_tools.synthetic.scenes.apartment import apartment
 from data_tools.synthetic.scenes.corridor_loop import corridor_loop
 from data_tools.synthetic.scenes.single_room import single_room
 from data_tools.synthetic.scenes.tabletop import tabletop
-from data_tools.synthetic.scenes.warehouse import warehouse
 from data_tools.synthetic.scenes.world import World
 from razer.errors import BadInput
 
@@ -23,8 +27,15 @@ SCENES: dict[str, Callable[[int], World]] = {
     "apartment": apartment,
     "corridor-loop": corridor_loop,
     "tabletop": tabletop,
-    "warehouse": warehouse,
+    "warehouse": store.warehouse,
+    "corridors": office.corridors,
 }
+# Scenes of any size, and the least length and width of them, metres.
+SIZED: dict[str, tuple[Callable[[int, tuple[float, float]], World], tuple[float, float]]] = {
+    "warehouse": (store.warehouse, store.LEAST_M),
+    "corridors": (office.corridors, office.LEAST_M),
+}
+MOST_M = 200.0
 
 
 class SyntheticScene(RenderedSequence):
@@ -40,9 +51,13 @@ class SyntheticScene(RenderedSequence):
         height: of the images, pixels.
         sensor: what its images suffer; None = nothing.
         misalignment: how the true colour camera differs from the declared one; None = not at all.
+        light: the time of day.
+        extent_m: length and width, metres, of a scene in SIZED; None = its usual size.
+        people: how many walk about; they are in the frames, as nobody, and not in the truth.
 
     Raises:
-        BadInput: for an unknown scene or a recording of fewer than 0 frames.
+        BadInput: for an unknown scene or a recording of fewer than 0 frames, a size that a scene cannot have, or people
+            before two cameras.
     """
 
     def __init__(
@@ -55,6 +70,9 @@ class SyntheticScene(RenderedSequence):
         *,
         sensor: SensorModel | None = None,
         misalignment: RgbdMisalignment | None = None,
+        light: Light = "day",
+        extent_m: tuple[float, float] | None = None,
+        people: int = 0,
     ) -> None:
         if scene not in SCENES:
             raise BadInput(f"unknown scene '{scene}': choose one of {', '.join(SCENES)}")
@@ -62,22 +80,40 @@ class SyntheticScene(RenderedSequence):
             raise BadInput(f"seed {seed} is negative: give 0 or more")
         if n_frames is not None and n_frames < 0:
             raise BadInput(f"a recording of {n_frames} frames is impossible: ask for at least 1")
+        if people and misalignment is not None and not misalignment.is_none:
+            raise BadInput("people are seen by one camera only: leave them out, or the other colour camera")
         sensor = sensor or SensorModel.none()
-        world = SCENES[scene](seed)
+        world = _world(scene, seed, extent_m)
         usual = usual_frames(world.stations)
         count = n_frames or usual
         rate = FRAMES_PER_S * max(count - 1, 1) / (usual - 1)
         # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
         filmed_by = replace(sensor, shutter=min(1.0, sensor.shutter * rate / FRAMES_PER_S))
+        options: dict[str, Any] = {"sensor": sensor, "misalignment": misalignment, "light": light}
+        options |= {"extent_m": extent_m, "people": people}
+        poses = walk(world.stations, count, seed)
         super().__init__(
             f"synthetic-{scene}-{seed}",
             world.things,
-            walk(world.stations, count, seed),
+            poses,
             CAMERA.resized(width, height),
             filmed_by,
             seed,
-            partial(SyntheticScene, scene, seed, n_frames, width, height, sensor=sensor, misalignment=misalignment),
+            partial(SyntheticScene, scene, seed, n_frames, width, height, **options),
             relations=world.relations,
             frames_per_s=rate,
             misalignment=misalignment,
+            light=light,
+            walkers=walkers(world.things, poses, rate, people, seed),
         )
+
+
+def _world(scene: str, seed: int, extent_m: tuple[float, float] | None) -> World:
+    if extent_m is None:
+        return SCENES[scene](seed)
+    if scene not in SIZED:
+        raise BadInput(f"{scene} has a size of its own: an extent is for {' and '.join(SIZED)}")
+    make, least = SIZED[scene]
+    if not (least[0] <= extent_m[0] <= MOST_M and least[1] <= extent_m[1] <= MOST_M):
+        raise BadInput(f"{scene} needs an extent of {least[0]:g}x{least[1]:g} to {MOST_M:g}x{MOST_M:g} metres")
+    return make(seed, extent_m)

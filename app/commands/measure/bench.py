@@ -23,6 +23,7 @@ def bench(
     options: RunOptions = RunOptions(),  # noqa: B008
     repeat: int = 1,
     masks: Flag = False,
+    recognition: Flag = False,
     serve: Flag = False,
     json: Flag = False,
 ) -> None:
@@ -37,6 +38,9 @@ def bench(
     masks:
         Measure, instead, the segmenter on the recording: which masks of a view are missed in the next, which change
         their names, and how well they fit, by depth and poses; no truth is needed.
+    recognition:
+        Measure, instead, the segmenter against the instance ids of a recording that has them: how many of the seen
+        things of 15 household classes it finds by name, and the IoU of walls, floors, ceilings, doors, beds and tables.
     serve:
         Measure, instead, how long queries take that 50 clients put to a served map of 500 instances at once.
     json:
@@ -48,8 +52,8 @@ def bench(
     if repeat < 1:
         raise BadInput(f"--repeat {repeat}: give at least 1")
     config = options.read()
-    if masks:
-        _measure_masks(folder, config, json)
+    if masks or recognition:
+        (_measure_masks if masks else _measure_recognition)(folder, config, json)
         return
 
     # Late, as in `razer run`.
@@ -60,10 +64,7 @@ def bench(
         runs = list(pool.map(run_benchmark, [folder] * repeat, [config] * repeat))
     median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
     result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}
-    if json:
-        print(dumps(result))
-    else:
-        print_bench(result)
+    print(dumps(result)) if json else print_bench(result)
 
 
 def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
@@ -76,6 +77,18 @@ def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
         print(dumps(result))
     else:
         print_masks(result)
+
+
+def _measure_recognition(folder: Path | None, config: RunConfig, json: bool) -> None:
+    from app.recognition.measure_recognition import measure_recognition, print_recognition
+
+    if folder is None:
+        raise BadInput("--recognition needs a recording: razer bench FOLDER --recognition")
+    result = measure_recognition(folder, config)
+    if json:
+        print(dumps(result))
+    else:
+        print_recognition(result)
 
 
 def _measure_serving(json: bool) -> None:

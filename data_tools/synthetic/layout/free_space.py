@@ -34,14 +34,15 @@ class EmptyCells:
     ground: BoolArray | None = None
 
     @classmethod
-    def among(cls, things: Iterable[Thing]) -> EmptyCells:
-        """The cells without any part of the things at the height at which a camera is carried."""
+    def among(cls, things: Iterable[Thing], heights_m: tuple[float, float] = HEIGHTS_M) -> EmptyCells:
+        """The cells without any part of the things between two heights, by default those at which a camera is
+        carried."""
         boxes = np.concatenate([solid_boxes(thing) for thing in things])
         low, high = boxes[:, 0], boxes[:, 1]
         origin = low[:, :2].min(axis=0) - 0.5
         shape = np.ceil((high[:, :2].max(axis=0) + 0.5 - origin) / CELL_M).astype(int)
         empty = np.ones(shape, np.uint8)
-        hit = (low[:, 2] < HEIGHTS_M[1]) & (high[:, 2] > HEIGHTS_M[0])
+        hit = (low[:, 2] < heights_m[1]) & (high[:, 2] > heights_m[0])
         first = np.floor((low[hit, :2] - origin) / CELL_M).astype(int)
         last = np.floor((high[hit, :2] - origin) / CELL_M).astype(int)
         for (i0, j0), (i1, j1) in zip(first, last, strict=True):

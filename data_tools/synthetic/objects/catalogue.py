@@ -85,6 +85,7 @@ PIECES: dict[str, Callable[[np.random.Generator], Thing]] = {
     "whiteboard": wall_pieces.whiteboard,
     "blackboard": wall_pieces.blackboard,
     "bulletin board": wall_pieces.bulletin_board,
+    "sign": wall_pieces.sign,
     "window": wall_pieces.window,
     "door": wall_pieces.door,
     "doorframe": wall_pieces.doorframe,

@@ -8,23 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from data_tools.synthetic.light.light_map import LightMap
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.shapes.solids import Solid, quad_normals
 from data_tools.synthetic.shapes.thing import Thing
-from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, Int32Array, Int64Array, Uint8Array
 
-# Two distant lamps: direction towards the lamp, share of the light; the rest comes from everywhere.
-_LAMPS = (((0.35, 0.5, 0.8), 0.3), ((-0.7, -0.35, 0.35), 0.2))
-_AMBIENT = 0.68
 LAST_PART = 255  # of a thing; further solids belong to it too, so that an image of parts has 8 bits
 
 
 @dataclass(frozen=True, slots=True)
 class FaceTable:
     """One row for each of F quads: a corner and outward normal (F, 3); texture coordinates in tiles as an affine
-    function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); shaded colour dark + span * grey,
-    (F, 3) each with grey in 0..255; column of the texture in the atlas; texels per metre; instance id; part, the
-    number of the solid within its thing, from 1."""
+    function of the world point, uv_gradient (F, 2, 3) and uv_origin (F, 2); colour dark + span * grey, (F, 3) each with
+    grey in 0..255, before light falls on it; column of the texture in the atlas; texels per metre; instance id; part,
+    the number of the solid within its thing, from 1."""
 
     corners: Float64Array
     normals: Float64Array
@@ -49,18 +47,23 @@ class FaceTable:
         return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
     def planes_seen_from(
-        self, world_from_camera: Float64Array
-    ) -> tuple[Float32Array, Float32Array, Float32Array, Float32Array]:
-        """For each face, as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z and v/z with z the depth in
-        metres and (u, v) in tiles; and the distance (F,) of the camera from the face's plane."""
+        self, world_from_camera: Float64Array, light: LightMap, number: Int64Array
+    ) -> tuple[tuple[Float32Array, ...], Float32Array]:
+        """For faces by number (F,), as linear functions (F, 3) of the ray (x, y, 1): 1/z, u/z, v/z, s/z and t/z with z
+        the depth in metres, (u, v) in tiles and (s, t) in pixels of the light map; and the distance (F,) of the camera
+        from the face's plane."""
         rotation, center = world_from_camera[:3, :3], world_from_camera[:3, 3]
-        height = np.einsum("fk,fk->f", self.normals, self.corners - center)
+        normals = self.normals[number]
+        height = np.einsum("fk,fk->f", normals, self.corners[number] - center)
         height = np.where(np.abs(height) < 1e-6, 1e-6, height)
-        inverse_depth = self.normals @ rotation / height[:, None]
-        center_uv = self.uv_origin + self.uv_gradient @ center
-        uv = center_uv[:, :, None] * inverse_depth[:, None] + self.uv_gradient @ rotation
-        results = inverse_depth, uv[:, 0], uv[:, 1], np.abs(height)
-        return tuple(r.astype(np.float32) for r in results)  # type: ignore[return-value]
+        inverse_depth = normals @ rotation / height[:, None]
+        functions = [inverse_depth]
+        for gradients, origins in ((self.uv_gradient, self.uv_origin), (light.gradient, light.origin)):
+            gradient = gradients[number]
+            at_center = origins[number] + gradient @ center
+            both = at_center[:, :, None] * inverse_depth[:, None] + gradient @ rotation
+            functions += [both[:, 0], both[:, 1]]
+        return tuple(each.astype(np.float32) for each in functions), np.abs(height).astype(np.float32)
 
 
 def _columns(solid: Solid, instance: int, part: int, left: int) -> tuple[NDArray, ...]:
@@ -69,8 +72,7 @@ def _columns(solid: Solid, instance: int, part: int, left: int) -> tuple[NDArray
     gradient = _uv_gradient(solid)
     corners = solid.quads[:, 2]
     origin = solid.uv[:, 2] / solid.material.tile_m - np.einsum("fak,fk->fa", gradient, corners)
-    shade = _shade(normals)[:, None]
-    dark, light = np.array(solid.material.dark) * shade, np.array(solid.material.light) * shade
+    dark, light = (np.broadcast_to(np.array(c, float), (count, 3)) for c in (solid.material.dark, solid.material.light))
     one = np.ones(count, np.float32)
     return (
         corners,
@@ -92,12 +94,3 @@ def _uv_gradient(solid: Solid) -> Float64Array:
     edges = np.stack([solid.quads[:, 2] - solid.quads[:, 0], solid.quads[:, 3] - solid.quads[:, 1]], axis=1)
     uv = np.stack([solid.uv[:, 2] - solid.uv[:, 0], solid.uv[:, 3] - solid.uv[:, 1]], axis=1)
     return np.swapaxes(np.linalg.pinv(edges) @ uv, 1, 2) / solid.material.tile_m
-
-
-def _shade(normals: Float64Array) -> Float64Array:
-    """Share of light (F,) on faces with the given outward normals: two distant lamps and an even rest."""
-    light = np.full(len(normals), _AMBIENT)
-    for direction, strength in _LAMPS:
-        towards = np.array(direction) / np.linalg.norm(direction)
-        light += strength * (normals @ towards).clip(0)
-    return light.clip(0, 1)

@@ -45,6 +45,11 @@ def _plaster(rng: np.random.Generator) -> Float32Array:
     return 0.35 * _noise(rng, 1.2) + 0.65 * _blobs(rng, flakes, 2500, 4, 9)
 
 
+def _paint(rng: np.random.Generator) -> Float32Array:
+    """A painted wall: the grain of a roller, and slow unevenness."""
+    return _stretched(0.6 * _noise(rng, 0.5) + 0.4 * _noise(rng, 1.8))
+
+
 def _terrazzo(rng: np.random.Generator) -> Float32Array:
     return 0.3 * _noise(rng, 0.9) + 0.7 * _blobs(rng, np.full((SIZE, SIZE), 0.5, np.float32), 900, 5, 22)
 
@@ -70,6 +75,13 @@ def _fabric(rng: np.random.Generator) -> Float32Array:
     rows, columns = np.mgrid[:SIZE, :SIZE] // 8
     weave = ((rows + columns) % 2).astype(np.float32)
     return 0.25 * weave + 0.4 * _noise(rng, 0.6) + 0.35 * _noise(rng, 1.5)
+
+
+def _cloth(rng: np.random.Generator) -> Float32Array:
+    """Fine weave with a faint mottle, as upholstery has it."""
+    rows, columns = np.mgrid[:SIZE, :SIZE] // 2
+    weave = ((rows + columns) % 2).astype(np.float32)
+    return _stretched(0.3 * weave + 0.6 * _noise(rng, 0.3) + 0.25 * _noise(rng, 1.3))
 
 
 def _bricks(rng: np.random.Generator) -> Float32Array:
@@ -126,6 +138,40 @@ def _spines(rng: np.random.Generator) -> Float32Array:
             image[v : v + int(rng.integers(4, 60)), left + 4 : right - 4] = grey
         left = right
     return image
+
+
+def _cover(rng: np.random.Generator) -> Float32Array:
+    """The front of a book: a plain board, its title in lines, a picture and a name."""
+    image = 0.06 * _noise(rng, 1.0)
+    for y, half, high in ((60, 190, 44), (122, 150, 44), (186, 90, 16)):
+        image[y : y + high, 256 - half : 256 + half : 2] = 0.95
+        image[y : y + high, 257 - half : 256 + half : 2] = 0.8
+    image[240:420, 130:382] = 0.35 + 0.5 * _noise(rng, 1.4)[240:420, 130:382]
+    image[452:474, 150:362] = 0.85
+    return image
+
+
+def _desktop(rng: np.random.Generator) -> Float32Array:
+    """A lit desktop: a picture behind two white windows with text, and a bar below."""
+    image = 0.25 + 0.35 * _noise(rng, 2.0)
+    for x, y, w, h in ((40, 50, 250, 300), (250, 130, 230, 270)):
+        image[y : y + h, x : x + w] = 0.97
+        image[y : y + 22, x : x + w] = 0.7
+        for line in range(y + 40, y + h - 16, 16):
+            image[line : line + 6, x + 16 : x + 16 + int(rng.integers(w // 3, w - 32))] = 0.45
+    image[482:] = 0.12
+    image[490:504, 12:200:24] = 0.8
+    return image
+
+
+def _exit(rng: np.random.Generator) -> Float32Array:
+    """An arrow and an open door, pale on dark."""
+    image = 0.08 * _noise(rng, 1.0)
+    image[110:400, 330:450] = 0.95
+    image[140:400, 360:420] = 0.05
+    image[230:282, 60:210] = 0.95
+    arrow = np.array([(200, 160), (300, 256), (200, 352)], np.int32)
+    return cv2.fillConvexPoly(np.ascontiguousarray(image), arrow, 0.95)
 
 
 def _keys(rng: np.random.Generator) -> Float32Array:
@@ -215,4 +261,9 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "landscape": _landscape,
     "stripes": _stripes,
     "notes": _notes,
+    "paint": _paint,
+    "cloth": _cloth,
+    "cover": _cover,
+    "desktop": _desktop,
+    "exit": _exit,
 }

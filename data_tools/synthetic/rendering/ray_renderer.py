@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import cv2
 import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
+from data_tools.synthetic.light.emitters import Light
+from data_tools.synthetic.light.light_map import FULL, LightMap, light_map
 from data_tools.synthetic.rendering.face_table import FaceTable
 from data_tools.synthetic.rendering.procedural_textures import SIZE
 from data_tools.synthetic.rendering.rendering import Rendering
@@ -17,12 +20,20 @@ from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Intrinsics
 
+_SOFT = np.array([0.2, 0.6, 0.2])
+_LEVELS = np.arange(256) / 255
+# A camera's curve: steeper in the middle, flat at black and white.
+_CONTRAST = np.rint(255 * (0.4 * _LEVELS + 0.6 * _LEVELS**2 * (3 - 2 * _LEVELS))).astype(np.uint8)
+
 
 class RayRenderer:
     """Renders a fixed set of things (instance id -> Thing) from any pose; a pure function of the pose."""
 
-    def __init__(self, things: Mapping[int, Thing], intrinsics: Intrinsics, texture_seed: int = 0) -> None:
+    def __init__(
+        self, things: Mapping[int, Thing], intrinsics: Intrinsics, texture_seed: int = 0, light: Light = "day"
+    ) -> None:
         self.intrinsics = intrinsics
+        self._things, self._light = things, light
         self._atlas = paint_atlas(texture_seed)
         self._faces = FaceTable.of(things, self._atlas.left)
         self.scene = scene_of(things)
@@ -36,15 +47,28 @@ class RayRenderer:
         faces = self._seen_faces(world_from_camera)
         nothing = faces < 0
         faces[nothing] = 0
-        inverse_depth, tile_u, tile_v, distance_m = self._faces.planes_seen_from(world_from_camera)
-        depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, faces), np.float32(1e-6)))
-        u: Float32Array = self._evaluate(tile_u, faces) * depth
-        v: Float32Array = self._evaluate(tile_v, faces) * depth
-        grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(faces))
-        rgb = self._tint(faces, grey)
+        # Of a large world most faces are out of view.
+        in_view = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(self._faces.corners)))
+        row = np.empty(len(self._faces.corners), np.int64)
+        row[in_view] = np.arange(len(in_view))
+        rows = row.take(faces)
+        planes, distance_m = self._faces.planes_seen_from(world_from_camera, self._light_map, in_view)
+        inverse_depth, tile_u, tile_v, light_x, light_y = planes
+        depth = np.reciprocal(np.maximum(self._evaluate(inverse_depth, rows), np.float32(1e-6)))
+        u: Float32Array = self._evaluate(tile_u, rows) * depth
+        v: Float32Array = self._evaluate(tile_v, rows) * depth
+        grey = self._sample(faces, u, v, depth * depth * self._ray_length / distance_m.take(rows))
+        x, y = (self._evaluate(place, rows) * depth for place in (light_x, light_y))
+        shade = cv2.remap(self._light_map.image, x, y, cv2.INTER_LINEAR)
+        rgb = self._developed(self._tint(faces, grey), shade)
         ids, parts = self._faces.instances.take(faces), self._faces.parts.take(faces)
         rgb[nothing], depth[nothing], ids[nothing], parts[nothing] = 0, 0, 0, 0
         return Rendering(rgb, depth, ids, parts)
+
+    @cached_property
+    def _light_map(self) -> LightMap:
+        # Late: much of what is done with a world needs no picture of it.
+        return light_map(self._things, self.scene, self._light)
 
     def _seen_faces(self, world_from_camera: Float64Array) -> Int64Array:
         """The face seen at each pixel, -1 = none. Rays go through every other pixel of every other row, and
@@ -89,11 +113,20 @@ class RayRenderer:
         y = (v - np.floor(v)) * size + (self._atlas.top.take(level) - np.float32(0.5))
         return cv2.remap(self._atlas.image, x, y, cv2.INTER_LINEAR).astype(np.float32)
 
-    def _tint(self, faces: Int64Array, grey: Float32Array) -> Uint8Array:
+    def _tint(self, faces: Int64Array, grey: Float32Array) -> Float32Array:
         rgb = self._faces.span.take(faces, axis=0)
         rgb *= grey[..., None]
         rgb += self._faces.dark.take(faces, axis=0)
-        return rgb.astype(np.uint8)
+        return rgb
+
+    def _developed(self, rgb: Float32Array, shade: Uint8Array) -> Uint8Array:
+        """Colours under light as a camera shows them: edges a little soft, as no pixel is a point, and its contrast."""
+        lit = cv2.multiply(rgb, shade, scale=1 / FULL, dtype=cv2.CV_8U)
+        if self._light == "even":
+            return lit
+        soft = cv2.sepFilter2D(lit, -1, _SOFT, _SOFT)
+        developed: Uint8Array = cv2.LUT(soft, _CONTRAST)
+        return developed
 
 
 def scene_of(things: Mapping[int, Thing]) -> o3d.t.geometry.RaycastingScene:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-import open3d as o3d
-
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
 from data_tools.synthetic.rendering.rendering import Rendering
+from data_tools.synthetic.truth.visibility import Occluder
 from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from razer.geometry import inverse
@@ -17,7 +16,9 @@ from razer.geometry import inverse
 class Renderer(Protocol):
     """Images of a fixed world from any pose."""
 
-    scene: o3d.t.geometry.RaycastingScene
+    @property
+    def scene(self) -> Occluder:
+        """What hides one thing behind another."""
 
     def render(self, world_from_camera: Float64Array) -> Rendering:
         """What the camera at this pose sees."""

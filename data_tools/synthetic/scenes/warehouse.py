@@ -1,65 +1,73 @@
-"""A hall with rows of racks full of boxes, and a walk along the lanes between them."""
+"""A hall with rows of racks full of boxes, pallets, and a walk along the lanes between the rows."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
 from data_tools.synthetic.camera.camera_path import CameraPath
-from data_tools.synthetic.layout.building import SIDES, Room, shell
+from data_tools.synthetic.layout.building import SIDES, Room, Side, shell
 from data_tools.synthetic.layout.finishes import concrete_floor, finish
 from data_tools.synthetic.layout.free_space import EmptyCells, FreeSpace
-from data_tools.synthetic.layout.furnishing import against, load, piece, scatter, window, workplace
+from data_tools.synthetic.layout.furnishing import against, along, load, piece, scatter, window, workplace
 from data_tools.synthetic.layout.placement import Placer
+from data_tools.synthetic.scenes.storage import BOARDS_M, RACK_M, fill_board, load_pallet, pallet, rack
 from data_tools.synthetic.scenes.world import World
-from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import block, legs
+from data_tools.synthetic.shapes.primitives import block
+from data_tools.synthetic.shapes.solids import Solid
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
-_SIZE_M = (15.0, 10.0)
+SIZE_M = (15.0, 10.0)
+LEAST_M = (12.0, 8.0)
 _HEIGHT_M = 4.2
-_ROWS_M = (3.4, 6.6)
-_RACKS = 3
-_RACK_M = (2.3, 0.75)
-_BOARDS_M = (0.14, 0.95, 1.76)
+_FIRST_ROW_M, _BETWEEN_ROWS_M = 3.4, 3.2
+_GAP_M = 0.12
+_END_M = 2.2
 _SWAY_DEG = 50.0
-_STORED = (*("box",) * 8, "storage bin", "storage bin", "crate", "basket", "bucket", "paper bag")
+_PALLETS_PER_M = 0.16  # of the length of the walls
 
 
-def warehouse(seed: int) -> World:
-    """Two rows of equal racks with some 100 boxes, bins and crates, stacks along the walls, ladders and carts, and a
-    workplace; the seed varies what stands where, and colours."""
+def warehouse(seed: int, size_m: tuple[float, float] = SIZE_M) -> World:
+    """Rows of equal racks with boxes, bins and crates, loaded pallets along the walls, ladders and carts, and a
+    workplace; the seed varies what stands where, and colours. At its usual size two rows and some 100 things.
+
+    Args:
+        seed: of everything.
+        size_m: length and width, metres, at least LEAST_M.
+    """
     rng = np.random.default_rng([seed, 51])
     placer = Placer(rng)
-    room = Room((0, 0), _SIZE_M, _HEIGHT_M)
-    for thing in shell(room, (), finish(concrete_floor(rng), rng)):
-        placer.add(thing)
+    room = Room((0, 0), size_m, _HEIGHT_M)
     first_x = float(rng.uniform(4.4, 5.2))
-    _racks(room, placer, first_x)
+    rows_m = np.arange(_FIRST_ROW_M, size_m[1] - _FIRST_ROW_M + 0.01, _BETWEEN_ROWS_M).tolist()
+    n_racks = int((size_m[0] - first_x - _END_M) / (RACK_M[0] + _GAP_M))
+    end_x = first_x + (n_racks - 0.5) * (RACK_M[0] + _GAP_M)
+    floor, *rest = shell(room, (), finish(concrete_floor(rng), rng))
+    for thing in (Thing("floor", (*floor.solids, *_marks(rows_m, first_x, end_x))), *rest):
+        placer.add(thing)
+    _racks(room, placer, rows_m, first_x, n_racks)
     _walls(room, placer)
-    _floor(room, placer, first_x)
-    path = _camera_path(placer.things, first_x)
+    _floor(room, placer, rows_m, first_x, end_x)
+    path = _camera_path(placer.things, rows_m, size_m[1], (first_x - 2.1, end_x + 1.4))
     return World(dict(enumerate(placer.things, start=1)), tuple(path.stations), placer.relations)
 
 
-def _racks(room: Room, placer: Placer, first_x: float) -> None:
-    rack = _rack(placer.rng)
-    for y in _ROWS_M:
-        for number in range(_RACKS):
-            put = placer.on_floor(room, rack, first_x + number * (_RACK_M[0] + 0.12), y)
-            for level in range(len(_BOARDS_M)):
-                load(placer, put, *placer.rng.permutation(_STORED)[: int(placer.rng.integers(6, 10))], level=level)
+def _marks(rows_m: list[float], first_x: float, end_x: float) -> list[Solid]:
+    """Yellow lines on the floor along the rows; they belong to it."""
+    paint = tinted("paint", (226.0, 186.0, 60.0), 0.2)
+    middle, long = (first_x - RACK_M[0] / 2 + end_x) / 2, end_x - first_x + RACK_M[0] / 2
+    return [block(middle, y + s * 0.62, 0, (long, 0.08, 0.001), paint) for y in rows_m for s in (-1, 1)]
 
 
-def _rack(rng: np.random.Generator) -> Thing:
-    """Boards between steel beams on four posts."""
-    (width, deep), top = _RACK_M, _BOARDS_M[-1]
-    steel = tinted("smooth", m.around(rng, ((40, 80, 160), (200, 90, 40), (60, 120, 80))), 0.2)
-    board = tinted("wood", m.around(rng, ((205, 170, 120), (185, 150, 105))), 0.4, 1.2)
-    solids = legs(width, deep, top + 0.03, 0.07, steel)
-    for z in _BOARDS_M:
-        solids.append(block(0, 0, z - 0.03, (width - 0.14, deep - 0.06, 0.03), board))
-        solids += [block(0, s * (deep - 0.03) / 2, z - 0.1, (width - 0.14, 0.03, 0.1), steel) for s in (-1, 1)]
-    return Thing("shelf", tuple(solids))
+def _racks(room: Room, placer: Placer, rows_m: list[float], first_x: float, n_racks: int) -> None:
+    empty = rack(placer.rng)
+    for y in rows_m:
+        for number in range(n_racks):
+            put = placer.on_floor(room, empty, first_x + number * (RACK_M[0] + _GAP_M), y)
+            if put is not None:
+                for height in BOARDS_M:
+                    fill_board(placer, put, height)
 
 
 def _walls(room: Room, placer: Placer) -> None:
@@ -73,26 +81,31 @@ def _walls(room: Room, placer: Placer) -> None:
     for share in (0.35, 0.65):
         window(placer, room, "north", share, 1.6)
     against(placer, room, "east", 0.6, "poster", z=1.4)
+    for side in SIDES:
+        against(placer, room, side, 0.45, "sign", z=2.3)
 
 
-def _floor(room: Room, placer: Placer, first_x: float) -> None:
-    """Stacks and tools along the walls, carts and ladders at the ends of the rows."""
-    for _ in range(8):
-        side = SIDES[int(placer.rng.integers(4))]
-        stack = against(placer, room, side, float(placer.rng.uniform(0.1, 0.9)), "box", "crate")
-        load(placer, stack, "box")
-    end_x = first_x + (_RACKS - 0.5) * _RACK_M[0]
-    for y in _ROWS_M:
-        placer.on_floor(room, piece("cart", placer), end_x + 0.75, y + float(placer.rng.uniform(-0.2, 0.2)), 90)
-        placer.on_floor(room, piece("ladder", placer), first_x - _RACK_M[0] / 2 - 0.5, y, 90)
+def _floor(room: Room, placer: Placer, rows_m: list[float], first_x: float, end_x: float) -> None:
+    """Pallets and tools along the walls, carts and ladders at the ends of the rows."""
+    rng = placer.rng
+    for _ in range(round(_PALLETS_PER_M * 2 * sum(room.high))):
+        side: Side = SIDES[int(rng.integers(4))]
+        base = placer.against(room, side, pallet(rng), along(placer, room, side, float(rng.uniform(0.06, 0.94))))
+        if base is not None:
+            load_pallet(placer, base)
+    for y in rows_m:
+        placer.on_floor(room, piece("cart", placer), end_x + 0.75, y + float(rng.uniform(-0.2, 0.2)), 90)
+        placer.on_floor(room, piece("ladder", placer), first_x - RACK_M[0] / 2 - 0.5, y, 90)
     names = ("fire extinguisher", "fire extinguisher", "recycling bin", "trash can", "ladder", "cart", "bucket")
     scatter(placer, room, *names, "bench", "coat rack", "file cabinet", "radiator", "storage bin", "crate", "fan")
+    load(placer, against(placer, room, "west", 0.75, "cabinet"), "box", "basket", "paper bag")
 
 
-def _camera_path(things: list[Thing], first_x: float) -> CameraPath:
-    """Up and down the three lanes, looking at the racks on both sides."""
-    near, far = first_x - 2.1, first_x + (_RACKS - 1) * _RACK_M[0] + 2.6
-    lanes = (1.7, sum(_ROWS_M) / 2, 8.3)
+def _camera_path(things: list[Thing], rows_m: list[float], wide: float, ends: tuple[float, float]) -> CameraPath:
+    """Up and down the lanes, looking at the racks on both sides."""
+    near, far = ends
+    lanes = [rows_m[0] / 2, *(float(np.mean(pair)) for pair in pairwise(rows_m))]
+    lanes.append((rows_m[-1] + wide) / 2)
     path = CameraPath(FreeSpace(EmptyCells.among(things), (near, lanes[0])), (near, lanes[0]))
     path.look((far, lanes[0]))
     for number, y in enumerate(lanes):

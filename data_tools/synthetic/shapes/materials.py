@@ -11,21 +11,40 @@ from data_tools.synthetic.shapes.solids import Colour, Material
 from data_tools.synthetic.shapes.thing import tinted
 
 _WOODS: tuple[Colour, ...] = (
-    (200, 150, 95),
-    (220, 182, 135),
-    (125, 84, 55),
-    (228, 195, 145),
-    (85, 60, 46),
-    (160, 95, 60),
-    (165, 150, 130),
+    (204, 164, 115),
+    (222, 188, 145),
+    (140, 100, 70),
+    (226, 198, 156),
+    (104, 76, 58),
+    (170, 118, 80),
+    (188, 160, 126),
 )
 _LACQUERS: tuple[Colour, ...] = (
+    (242, 241, 237),
+    (240, 239, 236),
+    (236, 233, 224),
+    (222, 222, 220),
     (238, 236, 230),
-    (232, 228, 214),
-    (190, 195, 198),
-    (120, 135, 130),
-    (90, 110, 135),
-    (60, 62, 66),
+    (120, 122, 124),
+)
+_UPHOLSTERY: tuple[Colour, ...] = (
+    (158, 156, 152),
+    (118, 120, 126),
+    (206, 188, 160),
+    (84, 104, 138),
+    (150, 122, 92),
+    (62, 80, 116),
+    (96, 124, 100),
+    (176, 84, 66),
+    (196, 150, 84),
+)
+_GLAZES: tuple[Colour, ...] = (
+    (244, 243, 240),
+    (240, 238, 232),
+    (60, 92, 140),
+    (186, 60, 50),
+    (70, 74, 78),
+    (206, 186, 150),
 )
 _METALS: tuple[Colour, ...] = ((175, 178, 182), (120, 122, 126), (58, 58, 62), (205, 205, 208), (170, 140, 85))
 _CERAMICS: tuple[Colour, ...] = ((244, 244, 242), (240, 236, 226), (228, 232, 236))
@@ -46,12 +65,12 @@ def hue(rng: np.random.Generator, saturation: tuple[float, float], value: tuple[
 
 def wood(rng: np.random.Generator) -> Material:
     """Oak, beech, walnut and the like."""
-    return tinted("wood", around(rng, _WOODS), 0.45, 1.2)
+    return tinted("wood", around(rng, _WOODS), 0.3, 1.2)
 
 
 def lacquer(rng: np.random.Generator) -> Material:
-    """Painted wood, mostly pale."""
-    return tinted("smooth", around(rng, _LACQUERS), 0.12)
+    """Painted wood, mostly white."""
+    return tinted("smooth", around(rng, _LACQUERS, 4), 0.06)
 
 
 def wood_or_lacquer(rng: np.random.Generator) -> Material:
@@ -60,18 +79,18 @@ def wood_or_lacquer(rng: np.random.Generator) -> Material:
 
 
 def fabric(rng: np.random.Generator) -> Material:
-    """Woven cloth of any colour."""
-    return tinted("fabric", hue(rng, (0.1, 0.6), (0.45, 0.9)), 0.5, 0.9)
+    """Upholstery: greys, sands, blues, a red."""
+    return tinted("cloth", around(rng, _UPHOLSTERY), 0.26, 0.6)
 
 
 def leather(rng: np.random.Generator) -> Material:
-    """Black, brown or red leather."""
-    return tinted("smooth", around(rng, ((45, 42, 42), (110, 72, 45), (120, 45, 40))), 0.35, 0.5)
+    """Brown leather."""
+    return tinted("smooth", around(rng, ((122, 84, 58), (150, 112, 80), (70, 58, 52))), 0.18, 0.5)
 
 
 def patterned(rng: np.random.Generator) -> Material:
     """Printed cloth with two colours."""
-    return Material("shapes", hue(rng, (0.3, 0.7), (0.3, 0.6)), hue(rng, (0.1, 0.5), (0.8, 0.95)), 0.6)
+    return Material("shapes", around(rng, _UPHOLSTERY), hue(rng, (0.02, 0.2), (0.85, 0.95)), 0.6)
 
 
 def metal(rng: np.random.Generator) -> Material:
@@ -95,8 +114,8 @@ def ceramic(rng: np.random.Generator) -> Material:
 
 
 def glaze(rng: np.random.Generator) -> Material:
-    """Coloured tableware."""
-    return tinted("terrazzo", hue(rng, (0.1, 0.7), (0.6, 0.95)), 0.35, 0.4)
+    """Tableware, mostly white."""
+    return tinted("smooth", around(rng, _GLAZES, 5), 0.1, 0.4)
 
 
 def cardboard(rng: np.random.Generator) -> Material:
@@ -106,17 +125,17 @@ def cardboard(rng: np.random.Generator) -> Material:
 
 def leaves(rng: np.random.Generator) -> Material:
     """Green foliage."""
-    return Material("terrazzo", (25, 60, 20), around(rng, ((120, 190, 80), (90, 160, 90), (150, 180, 90)), 15), 0.5)
+    return Material("clouds", (38, 66, 30), around(rng, ((104, 150, 70), (84, 132, 74), (122, 150, 84)), 12), 0.4)
 
 
 def display(rng: np.random.Generator) -> Material:
     """A lit screen with windows."""
-    return Material("screen", around(rng, ((15, 20, 45), (20, 40, 30)), 10), (205, 225, 250), 0.7)
+    return Material("desktop", around(rng, ((12, 30, 70), (20, 40, 48)), 8), (232, 240, 248), 0.7, "screen")
 
 
 def black_glass() -> Material:
     """Glass of ovens and of screens that are off."""
-    return tinted("smooth", (40.0, 42.0, 46.0), 0.35)
+    return tinted("clouds", (34.0, 36.0, 40.0), 0.6)
 
 
 def mirror_glass() -> Material:
@@ -127,19 +146,19 @@ def mirror_glass() -> Material:
 def stone(rng: np.random.Generator) -> Material:
     """Marble or granite of worktops."""
     texture = "marble" if rng.uniform() < 0.5 else "terrazzo"
-    return tinted(texture, around(rng, ((225, 222, 216), (120, 118, 116), (190, 175, 155))), 0.4, 0.9)
+    return tinted(texture, around(rng, ((225, 222, 216), (96, 95, 94), (190, 175, 155))), 0.22, 0.9)
 
 
 def linen(rng: np.random.Generator) -> Material:
     """White or pale bed linen."""
-    return tinted("fabric", hue(rng, (0.0, 0.15), (0.86, 0.97)), 0.15, 0.8)
+    return tinted("cloth", hue(rng, (0.0, 0.06), (0.92, 0.97)), 0.1, 0.8)
 
 
 def bedding(rng: np.random.Generator) -> Material:
-    """Duvets and blankets: plain, striped or printed."""
+    """Duvets and blankets: pale, white or striped."""
     kind = int(rng.integers(3))
     if kind == 0:
-        return fabric(rng)
+        return tinted("cloth", hue(rng, (0.06, 0.3), (0.72, 0.94)), 0.14, 0.7)
     if kind == 1:
-        return patterned(rng)
-    return Material("stripes", hue(rng, (0.2, 0.6), (0.5, 0.8)), hue(rng, (0.0, 0.2), (0.85, 0.97)), 1.1)
+        return linen(rng)
+    return Material("stripes", around(rng, _UPHOLSTERY), hue(rng, (0.0, 0.06), (0.9, 0.97)), 1.1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -11,16 +12,19 @@ from razer.arrays import Float64Array
 
 Colour = tuple[float, float, float]
 Point = tuple[float, float, float]
+Glow = Literal["", "sky", "lamp", "screen"]
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A grey texture between two colours (0-255): `texture` is a name of textures.PAINTERS, tiled every `tile_m`."""
+    """A grey texture between two colours (0-255): `texture` is a name of textures.PAINTERS, tiled every `tile_m`;
+    `glow` is what shines by itself, if it does."""
 
     texture: str
     dark: Colour
     light: Colour
     tile_m: float = 2.0
+    glow: Glow = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import open3d as o3d
@@ -19,12 +20,19 @@ _CELL_M = 0.25
 _GOLDEN = 0.6180339887
 
 
+class Occluder(Protocol):
+    """What rays may meet: Open3D's RaycastingScene is one."""
+
+    def test_occlusions(self, rays: o3d.core.Tensor, tnear: float = 0.0, tfar: float = np.inf) -> o3d.core.Tensor:
+        """Whether each ray (..., 6) meets something between tnear and tfar, in units of its direction."""
+
+
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """One frame's pose world_from_camera (4, 4) and what could hide a point from it."""
 
     world_from_camera: Float64Array
-    scene: o3d.t.geometry.RaycastingScene
+    scene: Occluder
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,6 +69,26 @@ def test_bench_measures_the_masks_of_a_segmenter(parted, capsys):
     assert "masks a view" in out
 
 
+def test_bench_measures_what_a_segmenter_recognises(parted, recording, capsys):
+    code, out, _ = razer(capsys, "bench", parted, "--recognition", "--json", "--oracle", "none")
+    assert code == 0
+    perfect = json.loads(out.splitlines()[-1])
+    assert (perfect["format"], perfect["frames"], perfect["recall"]) == (1, 6, 1)
+    assert perfect["surfaces"]["wall"] > 0.98
+    assert perfect["things"]["chair"]["seen"] == perfect["things"]["chair"]["found"] > 0
+    code, out, _ = razer(capsys, "bench", parted, "--recognition", "--json", "--oracle", "detector-hard")
+    assert json.loads(out.splitlines()[-1])["recall"] < 1
+    code, out, _ = razer(capsys, "bench", parted, "--recognition", "--oracle", "none", "--stride", "3")
+    assert "IoU of wall" in out
+    for arguments, message in (
+        (("bench", "--recognition"), "razer bench FOLDER --recognition"),
+        (("bench", recording, "--recognition", "--segmenter", "geometric"), "no instance ids"),
+    ):
+        code, _, err = razer(capsys, *arguments)
+        assert code == 2
+        assert message in err.splitlines()[-1]
+
+
 def test_a_recording_without_parts_is_said_in_one_line(parted, tmp_path):
     folder = tmp_path / "older"
     shutil.copytree(parted, folder)

@@ -88,6 +88,11 @@ def test_errors_of_the_sensor_are_switched_one_by_one(tmp_path: Path, capsys: py
         (("--set", "shutter=much"), "much is no number"),
         (("--spacing", 0), "--spacing 0"),
         (("--rgb-zoom", 4), "colour zoom of 4"),
+        (("--extent", "60"), "--extent 60: write it in metres"),
+        (("--scene", "apartment", "--extent", "60x60"), "an extent is for warehouse and corridors"),
+        (("--scene", "warehouse", "--extent", "4x60"), "an extent of 12x8 to 200x200 metres"),
+        (("--people", -1), "--people -1: give 0 to 20"),
+        (("--people", 1, "--rgb-zoom", 0.9), "one camera"),
         (("--rgb-shift", "8"), "--rgb-shift 8: write it as X,Y"),
         (("--rgb-shift", "80,0", *TINY), "images are 64x48"),
         (("--rgb-baseline", "0,nan,0"), "colour baseline"),
@@ -136,6 +141,7 @@ def test_a_walk_through_a_labelled_mesh_is_written_with_the_mesh_as_truth(
         (("--mesh", "large.ply", "--scene", "apartment"), "give one of them"),
         (("--mesh", "room/mesh.ply", "--up", "w"), "--up w"),
         (("--mesh", "room/mesh.ply", "--seed", -1), "seed -1"),
+        (("--mesh", "room/mesh.ply", "--light", "evening"), "are for scenes"),
     ],
 )
 def test_a_mesh_that_cannot_be_walked_through_is_said_in_one_line(
@@ -172,6 +178,19 @@ def test_a_colour_camera_that_does_not_fit_depth_is_planted_and_told(
     for path in same:
         assert (tmp_path / "plain" / path).read_bytes() == (tmp_path / "planted" / path).read_bytes()
     assert (tmp_path / "plain/color/000001.png").read_bytes() != (tmp_path / "planted/color/000001.png").read_bytes()
+
+
+def test_a_hall_has_the_size_light_and_people_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    usual = ("--scene", "corridors", "--extent", "12x9.5", "--frames", 6, *TINY, "--sensor", "none", "--lossless")
+    for name, extra in {"day": (), "evening": ("--light", "evening"), "people": ("--people", 3)}.items():
+        assert razer(capsys, "synth", tmp_path / name, *usual, *extra)[0] == 0
+    truth = open_truth(tmp_path / "day")
+    np.testing.assert_allclose(np.ptp(truth.vertices, axis=0)[:2], (12, 9.5), atol=1e-4)
+    day, evening, people = (open_sequence(tmp_path / name) for name in ("day", "evening", "people"))
+    np.testing.assert_array_equal(day[2].depth, evening[2].depth)
+    assert np.abs(day[2].rgb.astype(int) - evening[2].rgb).mean() > 2
+    assert any((day[i].instance_ids != people[i].instance_ids).any() for i in range(6))
+    assert open_truth(tmp_path / "people").instance_classes == truth.instance_classes
 
 
 def test_an_existing_folder_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,7 +27,7 @@ def _four_legged(
 def table(rng: np.random.Generator) -> Thing:
     """A rectangular table on four legs."""
     size = rng.uniform(0.9, 1.4), rng.uniform(0.65, 0.85), rng.uniform(0.71, 0.77)
-    pair = m.wood_or_lacquer(rng), m.wood(rng) if rng.uniform() < 0.6 else m.metal(rng)
+    pair = m.wood(rng), m.wood(rng) if rng.uniform() < 0.6 else m.metal(rng)
     return Thing("table", tuple(_four_legged(*size, rng.uniform(0.025, 0.045), rng.uniform(0.04, 0.07), pair)))
 
 

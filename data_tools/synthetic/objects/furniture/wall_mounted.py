@@ -28,7 +28,7 @@ def picture(rng: np.random.Generator) -> Thing:
     """A framed landscape or an abstract painting."""
     width, height = rng.uniform(0.35, 1.1), rng.uniform(0.35, 0.8)
     texture = "landscape" if rng.uniform() < 0.6 else "shapes"
-    art = Material(texture, m.hue(rng, (0.4, 0.8), (0.15, 0.4)), m.hue(rng, (0.2, 0.5), (0.85, 0.98)))
+    art = Material(texture, m.hue(rng, (0.2, 0.5), (0.15, 0.35)), m.hue(rng, (0.05, 0.25), (0.88, 0.97)))
     frame = m.wood(rng) if rng.uniform() < 0.6 else m.metal(rng)
     return _framed("picture", width, height, rng.uniform(0.02, 0.05), frame, art)
 
@@ -36,7 +36,7 @@ def picture(rng: np.random.Generator) -> Thing:
 def poster(rng: np.random.Generator) -> Thing:
     """A printed sheet without a frame."""
     width = rng.uniform(0.4, 0.7)
-    art = Material("shapes", m.hue(rng, (0.5, 0.9), (0.2, 0.5)), m.hue(rng, (0.2, 0.6), (0.85, 0.98)))
+    art = Material("shapes", m.hue(rng, (0.2, 0.6), (0.25, 0.5)), m.hue(rng, (0.05, 0.3), (0.88, 0.97)))
     return Thing("poster", (fitted(block(0, 0.002, 0, (width, 0.004, width * rng.uniform(1.2, 1.5)), art)),))
 
 
@@ -76,10 +76,21 @@ def bulletin_board(rng: np.random.Generator) -> Thing:
     return Thing("bulletin board", (*board.solids, *papers))
 
 
+def sign(rng: np.random.Generator) -> Thing:
+    """A sign: a green one to the exit, or a pale plate with a few words."""
+    if rng.uniform() < 0.4:
+        width, height, face = rng.uniform(0.3, 0.42), 0.16, Material("exit", (34.0, 128.0, 78.0), (240.0, 248.0, 242.0))
+    else:
+        width = rng.uniform(0.16, 0.26)
+        height, face = width * 0.7, Material("notes", m.around(rng, ((50, 60, 80),)), (240.0, 240.0, 236.0), 0.4)
+    board = block(0, 0.008, 0, (width, 0.016, height), m.metal(rng))
+    return Thing("sign", (board, fitted(block(0, 0.017, 0.006, (width - 0.012, 0.002, height - 0.012), face))))
+
+
 def window(rng: np.random.Generator) -> Thing:
     """A window with one or two casements before a bright sky, and a sill."""
     width, height = rng.uniform(0.8, 1.6), rng.uniform(1.0, 1.4)
-    white, sky = m.lacquer(rng), Material("clouds", (150.0, 185.0, 220.0), (240.0, 246.0, 250.0), 1.4)
+    white, sky = m.lacquer(rng), Material("clouds", (150.0, 185.0, 220.0), (240.0, 246.0, 250.0), 1.4, "sky")
     solids = [shifted(s, 0, 0, 0.04) for s in _frame(width, height, 0.07, 0.06, white)]
     solids.append(block(0, 0.01, 0.11, (width - 0.14, 0.02, height - 0.14), sky))
     if width > 1.0:

@@ -6,17 +6,19 @@ import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import ball, bars, beam, block, cylinder, disc, tetrahedron
-from data_tools.synthetic.shapes.solids import Material, Solid
+from data_tools.synthetic.shapes.solids import Colour, Material, Solid
 from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import fitted, shifted, stretched, turned
 
+_COVERS: tuple[Colour, ...] = ((150, 36, 36), (34, 62, 112), (38, 92, 70), (52, 50, 54), (196, 120, 44), (92, 52, 88))
+
 
 def book(rng: np.random.Generator) -> Thing:
-    """One to four closed books lying on each other: covers round a block of pages."""
+    """One to three closed books lying on each other: covers round a block of pages."""
     bottom, solids = 0.0, []
-    for _ in range(int(rng.integers(1, 5))):
-        size = rng.uniform(0.14, 0.21), rng.uniform(0.2, 0.28), rng.uniform(0.018, 0.045)
-        cover = Material("shapes", m.hue(rng, (0.4, 0.9), (0.25, 0.6)), m.hue(rng, (0.2, 0.6), (0.7, 0.95)), 0.5)
+    for _ in range(int(rng.choice([1, 1, 2, 3]))):
+        size = rng.uniform(0.15, 0.22), rng.uniform(0.22, 0.3), rng.uniform(0.02, 0.045)
+        cover = Material("cover", m.around(rng, _COVERS, 14), m.hue(rng, (0.0, 0.25), (0.88, 0.97)), 0.5)
         turn, (x, y) = rng.uniform(-14, 14), rng.uniform(-0.01, 0.01, 2)
         solids += [turned(part, "z", turn, (float(x), float(y), bottom)) for part in _bound(*size, cover)]
         bottom += size[2]
@@ -25,7 +27,7 @@ def book(rng: np.random.Generator) -> Thing:
 
 def _bound(width: float, depth: float, thick: float, cover: Material) -> list[Solid]:
     pages = tinted("stripes", (240.0, 234.0, 215.0), 0.2, 0.1)
-    boards = [block(0, 0, z, (width, depth, 0.003), cover) for z in (0, thick - 0.003)]
+    boards = [fitted(block(0, 0, z, (width, depth, 0.003), cover)) for z in (0, thick - 0.003)]
     spine = block(-width / 2 + 0.0015, 0, 0.003, (0.003, depth, thick - 0.006), cover)
     return [*boards, spine, block(0, 0, 0.003, (width - 0.012, depth - 0.01, thick - 0.006), pages)]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
@@ -16,8 +18,8 @@ def tv(rng: np.random.Generator) -> Thing:
     width = rng.uniform(0.9, 1.45)
     height = width * 0.57
     case = m.dark_plastic(rng)
-    shows = Material("landscape", m.hue(rng, (0.4, 0.8), (0.1, 0.3)), m.hue(rng, (0.2, 0.5), (0.85, 0.98)))
-    face = m.black_glass() if rng.uniform() < 0.4 else shows
+    shows = Material("landscape", (20.0, 44.0, 60.0), (206.0, 222.0, 236.0), 1.0, "screen")
+    face = m.black_glass() if rng.uniform() < 0.7 else shows
     solids = [block(0, 0, 0.06, (width, 0.035, height), case)]
     solids.append(block(0, -0.03, 0.15, (width * 0.5, 0.03, height * 0.5), case))
     solids.append(fitted(block(0, 0.019, 0.075, (width - 0.03, 0.004, height - 0.03), face)))
@@ -171,7 +173,7 @@ def lamp(rng: np.random.Generator) -> Thing:
     tall = rng.uniform(1.35, 1.7) if rng.uniform() < 0.5 else rng.uniform(0.4, 0.6)
     shade_high, radius = 0.16 + tall * 0.08, 0.1 + tall * 0.07
     frame = m.metal(rng)
-    shade = tinted("fabric", m.hue(rng, (0.05, 0.4), (0.9, 0.98)), 0.2, 0.5)
+    shade = replace(tinted("fabric", m.hue(rng, (0.05, 0.4), (0.9, 0.98)), 0.2, 0.5), glow="lamp")
     base, upper = tall - shade_high, radius * rng.uniform(0.5, 0.8)
     foot = [cylinder(radius * 0.75, 0, 0.02, frame, 14), cylinder(0.012 + tall * 0.004, 0.02, base, frame, 8)]
     return Thing("lamp", (*foot, lathe([(0, base), (radius, base), (upper, tall), (0, tall)], shade, sides=16)))

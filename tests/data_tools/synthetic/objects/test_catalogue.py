@@ -25,6 +25,7 @@ LARGEST_M = """
 0.26 0.85: computer tower, printer, speaker, microwave, monitor, storage bin, crate, trash can, oven, stool
 0.3 1.0: end table, nightstand, ottoman, mini fridge, laundry basket, fire extinguisher, toilet, chair
 0.5 1.3: sink, office chair, armchair, stove, dishwasher, washing machine, clothes dryer, suitcase, guitar, cart
+0.15 0.45: sign
 0.4 1.8: picture, poster, mirror, range hood, recycling bin, tv, fan, radiator, blinds, plant, tv stand
 0.35 2.0: ladder, lamp, bench, table, coffee table, desk, cabinet, dresser, file cabinet, kitchen cabinet, mat
 0.4 2.5: bulletin board, couch, dining table, counter, bathtub, mattress, whiteboard, blackboard, window, refrigerator
@@ -43,6 +44,7 @@ ON_WALLS = frozenset(
         "mirror",
         "whiteboard",
         "blackboard",
+        "sign",
         "bulletin board",
         "window",
         "door",

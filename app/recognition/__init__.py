@@ -1,0 +1,1 @@
+"""How much of the true things and surfaces a segmenter recognises."""
