@@ -3,6 +3,7 @@
 # make mutants: whether the tests of the method's core notice changed code (ARGS="--seed 1": another draw).
 # make page: the viewer of razer view --page, from app/page/viewer into app/page/bundle; needs Node 20 or newer.
 # make animation: docs/query.webp, the animation of the README, from the demo's run; needs Debian's chromium.
+# make pictures: docs/*.png but those of the timeline, from runs that it makes in pictures_work; takes some minutes.
 # make docs: the site, into site/; any broken link or unknown name is an error.
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
@@ -10,7 +11,7 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test test-full mutants lint format page animation docs clean
+.PHONY: help demo test test-full mutants lint format page animation pictures docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -43,6 +44,9 @@ page:
 animation: $(VENV)/installed-dev
 	$(BIN)/razer demo -o demo_run
 	$(BIN)/python docs/animation.py demo_run
+
+pictures: $(VENV)/installed-dev
+	$(BIN)/python docs/pictures.py pictures_work
 
 docs: $(VENV)/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

@@ -61,7 +61,12 @@ VERBS = {
         Verb(
             "look.view:view",
             "Look at a run: its timeline in Rerun, a picture, a page.",
-            ("razer view OUT --web", "razer view OUT --page map.html", "razer view GIVEN SLAM"),
+            (
+                "razer view OUT --web",
+                "razer view OUT --page map.html",
+                "razer view OUT --picture map.png --angle top",
+                "razer view GIVEN SLAM",
+            ),
         ),
         Verb(
             "look.serve:serve",

@@ -25,7 +25,8 @@ from app.served_map.shared_map import SharedMap
 from razer.edits.edit import MAX_NAME
 from razer.edits.region import Region
 
-CHANGES = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)  # all can be undone
+CHANGES = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)
+TAKES_AWAY = ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world_hint=False)  # until it is undone
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 AGENT = "agent"
 
@@ -52,14 +53,14 @@ def _add_names(server: MCPServer, shared: SharedMap) -> None:
 
 
 def _add_shapes(server: MCPServer, shared: SharedMap) -> None:
-    @server.tool(annotations=CHANGES)
+    @server.tool(annotations=TAKES_AWAY)
     async def merge_objects(
         ids: Annotated[list[InstanceId], Field(min_length=2, max_length=1000)], epoch: Epoch, author: Author = AGENT
     ) -> EditDone:
         """Let the first instance take in the others, which are no more. Refused if one was changed after `epoch`."""
         return await in_thread(lambda: shared.edit(MergeRequest(instances=ids, epoch=epoch, author=author)))
 
-    @server.tool(annotations=CHANGES)
+    @server.tool(annotations=TAKES_AWAY)
     async def delete_object(id: InstanceId, epoch: Epoch, author: Author = AGENT) -> EditDone:
         """Remove an instance; its surface becomes nobody's. Refused if it was changed after `epoch`."""
         return await in_thread(lambda: shared.edit(DeleteRequest(instance=id, epoch=epoch, author=author)))

@@ -5,10 +5,13 @@ from __future__ import annotations
 import sys
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import anyio
-from mcp.server.mcpserver import MCPServer
+from mcp.server.mcpserver import Context, MCPServer
+from mcp.server.mcpserver.exceptions import ToolError
 from mcp.server.transport_security import TransportSecuritySettings
+from mcp_types import CallToolResult, InputRequiredResult
 
 from app.agents.editing_tools import add_editing_tools
 from app.agents.reading_tools import INSTRUCTIONS, add_reading_tools
@@ -22,9 +25,22 @@ from razer.plugins import Trust
 PATH = "/mcp"
 
 
+class _ExactServer(MCPServer):
+    """Refuses arguments that a tool does not have: a filter that is misspelt would be none."""
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        known = {tool.name: tool.input_schema.get("properties", {}) for tool in await self.list_tools()}
+        unknown = sorted(set(arguments) - set(known.get(name, arguments)))
+        if unknown:
+            raise ToolError(f"{name} has no argument {', '.join(unknown)}; it has {', '.join(known[name])}")
+        return await super().call_tool(name, arguments, context)
+
+
 def tools_of(shared: SharedMap, *, allow_edits: bool) -> MCPServer:
     """The tools of a map; those that change it only where that is allowed."""
-    server = MCPServer("razer", instructions=INSTRUCTIONS, version=metadata.version("razer"), log_level="WARNING")
+    server = _ExactServer("razer", instructions=INSTRUCTIONS, version=metadata.version("razer"), log_level="WARNING")
     add_reading_tools(server, shared)
     if allow_edits:
         add_editing_tools(server, shared)

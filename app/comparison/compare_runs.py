@@ -18,6 +18,7 @@ from app.comparison.against_truth import (
 from app.comparison.map_alignment import MapAlignment, align_maps
 from app.comparison.matched_instances import Matching, match_instances
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
+from razer.arrays import FloatArray
 from razer.geometry import inverse
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.metrics.preset import Preset
@@ -40,7 +41,8 @@ class Comparison:
     """Run A, and run B in the frame of A, brought there by `alignment`.
 
     pose: B's trajectory against A's, and errors: of B's poses over time, None where either has no trajectory.
-    surface: B's against A's, None where either is empty. truth_a, truth_b and truth_trajectory, that in the frame of A:
+    surface: B's against A's, None where either is empty; a_to_b_m (V,): how far each vertex of A is from B's surface,
+    metres, infinite where that is empty. truth_a, truth_b and truth_trajectory, that in the frame of A:
     None without a truth. notes: what one should know of the result."""
 
     preset: str
@@ -50,6 +52,7 @@ class Comparison:
     pose: TrajectoryMetrics | None
     errors: PoseErrors | None
     surface: Numbers | None
+    a_to_b_m: FloatArray
     instances: Matching
     truth_a: EvaluatedRun | None
     truth_b: EvaluatedRun | None
@@ -126,7 +129,7 @@ def compare_runs(
     pose, errors = _aligned(a, b, folder_a, folder_b)
     alignment = align_maps(a, b, pose)
     moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
-    surface = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
+    surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
     scene = None if truth is None else open_posed_truth(truth, preset)
     truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
@@ -138,6 +141,7 @@ def compare_runs(
         pose=pose,
         errors=errors,
         surface=surface,
+        a_to_b_m=a_to_b_m,
         instances=match_instances(a.panoptic, moved.panoptic),
         truth_a=truth_a,
         truth_b=truth_b,
@@ -161,15 +165,15 @@ def _true_trajectory(truth: PosedTruth, run: EvaluatedRun) -> TimedPoses:
     return moved_poses(inverse(run.pose.truth_from_estimate), truth.trajectory)
 
 
-def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> Numbers | None:
+def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> tuple[Numbers | None, FloatArray]:
     """Distances of the other surface to the reference (accuracy) and of the reference to it (completeness), metres, and
-    F-scores; None where either is empty."""
-    if not len(reference.vertices) or not len(other.vertices):
-        return None
-    to_reference = TriangleSurface(reference.vertices, reference.triangles).distances(other.vertices)
+    F-scores, None where either is empty; and the distance (V,) of each vertex of the reference to the other."""
     to_other = TriangleSurface(other.vertices, other.triangles).distances(reference.vertices)
+    if not len(reference.vertices) or not len(other.vertices):
+        return None, to_other
+    to_reference = TriangleSurface(reference.vertices, reference.triangles).distances(other.vertices)
     numbers = scene_aggregation.surface([metrics_of_distances(to_reference, to_other)]) or {}
-    return {key: value for key, value in numbers.items() if key != "on_truth"}
+    return {key: value for key, value in numbers.items() if key != "on_truth"}, to_other
 
 
 def _overlap_notes(surface: Numbers | None) -> list[str]:

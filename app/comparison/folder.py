@@ -8,11 +8,13 @@ from pathlib import Path
 from app.comparison import plots
 from app.comparison.compare_runs import Comparison
 from app.comparison.recording import write_recording
+from app.comparison.sheet import sheet
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content, replace_file
 
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"
+SHEET = "compare.png"
 PLOTS = {"trajectories.png": plots.trajectories, "errors.png": plots.errors, "instances.png": plots.instances}
 
 
@@ -30,6 +32,7 @@ def write_comparison(result: Comparison, folder: Path) -> None:
         replace_content(folder / NUMBERS, dumps(result.as_json(), indent=1) + "\n")
         for name, draw in PLOTS.items():
             replace_content(folder / name, draw(result))
+        replace_content(folder / SHEET, sheet(result))
         replace_file(folder / RECORDING, lambda part: write_recording(part, result))
     except OSError as error:
         raise BadInput(f"{folder} cannot be written ({error.strerror}); choose another folder with -o") from error

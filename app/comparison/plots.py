@@ -32,6 +32,16 @@ _MAX_LABELS = 60
 def trajectories(result: Comparison) -> bytes:
     """Both trajectories, and the true one, from above, as PNG."""
     figure, axes, view = _top_view_axes(result)
+    draw_paths(axes, view, result)
+    ate = "" if result.pose is None else f"; ATE of B against A {100 * result.pose.ate_rmse_m:.1f} cm"
+    axes.set_title(f"trajectories from above, dots at their starts{ate}")
+    if axes.lines:
+        figure.legend(fontsize=8, loc="outside lower center", ncols=3)
+    return png(figure)
+
+
+def draw_paths(axes: Axes, view: TopView, result: Comparison) -> None:
+    """Draw both trajectories, and the true one, from above, with dots at their starts."""
     truth = ("truth", result.truth_trajectory, PALE, 6.0)  # broad, as one of the others often covers it
     for name, trajectory, color, width in (
         truth,
@@ -46,11 +56,6 @@ def trajectories(result: Comparison) -> bytes:
             axes.plot(*flat[part].T, color=color, linewidth=width, label=label)
             label = ""
         axes.plot(*flat[0], marker="o", color=color, markersize=6)
-    ate = "" if result.pose is None else f"; ATE of B against A {100 * result.pose.ate_rmse_m:.1f} cm"
-    axes.set_title(f"trajectories from above, dots at their starts{ate}")
-    if axes.lines:
-        figure.legend(fontsize=8, loc="outside lower center", ncols=3)
-    return png(figure)
 
 
 def errors(result: Comparison) -> bytes:

@@ -20,8 +20,10 @@ from app.served_map.crop_pictures import NoPictures
 from app.served_map.edit_models import EditDone, EditList, EditStamp, entry_of
 from app.served_map.shared_map import SharedMap, listed
 from app.settings.run_config import RunConfig
+from razer.edits.edit import Edit
 from razer.edits.log import Entry
 from razer.edits.session import EditSession
+from razer.errors import EditConflict
 from razer.models import embedder_of
 from razer.panoptic_map import PanopticMap
 from razer.plugins import Trust
@@ -113,7 +115,10 @@ class LiveMap:
         """The edit log."""
         self._settle()
         with self._lock:
-            return self._finished.edits if self._finished is not None else listed(self._opened().log)
+            if self._finished is not None:
+                return self._finished.edits
+            session = self._opened()
+            return listed(session.log, session.panoptic)
 
     def edit(self, request: EditStamp) -> EditDone:
         """Make an edit; it stays with its instances as the map grows. Raises EditConflict, BadInput."""
@@ -122,7 +127,9 @@ class LiveMap:
         with self._lock:
             if self._finished is not None:
                 return self._finished.edit(request)
-            return self._done(self._opened().apply(change, time=now_utc(), author=author, epoch=epoch))
+            session = self._opened()
+            _refuse_unseen(change, session.panoptic)
+            return self._done(session.apply(change, time=now_utc(), author=author, epoch=epoch))
 
     def undo(self, author: str = "", epoch: int | None = None) -> EditDone:
         """Take back the last edit; raises EditConflict."""
@@ -168,3 +175,10 @@ class LiveMap:
         guess = np.zeros(3) if self._snapshot.up is None else self._snapshot.up
         up = up_direction(mesh, guess)
         return PanopticMap(counted, mesh, self._encoder, up=up if up.any() else None)
+
+
+def _refuse_unseen(edit: Edit, panoptic: PanopticMap) -> None:
+    """Raise EditConflict where an instance has no surface yet: by what would it be known again later?"""
+    unseen = [item.id for item in panoptic.objects if item.id in edit.touched and not item.n_vertices]
+    if unseen:
+        raise EditConflict(f"{unseen[0]} has no surface in the map yet: edit it when it is shown")

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from app.console.streams import result_console
 from app.query.queryable_map import QueryableMap
-from app.render.glb import instance_names, write_glb
+from app.render.glb import NodeFacts, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
 from razer.mesh.labelled_mesh import LabelledMesh
@@ -45,7 +45,7 @@ class LabelledRun:
         """Write all files anew; they take their places once all are complete, instances.json as the last."""
         folder, mesh = self.queryable.folder, self._mesh()
         graph = scene_graph(self.queryable.panoptic, self.segments, self.queryable.up)
-        classes = {s.id: s.category.name for s in self.segments}
+        facts = {s.id: NodeFacts(s.category.name, s.score) for s in self.segments}
         epoch = self.queryable.panoptic.epoch
         table = {"format": FORMAT, "vocabulary": self.vocabulary, "epoch": epoch, "segments": self._table(mesh)}
         instances = self._instances()
@@ -54,7 +54,7 @@ class LabelledRun:
                 folder / names.PANOPTIC: lambda path: _write_json(path, table),
                 folder / names.SCENE_GRAPH: lambda path: _write_json(path, graph),
                 folder / names.PANOPTIC_PLY: lambda path: self._write_panoptic_ply(path, mesh),
-                folder / names.MESH_GLB: lambda path: write_glb(path, mesh, self.queryable.up, instance_names(classes)),
+                folder / names.MESH_GLB: lambda path: write_glb(path, mesh, self.queryable.up, facts),
                 folder / names.INSTANCES: lambda path: _write_json(path, instances),
             }
         )

@@ -1,45 +1,76 @@
-"""Export of the labelled mesh as binary glTF 2.0, which any 3D viewer opens: a node for each instance, tinted."""
+"""Export of the labelled mesh as binary glTF 2.0, which any 3D viewer opens: a node for each instance."""
 
 from __future__ import annotations
 
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.render.palette import tinted
-from razer.arrays import Float64Array, IntArray, Uint8Array, Uint16Array
+from razer.arrays import BoolArray, Float64Array, IntArray, Uint8Array, Uint16Array
 from razer.mesh.labelled_mesh import LabelledMesh
+from razer.models.stuff_names import is_stuff_name
 from razer.panoptic_map import PanopticMap
 from razer.semantics.normals import vertex_normals
 
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
 _CHUNK_JSON, _CHUNK_BIN = 0x4E4F534A, 0x004E4942
-_MATTE = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}, "doubleSided": True}
+# The light of the place is in the colours already; one looks into rooms through the backs of their walls.
+_UNLIT = "KHR_materials_unlit"
+_MATERIAL = {
+    "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0},
+    "doubleSided": False,
+    "extensions": {_UNLIT: {}},
+}
+_QUIET_COLOR, _QUIET_LIGHT = 0.3, 0.35  # shares of its colour and of a light grey that a quiet surface has
+_LIGHT = 214
 # Of each buffer view: component type, type, and bytes of an element.
 _ATTRIBUTES = {"POSITION": (_FLOAT, "VEC3", 12), "NORMAL": (_FLOAT, "VEC3", 12), "COLOR_0": (_UINT16, "VEC4", 8)}
 
 
+@dataclass(frozen=True)
+class NodeFacts:
+    """What a node says of its instance: its class and its score, None where there is none."""
+
+    class_name: str | None = None
+    score: float | None = None
+
+    def name(self, instance: int) -> str:
+        """Of the node: the class, where there is one, and the id."""
+        return f"{self.class_name or 'instance'} {instance}"
+
+    def extras(self, instance: int) -> dict[str, Any]:
+        """Of the node, for programs."""
+        score = None if self.score is None else round(self.score, 4)
+        return {"id": instance, "class": self.class_name, "score": score}
+
+
 def write_glb(
-    path: Path, mesh: LabelledMesh, up: Float64Array | None = None, names: Mapping[int, str] | None = None
+    path: Path,
+    mesh: LabelledMesh,
+    up: Float64Array | None = None,
+    facts: Mapping[int, NodeFacts] = MappingProxyType({}),
 ) -> None:
-    """Write a mesh as a node for each instance and one for the rest.
+    """Write a mesh in its own colours as a node for each instance and one for the rest; what has no name is paler,
+    where things have names.
 
     Args:
         path: the file.
         mesh: the labelled surface.
         up: (3,) the world direction that viewers show upwards (glTF: +y); None = +y already.
-        names: of the instances' nodes, by id.
+        facts: of the instances, by id.
     """
     parts = list(_parts(mesh))
-    columns = _columns(mesh, parts)
+    columns = _columns(mesh, parts, _is_quiet(mesh, facts))
     n_bytes = sum(column.nbytes for column in columns)
-    text = json.dumps(_document(parts, columns, up, names or {})).encode()
+    text = json.dumps(_document(parts, columns, up, facts)).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<II", len(text), _CHUNK_JSON) + text
     if n_bytes:
@@ -51,13 +82,9 @@ def write_glb(
 
 
 def write_map_glb(path: Path, panoptic: PanopticMap) -> None:
-    """Write a map's mesh, upright, its nodes named by class and id."""
-    write_glb(path, panoptic.mesh, panoptic.up, instance_names({o.id: o.class_name for o in panoptic.objects}))
-
-
-def instance_names(classes: Mapping[int, str | None]) -> dict[int, str]:
-    """Names of nodes by id: the class, where there is one, and the id."""
-    return {i: f"{name or 'instance'} {i}" for i, name in classes.items()}
+    """Write a map's mesh, upright, with what is known of its instances."""
+    facts = {o.id: NodeFacts(o.class_name, o.score) for o in panoptic.objects}
+    write_glb(path, panoptic.mesh, panoptic.up, facts)
 
 
 Part = tuple[int, IntArray, NDArray[np.uint32]]
@@ -77,19 +104,34 @@ def _parts(mesh: LabelledMesh) -> Iterator[Part]:
         yield instance, vertices, corners.reshape(-1, 3).astype(np.uint32)
 
 
-def _columns(mesh: LabelledMesh, parts: list[Part]) -> list[NDArray]:
+def _is_quiet(mesh: LabelledMesh, facts: Mapping[int, NodeFacts]) -> BoolArray:
+    """Vertices (V,) without a name, where things have names."""
+    named = [number for number, one in facts.items() if one.class_name]
+    if all(is_stuff_name(facts[number].class_name or "") for number in named):
+        return np.zeros(len(mesh.vertices), np.bool_)
+    return ~np.isin(mesh.instances, named)
+
+
+def quiet(colors: Uint8Array) -> Uint8Array:
+    """Colours (N, 3), paler and greyer."""
+    grey = colors.mean(axis=1, keepdims=True)
+    mixed = (1 - _QUIET_LIGHT) * (_QUIET_COLOR * colors + (1 - _QUIET_COLOR) * grey) + _QUIET_LIGHT * _LIGHT
+    return np.round(mixed).astype(np.uint8)
+
+
+def _columns(mesh: LabelledMesh, parts: list[Part], is_quiet: BoolArray) -> list[NDArray]:
     """Positions, normals, colours and indices of all parts; none of an empty mesh, as glTF knows no empty arrays."""
     if not parts:
         return []
     vertices = np.concatenate([rows for _, rows, _ in parts])
     columns = (mesh.vertices.astype("<f4"), vertex_normals(mesh).astype("<f4"))
-    colors = _linear_rgba16(tinted(mesh.colors, mesh.instances))
+    colors = _linear_rgba16(np.where(is_quiet[:, None], quiet(mesh.colors), mesh.colors))
     indices = np.concatenate([corners.reshape(-1) for *_, corners in parts]).astype("<u4")
     return [*(column[vertices] for column in (*columns, colors)), indices]
 
 
 def _document(
-    parts: list[Part], columns: list[NDArray], up: Float64Array | None, names: Mapping[int, str]
+    parts: list[Part], columns: list[NDArray], up: Float64Array | None, facts: Mapping[int, NodeFacts]
 ) -> dict[str, Any]:
     root: dict[str, Any] = {"name": "map", "rotation": _quaternion_to_y(up)}
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "razer"}, "scene": 0}
@@ -98,12 +140,16 @@ def _document(
         return document
     root["children"] = list(range(1, len(parts) + 1))
     for number, (instance, *_) in enumerate(parts):
-        name = names.get(instance, f"instance {instance}") if instance else "rest"
-        document["nodes"].append({"name": name, "mesh": number, "extras": {"instance": instance}})
+        node: dict[str, Any] = {"name": "rest", "mesh": number}
+        if instance:
+            own = facts.get(instance, NodeFacts())
+            node |= {"name": own.name(instance), "extras": own.extras(instance)}
+        document["nodes"].append(node)
     accessors = list(_accessors(parts, columns[0]))
     return document | {
         "meshes": [{"primitives": [_primitive(number)]} for number in range(len(parts))],
-        "materials": [_MATTE],
+        "materials": [_MATERIAL],
+        "extensionsUsed": [_UNLIT],
         "buffers": [{"byteLength": sum(column.nbytes for column in columns)}],
         "bufferViews": _views(columns),
         "accessors": accessors,

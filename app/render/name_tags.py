@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import cv2
 import numpy as np
 
 from razer.arrays import BoolArray, Int32Array, Uint8Array
-from razer.map_object import MapObject
 
 _FONT, _SCALE, _OUTLINE_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.5, 4
 _MARGIN_PX = 2
@@ -43,12 +42,6 @@ def write_names(image: Uint8Array, instances: Int32Array, names: Mapping[int, st
         for color, thickness in (((255, 255, 255), _OUTLINE_PX), ((0, 0, 0), 1)):
             cv2.putText(image, name, corner, _FONT, _SCALE, color, thickness, cv2.LINE_AA)
     return written
-
-
-def names_by_size(objects: Iterable[MapObject]) -> dict[int, str]:
-    """The class of each instance that has one, the largest first."""
-    largest = sorted(objects, key=lambda item: item.n_voxels, reverse=True)
-    return {item.id: item.class_name for item in largest if item.class_name}
 
 
 def _widest_place(mask: BoolArray) -> tuple[tuple[int, int], float]:

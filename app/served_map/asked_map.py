@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from app.page.instance_records import instance_records, relation_records
-from app.render.glb import instance_names, write_glb
+from app.render.glb import NodeFacts, write_glb
 from app.served_map.answer_models import MapRelation, QueryAnswer, QueryHit
 from app.served_map.crop_pictures import CropPictures
 from app.served_map.instance_models import (
@@ -87,10 +87,11 @@ class AskedMap:
         return self.once("glb", self._glb)
 
     def _glb(self) -> bytes:
-        names = instance_names({i: entry.name for i, entry in self.instances.items()})
+        named = {i: entry.name if _has_name(entry) else None for i, entry in self.instances.items()}
+        facts = {i: NodeFacts(name, self.instances[i].score) for i, name in named.items()}
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "mesh.glb"
-            write_glb(path, self.panoptic.mesh, self.panoptic.up_or_z, names)
+            write_glb(path, self.panoptic.mesh, self.panoptic.up_or_z, facts)
             return path.read_bytes()
 
     def listed(self, wanted: InstanceFilter) -> InstanceList:
@@ -115,7 +116,8 @@ class AskedMap:
         item = next(o for o in (*self.panoptic.objects, *self.panoptic.parts) if o.id == instance_id)
         picture = self._crops.picture(item, number)
         if picture is None:
-            raise NoSuchInstance(f"instance {instance_id} has no picture {number}: its recording is not there")
+            n = self._entry(instance_id).crops
+            raise NoSuchInstance(f"instance {instance_id} has no picture {number}: there are {n} of it")
         return picture
 
     def ask(self, text: str, limit: int, least: float = PRESENT) -> QueryAnswer:
@@ -165,3 +167,8 @@ def _hit(hit: Hit, name: str) -> QueryHit:
         center_m=[round(float(x), 5) for x in hit.object.box.center],
         extent_m=[round(float(x), 5) for x in hit.object.box.extent],
     )
+
+
+def _has_name(entry: Instance) -> bool:
+    """Whether anything is known of what an instance is called."""
+    return bool(entry.class_guesses) or entry.name not in ("thing", "part")

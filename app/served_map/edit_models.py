@@ -98,6 +98,7 @@ class EditList(BaseModel):
     format: Literal[1] = 1
     epoch: int
     edits: list[EditEntry]
+    problems: list[str] = Field(description="Which of them could not be applied to the map as it is now, and why.")
     can_undo: bool
     can_redo: bool
 

@@ -70,7 +70,7 @@ class SharedMap:
     def edits(self) -> EditList:
         """The edit log."""
         _ = self.current
-        return listed(self._session.log)
+        return listed(self._session.log, self._session.panoptic)
 
     def edit(self, request: EditStamp) -> EditDone:
         """Make an edit; raises EditConflict where its author saw too old a map, BadInput where it is impossible."""
@@ -152,11 +152,12 @@ class SharedMap:
         return session, CropPictures(self.folder, config.input)
 
 
-def listed(log: EditLog) -> EditList:
-    """A log as JSON."""
+def listed(log: EditLog, panoptic: PanopticMap) -> EditList:
+    """A log as JSON, and which of it a map could not take."""
     return EditList(
         epoch=log.epoch,
         edits=[entry_of(entry) for entry in log.listed()],
+        problems=list(panoptic.edit_problems),
         can_undo=log.undoable is not None,
         can_redo=log.redoable is not None,
     )

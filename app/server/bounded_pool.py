@@ -19,7 +19,7 @@ class BoundedPool:
     program ends without waiting for what nobody waits for any more."""
 
     def __init__(self, threads: int, waiting: int) -> None:
-        self._free = threads + waiting
+        self._most = self._free = threads + waiting
         self._work: queue.SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = queue.SimpleQueue()
         for number in range(threads):
             threading.Thread(target=self._serve, name=f"razer-serve-{number}", daemon=True).start()
@@ -38,6 +38,11 @@ class BoundedPool:
         future.add_done_callback(release)
         self._work.put((future, work))
         return await asyncio.wrap_future(future)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no thread works, and none has anything to begin with."""
+        return self._free == self._most
 
     def _serve(self) -> None:
         while True:

@@ -15,6 +15,7 @@ from app.server.problems import Refusal, problem
 
 MAX_BODY_BYTES = MAX_BYTES + 2**16  # a picture, and what a form adds
 MAX_JSON_BYTES = 2**20
+MAX_HEADER_BYTES = 2**14  # with the address; what is more than one packet of it never gets here
 MAX_IN_FLIGHT = 256
 BODY_TIMEOUT_S = 20.0
 SEND_TIMEOUT_S = 20.0  # a client that reads nothing for so long is gone
@@ -57,6 +58,11 @@ class Guard:
 
     def _refusal(self, scope: Scope) -> Refusal | None:
         headers, rules = Headers(scope=scope), self._rules
+        n_bytes = (
+            len(scope["raw_path"]) + len(scope["query_string"]) + sum(len(k) + len(v) for k, v in scope["headers"])
+        )
+        if n_bytes > MAX_HEADER_BYTES:
+            return Refusal(431, f"address and headers are too large: {MAX_HEADER_BYTES // 2**10} KB at most")
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not rules.knows_host(hosts[0]):
             return Refusal(421, "this server is not called that: use the address that it printed")
@@ -80,6 +86,11 @@ class Guard:
             "a token is needed: open /?token=..., or send it as Authorization: Bearer",
             headers={"www-authenticate": "Bearer"},
         )
+
+
+def _header_bytes(scope: Scope) -> int:
+    of_headers = sum(len(name) + len(value) for name, value in scope["headers"])
+    return len(scope["raw_path"]) + len(scope["query_string"]) + of_headers
 
 
 def is_sign_in(scope: Scope) -> bool:

@@ -51,7 +51,7 @@ def _phrase(status: int) -> str:
 
 def documented(*statuses: int) -> Responses:
     """The responses of a route that are problems, as its document lists them; those that any route may have, too."""
-    always = (400, 401, 403, 408, 413, 421, 422, 429, 503)
+    always = (400, 401, 403, 408, 413, 421, 422, 429, 431, 503)
     return {status: _documented(status) for status in sorted({*always, *statuses})}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import signal
 import socket
 import threading
@@ -101,6 +102,7 @@ class Server(uvicorn.Server):
             )
         )
         self._on_stop, self._signals = on_stop, signals
+        logging.getLogger("uvicorn.error").addFilter(_is_fault)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams, then everything."""
@@ -123,6 +125,12 @@ class Server(uvicorn.Server):
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self.force_exit = self.should_exit
         self.should_exit = True
+
+
+def _is_fault(record: logging.LogRecord) -> bool:
+    """Whether a message is about the server: not about clients that are gone, slow, or cut off at its end."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, ConnectionError | asyncio.CancelledError) and "graceful shutdown" not in record.msg
 
 
 def open_socket(host: str, port: int) -> socket.socket:

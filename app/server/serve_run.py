@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import threading
 from pathlib import Path
 
@@ -22,11 +23,14 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     served = Served(shared)
     shared.on_change(lambda last, epoch: served.events.announce("edit", told(last, epoch)))
     listener = open_socket(rules.host, port)
-    threading.Thread(target=_warm_up, args=(shared,), daemon=True).start()
+    warming = threading.Thread(target=_warm_up, args=(shared,), daemon=True)
+    warming.start()
     sign_in = "" if rules.token is None else f"?token={rules.token}"
     print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
     Server(guarded(served, rules), served.events.close).run([listener])
     shared.renew_files()
+    if warming.is_alive() or not served.pool.is_idle:
+        os._exit(0)  # libraries that are at work in a thread do not survive their own orderly end
 
 
 def _warm_up(shared: SharedMap) -> None:

@@ -91,6 +91,8 @@ def test_map_live(recording, tmp_path):
     assert run("map_live.py", recording, cwd=tmp_path).splitlines()[-1].endswith("things")
 
 
-def test_the_example_of_the_readme_is_one_of_them():
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert blocks == [(EXAMPLES / "map_a_folder.py").read_text(encoding="utf-8")]
+def test_the_programs_of_the_page_about_python_are_examples():
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"`docs/examples/(\w+\.py)`\n\n```python\n(.*?)```", page, re.DOTALL)
+    assert len(blocks) == page.count("```python") >= 4
+    assert [source for _, source in blocks] == [(EXAMPLES / name).read_text(encoding="utf-8") for name, _ in blocks]

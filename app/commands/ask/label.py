@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from app.console.streams import result_console
 from app.settings.options import Assignments, Flag, TrustOptions
+
+if TYPE_CHECKING:
+    from app.query.labelled_run import LabelledRun
+
+PICTURE = "labels.png"
 
 
 def label(
@@ -20,7 +27,8 @@ def label(
 ) -> int:
     """Give each instance the class of a vocabulary that fits it best; stuff of one class is merged into one segment.
 
-    Fills the class in instances.json, and writes panoptic.ply, panoptic.json, scene_graph.json and mesh.glb.
+    Fills the class in instances.json, and writes panoptic.ply, panoptic.json, scene_graph.json, mesh.glb and, without
+    --json, labels.png.
 
     Parameters
     ----------
@@ -46,4 +54,12 @@ def label(
         print(dumps(labelled.as_json()))
     else:
         labelled.report()
+        _draw(labelled)
     return 0
+
+
+def _draw(labelled: LabelledRun) -> None:
+    from app.pictures.picture_file import add_picture
+    from app.pictures.scenes import map_scene
+
+    add_picture(labelled.queryable.folder / PICTURE, map_scene(labelled.named(), "class"), result_console())

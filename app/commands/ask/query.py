@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes
+from app.console.streams import print_notes, progress_console, result_console
 from app.settings.options import Assignments, Flag, TrustOptions
+from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
+    from app.pictures.view import View
     from app.query.queryable_map import QueryableMap
     from razer.map_object import Answer
 
+PICTURE = "query.png"
 _N_HITS = 5
 
 
@@ -31,6 +34,7 @@ def query(
     embedder: str | None = None,
     set: Assignments = (),
     render: Path | None = None,
+    picture: PictureOptions = PictureOptions(),  # noqa: B008
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
@@ -55,23 +59,28 @@ def query(
     set:
         One setting as section.key=value, such as an option of the embedder; may be repeated.
     render:
-        Write a PNG of the map with the hits in colour.
+        Where the picture of the map with the hits in colour goes; RUN/query.png if not given, none with --json.
     json:
         One line of JSON.
     """
-    _check_arguments(text, k, image, box, min_score, render)
+    _check_arguments(text, k, image, box, min_score)
+    view = picture.view()
+    if render is not None:
+        from app.pictures.picture_file import check_picture_path
+
+        check_picture_path(render, view)
     from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
 
     queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _shortened(_answer(queryable, text, image, box, min_score), k)
-    if render is not None:
-        _draw(queryable, answer, render)
     _report(queryable, text if text is not None else str(image), answer, json)
+    if render is not None or (answer.found and not json):
+        _draw(queryable, answer, render, view, json)
     return 0
 
 
 def _check_arguments(
-    text: str | None, k: int | None, image: Path | None, box: str | None, min_score: float | None, render: Path | None
+    text: str | None, k: int | None, image: Path | None, box: str | None, min_score: float | None
 ) -> None:
     if (text is None) == (image is None):
         raise BadInput("give either a text to look for, or a picture with --image")
@@ -79,8 +88,6 @@ def _check_arguments(
         raise BadInput("-k is at least 1, and --min-score from 0 to 1")
     if box is not None and image is None:
         raise BadInput("--box is a part of the picture that --image names")
-    if render is not None and not render.absolute().parent.is_dir():
-        raise BadInput(f"{render} cannot be written: give a .png in a folder that exists")
 
 
 def _answer(
@@ -103,19 +110,15 @@ def _shortened(answer: Answer, k: int | None) -> Answer:
     return answer if k is None and by_kind else answer.best(k or _N_HITS)
 
 
-def _draw(queryable: QueryableMap, answer: Answer, target: Path) -> None:
-    import cv2
+def _draw(queryable: QueryableMap, answer: Answer, target: Path | None, view: View, json: bool) -> None:
+    from app.pictures.picture_file import add_picture, write_view
+    from app.pictures.scenes import answer_scene
 
-    from app.render.highlight import highlight_hits
-
-    mesh = queryable.panoptic.mesh_of([hit.object.id for hit in answer.hits])
-    picture = highlight_hits(mesh, queryable.up, answer.hits)
-    try:
-        written = cv2.imwrite(str(target), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
-    except cv2.error:
-        written = False
-    if not written:
-        raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
+    scene = answer_scene(queryable.panoptic, answer.hits)
+    if target is None:
+        add_picture(queryable.folder / PICTURE, scene, result_console(), view)
+    else:
+        write_view(target, scene, view, progress_console() if json else result_console())
 
 
 def _report(queryable: QueryableMap, query: str, answer: Answer, json: bool) -> None:

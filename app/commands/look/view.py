@@ -5,14 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from app.console.streams import print_notes
+from app.console.streams import print_notes, result_console
+from app.pictures.view import Style
 from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
+from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
 
 
 def view(
-    run: Path, other: Path | None = None, /, *, web: Flag = False, picture: Path | None = None, page: Path | None = None
+    run: Path,
+    other: Path | None = None,
+    /,
+    *,
+    web: Flag = False,
+    picture: Path | None = None,
+    style: Style | None = None,
+    query: str | None = None,
+    view_options: PictureOptions = PictureOptions(),  # noqa: B008
+    page: Path | None = None,
 ) -> None:
     """Open the timeline of a run in the Rerun viewer, render its map to an image, or write it as a page to click on.
 
@@ -27,14 +38,21 @@ def view(
     web:
         In the browser instead of the native viewer.
     picture:
-        Write a PNG of the map, in its colours and by instance with names, instead of opening the viewer.
+        Write a PNG of the map, with the names of its largest things, instead of opening the viewer.
+    style:
+        Of the picture: color, as the camera saw it; instance or class, each in a colour of its own; query, what a text
+        means. By instance if not given.
+    query:
+        The text of the style query.
     page:
         Write one HTML file that shows the map in any browser, offline, to turn, search and click on.
     """
     if page is not None:
         return _write_page(run, page)
     if picture is not None:
-        return _draw(run, picture)
+        return _draw(run, picture, style or ("query" if query else "instance"), query, view_options)
+    if style is not None or query is not None or view_options != PictureOptions():
+        raise BadInput("--style, --query, --angle, --size and --background are of a picture: add --picture FILE.png")
 
     # Late, as in `razer run`.
     from app.timeline.viewer.rerun_viewer import open_viewer, require_display
@@ -51,24 +69,24 @@ def view(
         return open_viewer(both, web)
 
 
-def _draw(run: Path, target: Path) -> None:
+def _draw(run: Path, target: Path, style: Style, text: str | None, options: PictureOptions) -> None:
+    if (style == "query") != (text is not None):
+        raise BadInput("--style query shows what --query TEXT means: give both, or neither")
     # Late, as in `razer run`.
-    import cv2
-
-    from app.render.name_tags import names_by_size
-    from app.render.overview_image import overview_image
+    from app.pictures.picture_file import check_picture_path, write_view
+    from app.pictures.scenes import answer_scene, map_scene
     from razer.saved_map import load_map
 
+    view = options.view()
+    check_picture_path(target, view)
     panoptic = load_map(run)
     print_notes(panoptic.edit_problems)
-    image = overview_image(panoptic.mesh, panoptic.up_or_z, names=names_by_size(panoptic.objects))
-    if not target.parent.is_dir() or not cv2.imwrite(str(target), image[..., ::-1]):
-        raise BadInput(f"{target} cannot be written: give a .png in a folder that exists")
+    scene = map_scene(panoptic, style) if text is None else answer_scene(panoptic, panoptic.query(text).hits)
+    write_view(target, scene, view, result_console())
 
 
 def _write_page(run: Path, target: Path) -> None:
     # Late, as in `razer run`.
-    from app.console.streams import result_console
     from app.page.write_page import write_page
 
     n_bytes = write_page(run, target)

@@ -82,18 +82,14 @@ def _keep_crops(folder: Path, room: RgbdSequence, settings: InputSettings) -> No
 
 def _ask(folder: Path) -> None:
     """Ask the map a question, draw it with its names and the answer, and say how to ask more."""
-    import cv2
-
-    from app.render.answer_image import answer_image
+    from app.pictures.answer_sheet import answer_sheet
+    from app.pictures.picture_file import write_picture
     from razer.saved_map import load_map
-    from razer.storage.atomic_files import replace_file
 
     panoptic, console = load_map(folder), result_console()
     hits = panoptic.query(_QUESTION).hits
     found = ", ".join(f"{hit.object.class_name} {hit.object.id}" for hit in hits) or "nothing"
-    image = cv2.cvtColor(answer_image(panoptic, _QUESTION, hits), cv2.COLOR_RGB2BGR)
-    smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9]
-    replace_file(folder / _PICTURE, lambda path: cv2.imwrite(str(path), image, smallest))
+    write_picture(folder / _PICTURE, answer_sheet(panoptic, _QUESTION, hits))
     console.print(f'asked for "{_QUESTION}": {found}', soft_wrap=True)
-    console.print(f"a picture of both: {folder / _PICTURE}", soft_wrap=True)
+    console.print(f"picture: {folder / _PICTURE}", soft_wrap=True)
     console.print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)

@@ -41,7 +41,7 @@ def compare(
     set:
         One rule of the protocol as name=value; may be repeated.
     out:
-        The folder for compare.json, plots and compare.rrd; compare in RUN_B if not given.
+        The folder for compare.png, a sheet of all, compare.json, plots and compare.rrd; compare in RUN_B if not given.
     json:
         One line of JSON.
     """

@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.console.streams import print_notes, print_warnings, result_console
+from app.console.streams import print_notes, print_warnings, progress_console, result_console
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from app.evaluation.export import Export
     from razer.metrics.protocol.evaluation import Evaluation
 
 PLOTS = "eval"
+MAP_PICTURE = "map.png"
 
 
 @Parameter(name="*")
@@ -129,7 +132,8 @@ def evaluate(
     set:
         One rule of the protocol as name=value; may be repeated.
     out:
-        The folder for plots: confusion matrix and precision-recall curves; eval in the run folder if not given.
+        The folder for plots: confusion matrix, precision-recall curves and, of a run, the map by what became of its
+        instances; eval in the run folder if not given.
     json:
         One line of JSON.
     """
@@ -184,6 +188,8 @@ def _deliver(
         print(dumps(content))
     else:
         report(result, result_console(), pictures)
+    if run is not None and pictures is not None:
+        _draw_map(result, run, pictures / MAP_PICTURE, progress_console() if json else result_console())
 
 
 def _draw(result: Evaluation, folder: Path) -> None:
@@ -196,3 +202,14 @@ def _draw(result: Evaluation, folder: Path) -> None:
     ):
         if content is not None:
             replace_content(folder / name, content)
+
+
+def _draw_map(result: Evaluation, run: Path, target: Path, console: Console) -> None:
+    """The map of a run by what became of its instances, where it was evaluated by instances."""
+    from app.evaluation.outcome_picture import outcome_scene
+    from app.pictures.picture_file import add_picture
+    from razer.saved_map import load_map
+
+    (outcomes,) = result.scenes.values()
+    if outcomes["matches"] or outcomes.get("n_predicted"):
+        add_picture(target, outcome_scene(load_map(run), outcomes), console)

@@ -22,7 +22,7 @@ from tests.support.cli import call
 
 N_FRAMES = 24
 RULES = PRESETS["default"]
-FILES = {"compare.json", "trajectories.png", "errors.png", "instances.png", "compare.rrd"}
+FILES = {"compare.png", "compare.json", "trajectories.png", "errors.png", "instances.png", "compare.rrd"}
 POSE_KEYS = {
     "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "rpe_second_trans_m", "rpe_second_rot_deg",
     "compared", "tracked_a", "tracked_b", "a_from_b", "a_from_b_by_positions", "aligned_by", "degenerate",
@@ -226,6 +226,7 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
         "chair",
         "0 missed",
         "0 ext",
+        f"picture: {out / 'compare.png'}",
     ):
         assert words in text
     assert {path.name for path in out.iterdir()} == FILES | {"mine.txt"}
@@ -241,7 +242,7 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     assert set(content["pose"]) == POSE_KEYS
     assert all(set(pair) == PAIR_KEYS for pair in content["instances"]["matched"])
     assert (content["run_a"], content["run_b"], content["preset"]) == ("run", "moved", "default")
-    for name in ("trajectories.png", "errors.png", "instances.png"):
+    for name in ("compare.png", "trajectories.png", "errors.png", "instances.png"):
         picture = cv2.imread(str(out / name))
         assert min(picture.shape[:2]) > 300
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 20

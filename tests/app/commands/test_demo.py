@@ -7,6 +7,7 @@ import json
 import cv2
 import numpy as np
 
+from app.pictures.style_colors import HIT
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from tests.support.cli import RUN_FILES, listing, razer
 
@@ -30,8 +31,17 @@ def test_demo_names_things_and_surfaces_and_asks(capsys, tmp_path):
     answer = next(line for line in out.splitlines() if line.startswith('asked for "something to sit on": '))
     assert any(seat in answer for seat in ("chair", "couch"))
     assert "table" not in answer
+    assert f"picture: {target / 'demo.png'}" in out
     picture = cv2.imread(str(target / "demo.png")).astype(int)
-    assert picture.shape == (590, 1920, 3)
-    colour = picture.max(axis=2) - picture.min(axis=2)
-    _, by_name, answer = np.split(colour[30:], 3, axis=1)
-    assert (by_name > 60).mean() > 3 * (answer > 60).mean() > 0  # of the answer nothing but seats is coloured
+    assert picture.shape == (694, 2400, 3)
+    _, by_name, answer = np.split(picture[54:, :, ::-1], 3, axis=1)
+    assert share_of_hits(by_name) < 0.5
+    assert share_of_hits(answer) > 0.9  # of the answer nothing but seats is coloured
+
+
+def share_of_hits(panel):
+    """Of the coloured pixels those in the colour of hits, at any brightness."""
+    coloured = panel[np.ptp(panel, axis=2) > 60].astype(float)
+    assert len(coloured) > 3000
+    cosine = coloured @ HIT / np.linalg.norm(HIT) / np.linalg.norm(coloured, axis=1)
+    return (cosine > 0.95).mean()

@@ -83,7 +83,7 @@ def test_a_run_is_measured_kept_and_drawn(room, run, capsys):
     assert 6 < max(part["views"][1] for part in result["recall_by_views"]) <= 24
     assert json.loads((run / "metrics.json").read_text()) == result
     assert_relations(result["relations"], json.loads((room / "truth" / "relations.json").read_text()))
-    for name in ("confusion.png", "precision_recall.png"):
+    for name in ("confusion.png", "precision_recall.png", "map.png"):
         picture = cv2.imread(str(run / "eval" / name))
         assert min(picture.shape[:2]) > 300
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
@@ -70,6 +71,22 @@ def test_labels_follow_the_contract_and_fill_the_run(capsys, run):
     assert set(walls) <= set(wall["instances"])
     assert wall["id"] == min(wall["instances"])
     assert not list(run.glob(".part-*"))
+
+
+def test_the_classes_are_drawn_unless_a_program_asks(capsys, run):
+    razer(capsys, "label", run, "--vocabulary", "nyu40", "--json")
+    assert not (run / "labels.png").exists()
+    _, out, _ = razer(capsys, "label", run, "--vocabulary", "nyu40")
+    assert f"picture: {run / 'labels.png'}" in out
+    picture = cv2.imread(str(run / "labels.png")).astype(int)
+    assert (picture.max(axis=2) - picture.min(axis=2) > 40).mean() > 0.02
+
+
+def test_a_run_that_cannot_be_drawn_into_is_labelled_all_the_same(capsys, run):
+    (run / "labels.png").mkdir()
+    code, _, err = razer(capsys, "label", run, "--vocabulary", "nyu40")
+    assert code == 0
+    assert "no picture" in err
 
 
 def test_the_panoptic_mesh_and_table_agree(capsys, run):

@@ -138,11 +138,29 @@ def test_the_picture_has_the_hits_in_colour(capsys, run, tmp_path):
     razer(capsys, "query", run, "helicopter", "--render", none)
 
     def coloured(path):
-        right = np.split(cv2.imread(str(path)).astype(int), 2, axis=1)[1]
-        return int((right.max(axis=2) - right.min(axis=2) > 60).sum())
+        picture = cv2.imread(str(path)).astype(int)
+        return int((picture.max(axis=2) - picture.min(axis=2) > 60).sum())
 
     assert coloured(shown) > 500
     assert coloured(none) == 0
+
+
+def test_a_query_draws_its_answer_by_itself_unless_a_program_asks(capsys, run):
+    code, out, _ = razer(capsys, "query", run, "couch", "--json", "--angle", "top")
+    assert code == 0
+    assert len(out.splitlines()) == 1
+    razer(capsys, "query", run, "helicopter")
+    assert not (run / "query.png").exists()
+    _, out, _ = razer(capsys, "query", run, "couch", "--size", "400x300")
+    assert f"picture: {run / 'query.png'}" in out.replace("\n", "")
+    assert cv2.imread(str(run / "query.png")).shape == (300, 400, 3)
+
+
+def test_a_picture_beside_json_leaves_it_one_line(capsys, run, tmp_path):
+    _, out, err = razer(capsys, "query", run, "couch", "--json", "--render", tmp_path / "hit.png")
+    assert json.loads(out)["hits"]
+    assert "picture: " in err
+    assert (tmp_path / "hit.png").exists()
 
 
 def test_a_picture_finds_what_looks_alike(capsys, made, tmp_path):

@@ -6,8 +6,8 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from app.render.glb import instance_names, write_glb
-from app.render.palette import instance_colors, tinted
+from app.render.glb import NodeFacts, quiet, write_glb
+from app.render.palette import instance_colors
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import vertex_normals
 from tests.support.gltf import read_glb
@@ -34,7 +34,7 @@ def by_node(path):
 
 def test_each_instance_is_a_node_and_together_they_are_the_mesh(tmp_path):
     mesh = tetrahedron()
-    write_glb(tmp_path / "mesh.glb", mesh, names=instance_names({7: "lamp"}))
+    write_glb(tmp_path / "mesh.glb", mesh, facts={7: NodeFacts("lamp", 0.9)})
     nodes = by_node(tmp_path / "mesh.glb")
     assert set(nodes) == {"rest", "lamp 7"}
     # Two triangles have two corners of the instance, two have one.
@@ -43,18 +43,50 @@ def test_each_instance_is_a_node_and_together_they_are_the_mesh(tmp_path):
     np.testing.assert_array_equal(triangles["lamp 7"], mesh.vertices[mesh.triangles[[2, 3]]])
 
 
-def test_colours_are_linear_and_those_of_nobody_stay(tmp_path):
+def linear(srgb):
+    """Linear light of sRGB values from 0 to 255: 128 is 0.2159."""
+    share = np.asarray(srgb) / 255
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+
+
+def test_colours_are_the_mesh_s_own_in_linear_light(tmp_path):
     mesh = tetrahedron()
     write_glb(tmp_path / "mesh.glb", mesh)
     colors = {name: column / 65535 for name, (*_, column) in by_node(tmp_path / "mesh.glb").items()}
     np.testing.assert_allclose(colors["rest"][:2], [[1, 0, 0, 1], [0, 1, 0, 1]])
-    # glTF wants linear light, where sRGB 128 is 0.2159.
-    tint = tinted(mesh.colors, mesh.instances)[3] / 255
-    np.testing.assert_allclose(colors["instance 7"][-1, :3], ((tint + 0.055) / 1.055) ** 2.4, atol=2e-5)
+    np.testing.assert_allclose(colors["instance 7"][-1, :3], linear(128), atol=2e-5)
+
+
+def test_what_has_no_name_is_quiet_where_things_have_one(tmp_path):
+    mesh = tetrahedron()
+    write_glb(tmp_path / "mesh.glb", mesh, facts={7: NodeFacts("lamp", 0.9)})
+    colors = {name: column / 65535 for name, (*_, column) in by_node(tmp_path / "mesh.glb").items()}
+    np.testing.assert_allclose(colors["lamp 7"][-1, :3], linear(128), atol=2e-5)
+    np.testing.assert_allclose(colors["rest"][0, :3], linear(quiet(mesh.colors[:1])[0]), atol=2e-5)
+    write_glb(tmp_path / "mesh.glb", mesh, facts={7: NodeFacts("wall", 0.9)})  # of a map without named things
+    colors = {name: column / 65535 for name, (*_, column) in by_node(tmp_path / "mesh.glb").items()}
+    np.testing.assert_allclose(colors["rest"][0], [1, 0, 0, 1])
+
+
+def test_quiet_colours_differ_less_and_are_lighter():
+    colors = np.array([[255, 0, 0], [0, 0, 90], [60, 60, 60]], np.uint8)
+    pale = quiet(colors).astype(int)
+    assert (np.ptp(pale, axis=1) < 0.4 * np.ptp(colors, axis=1).clip(1)).all()
+    assert (pale.mean(axis=1) > colors.mean(axis=1)).all()
+
+
+def test_nodes_say_class_score_and_id_and_only_front_faces_are_drawn(tmp_path):
+    write_glb(tmp_path / "mesh.glb", tetrahedron(), facts={7: NodeFacts("lamp", 0.87654)})
+    document, _ = read_glb(tmp_path / "mesh.glb")
+    extras = {node["name"]: node.get("extras") for node in document["nodes"][1:]}
+    assert extras == {"rest": None, "lamp 7": {"id": 7, "class": "lamp", "score": 0.8765}}
+    (material,) = document["materials"]
+    assert material["doubleSided"] is False
+    assert set(material["extensions"]) == set(document["extensionsUsed"]) == {"KHR_materials_unlit"}
 
 
 def test_names_tell_class_and_instance():
-    assert instance_names({3: "chair", 4: None}) == {3: "chair 3", 4: "instance 4"}
+    assert [NodeFacts("chair").name(3), NodeFacts().name(4)] == ["chair 3", "instance 4"]
 
 
 def test_a_mesh_of_many_instances_keeps_every_triangle(tmp_path):
@@ -109,7 +141,7 @@ def test_up_is_shown_upwards(tmp_path, up):
 
 def test_colours_tell_neighbouring_ids_apart_and_leave_nobody_grey():
     colors = instance_colors(np.arange(41)).astype(int)
-    assert colors[0].tolist() == [128, 128, 128]
+    assert np.ptp(colors[0]) < 10
     assert len({tuple(color) for color in colors}) == 41
     for near in (1, 2, 3):
         assert np.abs(colors[1 + near :] - colors[1:-near]).sum(axis=1).min() > 60

@@ -58,7 +58,7 @@ export class App {
     const linked = fromHash(location.hash);
     this.store = new Store({ ...initialState(), ...linked.state, selected: null, isolated: null, walking: false });
     this.toolbar = new Toolbar(this.store);
-    this.list = new ListPanel(this.store, this.pictures, (id) => this.choose(id));
+    this.list = new ListPanel(this.store, this.pictures, (id) => this.chooseListed(id));
     this.filters = new Filters(this.store);
     this.search = new Search(this.store, () => this.model, source.server, (ids) => this.flyToAll(ids));
     this.editing = new EditTools(this);
@@ -143,8 +143,15 @@ export class App {
   }
 
   choose(id: number): void {
+    if (this.editing.chosen(id)) return;
     this.store.set({ selected: id });
     this.fly(id);
+  }
+
+  /** Chosen in the list, which covers the map on a phone. */
+  private chooseListed(id: number): void {
+    document.body.classList.remove("list-open");
+    this.choose(id);
   }
 
   fly(id: number): void {
@@ -188,6 +195,12 @@ export class App {
     } else this.store.set({ selected: null });
   }
 
+  /** What was under the pointer is there no more: the view has moved. */
+  private unpoint(): void {
+    byId("hover-label").hidden = true;
+    this.store.set({ hovered: null });
+  }
+
   private flyToAll(ids: number[]): void {
     const shown = ids.filter((id) => this.model.byId.has(id));
     if (shown.length === 1) this.fly(shown[0]);
@@ -209,6 +222,7 @@ export class App {
     if (any("selected", "isolated")) this.showCard(state);
     if (any("selected", "hovered", "hits", "isolated")) this.outline(state);
     if (any("walking")) this.navigation.walk(state.walking);
+    if (any("walking", "playing") && state.hovered !== null) this.unpoint();
     if (any("hidesCeiling")) this.viewport.hidesCeiling = state.hidesCeiling;
     if (any("playing", "showsOther")) this.showPaths(state);
     if (any("tool")) this.useTool(state);
@@ -272,7 +286,10 @@ export class App {
     this.viewport.surfaces.setVisible("other", Boolean(other));
     this.track.show(other ? other.camera_path : header.camera_path, other ? ESTIMATED_COLOR : GIVEN_COLOR);
     this.track.setLineVisible(Boolean(header.other) && !playing);
-    if (header.other) say(other ? "Mapped with estimated poses" : "Mapped with given poses", 3);
+    if (header.other) {
+      byId("title").textContent = `${header.title}, ${other ? "estimated" : "given"} poses`;
+      say(other ? "Mapped with estimated poses" : "Mapped with given poses", 3);
+    }
     if (!playing) this.track.pause();
   }
 

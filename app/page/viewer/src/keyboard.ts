@@ -27,6 +27,7 @@ export function listenToKeys(app: App, help: () => void): void {
   window.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey || !app.model) return;
+    if (document.querySelector("dialog[open]")) return; // its keys are its own
     if (/^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName)) {
       if (event.key === "Escape") target.blur();
       return;
@@ -51,8 +52,8 @@ export function listenToKeys(app: App, help: () => void): void {
 function letGo(app: App): void {
   const { state } = app.store;
   if (state.tool !== "none") app.store.set({ tool: "none" });
-  else if (state.playing) app.store.set({ playing: false });
   else if (state.walking) app.store.set({ walking: false });
+  else if (state.playing) app.store.set({ playing: false });
   else if (state.isolated !== null) app.store.set({ isolated: null });
   else if (state.selected !== null) app.store.set({ selected: null });
   else app.search.clear();

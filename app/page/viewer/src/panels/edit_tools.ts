@@ -14,7 +14,7 @@ type Target = (region: Region) => Edit;
 
 export class EditTools {
   private readonly server: LiveServer | null;
-  private onPicked: ((picked: Picked) => void) | null = null;
+  private onPicked: ((id: number) => void) | null = null;
   private stopLasso: (() => void) | null = null;
   private cutting: Target | null = null;
   private corners: Vector3[] = [];
@@ -22,8 +22,8 @@ export class EditTools {
   constructor(private readonly app: App) {
     this.server = app.source.server;
     if (!this.server) return;
-    const undo = iconButton("undo", "Undo the last edit", () => void this.run((server) => server.undo(), "Undone"));
-    const redo = iconButton("redo", "Redo", () => void this.run((server) => server.redo(), "Done again"));
+    const undo = iconButton("undo", "Undo the last edit", () => void this.step("undo", "Undone"));
+    const redo = iconButton("redo", "Redo", () => void this.step("redo", "Done again"));
     const holder = make("div", { id: "history", role: "group", "aria-label": "Edits" }, undo, redo);
     byId("stage").append(holder);
     undo.disabled = redo.disabled = true;
@@ -45,10 +45,17 @@ export class EditTools {
         button("Delete", () => void this.send({ kind: "delete", instance: id }, "Deleted"))));
   }
 
+  /** A choice in a list while a tool waits for a thing; whether it did. */
+  chosen(id: number): boolean {
+    if (this.app.store.state.tool !== "pick" || !this.onPicked) return false;
+    this.onPicked(id);
+    return true;
+  }
+
   /** A click on the map while a tool waits for one. */
   picked(picked: Picked | null): void {
     if (this.app.store.state.tool === "plane") return void (picked && this.planePoint(picked.point));
-    if (picked?.id && this.app.model.byId.has(picked.id)) this.onPicked?.(picked);
+    if (picked?.id && this.app.model.byId.has(picked.id)) this.onPicked?.(picked.id);
     else say("Click a thing of the map, or press Escape");
   }
 
@@ -89,19 +96,19 @@ export class EditTools {
   }
 
   private merge(id: number): void {
-    say("Click the thing that belongs to it", 60);
+    say(`Choose what belongs to ${this.app.model.label(id)}, on the map or in the list`, 60);
     this.app.store.set({ tool: "pick" });
-    this.onPicked = ({ id: other }) => {
-      if (other === id) return say("That is the thing itself: click another one");
+    this.onPicked = (other) => {
+      if (other === id) return say("That is the thing itself: choose another one");
       this.app.store.set({ tool: "none" });
       void this.send({ kind: "merge", instances: [id, other] }, "Merged");
     };
   }
 
   private moveBorder(id: number): void {
-    say("Click the neighbour that gets the area", 60);
+    say(`Choose the neighbour that gets an area of ${this.app.model.label(id)}`, 60);
     this.app.store.set({ tool: "pick" });
-    this.onPicked = ({ id: other }) => {
+    this.onPicked = (other) => {
       if (other !== id) this.cut("lasso", (region) => ({ kind: "move_border", from: id, to: other, region }));
     };
   }
@@ -109,7 +116,7 @@ export class EditTools {
   private cut(tool: "lasso" | "plane", target: Target): void {
     this.cutting = target;
     this.app.store.set({ tool });
-    if (tool === "plane") return say("Click three points: what lies on the side that you look from is split off", 60);
+    if (tool === "plane") return say("Click three points of the cut: your side of it is split off", 60);
     say("Draw around what is split off", 60);
     this.stopLasso = lassoOf(this.app.viewport, (region) => {
       this.stopLasso = null;
@@ -134,6 +141,10 @@ export class EditTools {
 
   private send(edit: Edit, done: string): Promise<void> {
     return this.run((server) => server.edit(edit, this.app.model.header.epoch), done);
+  }
+
+  private step(which: "undo" | "redo", done: string): Promise<void> {
+    return this.run((server) => server[which](this.app.model.header.epoch), done);
   }
 
   private async run(act: (server: LiveServer) => Promise<void>, done: string): Promise<void> {

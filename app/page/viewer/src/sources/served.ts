@@ -41,8 +41,8 @@ function query(question: string | File): Promise<Answer> {
 const server: LiveServer = {
   query,
   edit: (edit, epoch) => ask("edits", json("POST", { epoch, ...edit })).then(() => undefined),
-  undo: () => ask("edits/last", { method: "DELETE" }).then(() => undefined),
-  redo: () => ask("edits/redo", { method: "POST" }).then(() => undefined),
+  undo: (epoch) => ask(`edits/last?epoch=${epoch}`, { method: "DELETE" }).then(() => undefined),
+  redo: (epoch) => ask(`edits/redo?epoch=${epoch}`, { method: "POST" }).then(() => undefined),
   editState: () => ask("edits").then((response) => response.json() as Promise<EditState>),
   changes: async (since, decoder) => decoder.blocks(await bytes(`mesh/changes?since=${since}`)),
   cropAddress: (id, n) => `${API}/instances/${id}/crop/${n}.jpg`,

@@ -29,8 +29,8 @@ export interface Listeners {
 export interface LiveServer {
   query(question: string | File): Promise<Answer>;
   edit(edit: Edit, epoch: number): Promise<void>;
-  undo(): Promise<void>;
-  redo(): Promise<void>;
+  undo(epoch: number): Promise<void>;
+  redo(epoch: number): Promise<void>;
   editState(): Promise<EditState>;
   changes(since: number, decoder: Decoder): Promise<ChangedBlocks>;
   cropAddress(id: number, n: number): string;

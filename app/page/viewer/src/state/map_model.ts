@@ -76,15 +76,16 @@ export class MapModel {
     return this.colors(instance)[mode < 1.5 ? 0 : mode < 2.5 ? 1 : 2];
   }
 
-  /** Instances whose name, number or kind begins with each of the words. */
+  /** Instances whose name or number begins with each of the words, or of a kind or purpose that is called so. */
   matching(text: string): Set<number> {
-    const words = text.toLowerCase().split(/[^\p{L}\p{N}#]+/u).filter(Boolean).filter((word) => !FILLERS.has(word));
+    const words = wordsOf(text);
     const found = new Set<number>();
     if (!words.length) return found;
     for (const instance of this.instances) {
-      const own = [instance.name, String(instance.id), `#${instance.id}`].flatMap((name) => name.toLowerCase().split(" "));
-      const kinds = (this.header.kinds[instance.name] ?? []).flatMap((kind) => kind.toLowerCase().split(" "));
-      if (words.every((word) => [...own, ...kinds].some((known) => begins(known, word)))) found.add(instance.id);
+      const own = [...wordsOf(instance.name), String(instance.id), `#${instance.id}`];
+      const kinds = this.header.kinds[instance.name] ?? [];
+      const isNamed = words.every((word) => own.some((known) => begins(known, word)));
+      if (isNamed || kinds.some((kind) => isSame(wordsOf(kind), words))) found.add(instance.id);
     }
     return found;
   }
@@ -97,8 +98,21 @@ export class MapModel {
 
 const FILLERS = new Set(["a", "an", "the", "some", "something", "to"]);
 
+function wordsOf(text: string): string[] {
+  return text.toLowerCase().split(/[^\p{L}\p{N}#]+/u).filter((word) => word && !FILLERS.has(word));
+}
+
 function begins(known: string, word: string): boolean {
-  return known.startsWith(word) || (word.length > 3 && word.endsWith("s") && known === word.slice(0, -1));
+  return known.startsWith(word) || known === singular(word);
+}
+
+/** Whether words say the same: "sit on" is not "sit at", nor is a cup what cups are put on. */
+function isSame(known: string[], words: string[]): boolean {
+  return known.length === words.length && known.every((word, i) => word === words[i] || word === singular(words[i]));
+}
+
+function singular(word: string): string {
+  return word.length > 3 && word.endsWith("s") ? word.slice(0, -1) : word;
 }
 
 /** Edges of a box in words: 120 x 60 x 45 cm. */

@@ -1,0 +1,1 @@
+"""Pictures of maps: rendered without a window or a GPU, shaded, labelled."""
