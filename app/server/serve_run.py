@@ -26,8 +26,10 @@ def serve_run(run: Path, rules: AccessRules, port: int, trust: Trust) -> None:
     warming = threading.Thread(target=_warm_up, args=(shared,), daemon=True)
     warming.start()
     sign_in = "" if rules.token is None else f"?token={rules.token}"
-    print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
-    Server(guarded(served, rules), served.events.close).run([listener])
+    server = Server(guarded(served, rules), served.events.close)
+    with server.capture_signals():  # from when people know of it
+        print(f"serving {run} at {address_of(listener)}{sign_in} (Ctrl-C ends it)", flush=True)
+        server.run([listener])
     shared.renew_files()
     if warming.is_alive() or not served.pool.is_idle:
         os._exit(0)  # libraries that are at work in a thread do not survive their own orderly end

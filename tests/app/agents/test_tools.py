@@ -67,6 +67,11 @@ def test_every_tool_says_what_it_does_and_what_it_changes(folder):
         assert tool.output_schema is not None
 
 
+def test_an_argument_that_a_tool_does_not_have_is_refused_by_name(folder):
+    (told,) = called(folder, ("list_objects", {"class": "chair"}))
+    assert "list_objects has no argument class; it has class_name, kind" in told
+
+
 def test_what_a_map_holds(folder):
     objects, chairs, chair, found, missing, relations, graph = called(
         folder,

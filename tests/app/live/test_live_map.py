@@ -12,7 +12,7 @@ from app.live.live_map import LiveMap
 from app.live.snapshot import Snapshot
 from app.page.packet import unpack
 from app.served_map.asked_map import NoSuchInstance
-from app.served_map.edit_models import RenameRequest
+from app.served_map.edit_models import MergeRequest, RenameRequest
 from app.settings.config_file import read_config
 from razer.errors import BadInput, EditConflict
 from razer.mesh.labelled_mesh import LabelledMesh
@@ -96,6 +96,32 @@ def test_an_edit_stays_with_its_instance_when_the_map_goes_on(live, told):
     live.undo()
     assert live.current.instances[CHAIR].name == "chair"
     assert [edit.kind for edit in live.edits.edits] == ["rename", "undo"]
+
+
+def test_what_has_no_surface_yet_cannot_be_edited(live):
+    whole = hand_made()
+    seen = replace(whole.mesh, instances=np.where(whole.mesh.instances == CHAIR, 0, whole.mesh.instances))
+    live.take(Snapshot(0, whole.objects, {HERE: seen}, up=np.array([0.0, 0.0, 3.0])))
+    for edit in (
+        RenameRequest(epoch=0, instance=CHAIR, name="throne"),
+        MergeRequest(epoch=0, instances=[TABLE, CHAIR]),
+    ):
+        with pytest.raises(EditConflict, match=f"{CHAIR} has no surface in the map yet"):
+            live.edit(edit)
+    assert live.edits.edits == []
+    live.take(snapshot(1))
+    live.edit(RenameRequest(epoch=0, instance=CHAIR, name="throne"))
+    assert (live.current.instances[CHAIR].name, live.edits.problems) == ("throne", [])
+
+
+def test_an_edit_that_finds_its_instance_no_more_is_told_of(live):
+    live.take(snapshot())
+    live.edit(RenameRequest(epoch=0, instance=LAMP, name="sun"))
+    whole = hand_made()
+    gone = replace(whole.mesh, instances=np.where(whole.mesh.instances == LAMP, 0, whole.mesh.instances))
+    live.take(Snapshot(1, tuple(o for o in whole.objects if o.id != LAMP), {HERE: gone}, up=np.array([0, 0, 3.0])))
+    (problem,) = live.edits.problems
+    assert "edit 1 (rename)" in problem
 
 
 def test_who_asks_while_the_folder_gets_its_name_waits_for_the_finished_map(live, tmp_path):

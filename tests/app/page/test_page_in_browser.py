@@ -255,3 +255,27 @@ def test_a_map_grows_while_one_looks_at_it(browser):
             page.wait_for_timeout(800)
             assert card(page) == ["chair", "3"]
             assert seen.complaints == []
+
+
+def test_escape_closes_the_keys_and_lets_go_of_a_walk(browser, offline):
+    with opened(browser, offline) as seen:
+        page = seen.page
+        page.keyboard.press("?")
+        page.get_by_role("dialog").wait_for()
+        page.keyboard.press("Escape")
+        page.get_by_role("dialog").wait_for(state="hidden")
+        page.keyboard.press("w")
+        walking = page.get_by_role("button", name="Walk")
+        assert walking.get_attribute("aria-pressed") == "true"
+        page.keyboard.press("Escape")
+        assert walking.get_attribute("aria-pressed") == "false"
+
+
+def test_on_a_phone_the_list_makes_room_for_what_is_chosen(browser, offline):
+    with opened(browser, offline, 390, 844) as seen:
+        page = seen.page
+        page.get_by_role("button", name="Show or hide the list").click()
+        row = page.get_by_role("button", name="cup 4").first
+        row.click()
+        page.locator("#card h2", has_text="cup").wait_for()
+        assert not row.is_visible()

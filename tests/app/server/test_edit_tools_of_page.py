@@ -76,6 +76,18 @@ def test_a_click_on_its_neighbour_merges_a_thing_with_it(seen, folder):
     assert sum(after.values()) == sum(before.values())
 
 
+def test_a_choice_in_the_list_is_what_a_thing_is_merged_with(seen, folder):
+    page = seen.page
+    page.get_by_role("button", name=f"chair {CHAIR}").first.click()
+    page.locator(".editing summary").click()
+    page.get_by_role("button", name="Merge with …").click()
+    page.locator("#toast", has_text=f"belongs to chair {CHAIR}").wait_for()
+    page.get_by_role("button", name=f"table {TABLE}").first.click()
+    page.locator("#toast", has_text="Merged").wait_for()
+    (entry,) = edits(folder)
+    assert (entry["kind"], entry["instances"]) == ("merge", [CHAIR, TABLE])
+
+
 def test_three_points_of_a_table_top_lay_the_plane_that_cuts_the_wall_behind_it(seen, folder):
     page = seen.page
     mesh, whole = load_map(folder).mesh, sizes(folder)[WALL]

@@ -116,3 +116,14 @@ def test_the_document_has_examples_and_problems_for_every_route(client):
         for operation in operations.values():
             assert operation["operationId"]
             assert operation["responses"]["422"]["content"].keys() == {"application/problem+json"}
+
+
+def test_headers_and_address_have_a_bound_together(client):
+    assert client.get(f"{API}/edits", headers={"x-much": "x" * 15_000}).status_code == 200
+    for refused in (
+        client.get(f"{API}/edits", headers={"x-much": "x" * 17_000}),
+        client.get(f"{API}/edits", headers={f"x-{i}": "x" * 40 for i in range(400)}),
+        client.get(f"{API}/instances?text={'x' * 17_000}"),
+    ):
+        assert refused.status_code == 431
+        assert "16 KB" in problem_of(refused)["detail"]

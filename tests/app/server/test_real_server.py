@@ -220,3 +220,13 @@ def test_a_taken_port_is_one_plain_line(folder, capsys):
     assert code == 2
     assert "--port" in err
     assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("after_s", [0.05, 0.4])
+def test_it_ends_without_a_word_while_it_makes_what_is_asked_for(folder, after_s):
+    with server_process(folder) as (process, address), connect(address) as connection:
+        connection.sendall(request(address, f"{API}/page"))
+        time.sleep(after_s)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 0
+        assert process.stderr.read() == ""

@@ -23,7 +23,9 @@ function model(): MapModel {
   const header = {
     instances: [instance(1, "chair", 10), instance(2, "coffee table", 90), instance(12, "cup", 5)],
     relations: [{ subject: 12, relation: "on", object: 2 }, { subject: 12, relation: "on", object: 99 }],
-    kinds: { chair: ["seat", "furniture"], "coffee table": ["furniture"] },
+    kinds: {
+      chair: ["seat", "furniture", "sit on"], "coffee table": ["furniture", "put a cup on", "sit at"], cup: ["tableware"],
+    },
   };
   return new MapModel({ header, crops: new Map() } as unknown as LoadedMap);
 }
@@ -46,6 +48,10 @@ test("search goes by names, kinds, numbers and plurals", () => {
   assert.deepEqual(found("furniture"), [1, 2]);
   assert.deepEqual(found("the chairs"), [1]);
   assert.deepEqual(found("tab"), [2]);
+  assert.deepEqual(found("seats"), [1]);
+  assert.deepEqual(found("something to sit on"), [1]);
+  assert.deepEqual(found("cup"), [12]);
+  assert.deepEqual(found("tableware"), [12]);
   assert.deepEqual(found("#12"), [12]);
   assert.deepEqual(found("coffee cup"), []);
   assert.deepEqual(found("  "), []);

@@ -53,6 +53,7 @@ SUBSTITUTES = {
     "recycling bin": "dumpster",
     "shelf": "pegboard",
     "shower": "shower head",
+    "sign": "street sign",
     "speaker": "speaker (stero equipment)",
     "storage bin": "toolbox",
     "stuffed animal": "teddy bear",
