@@ -21,7 +21,7 @@ from razer.tracking.parts.frozen_parts import frozen
 from razer.tracking.step_result import StepResult
 from razer.volume.mesh_extraction import extract_part
 
-TIME_SHARE = 0.03  # of the run's, at most: the process that serves takes of it, too
+TIME_SHARE = 0.02  # of the run's, at most: the process that serves takes of it, too
 AIM_S = 0.04  # what one snapshot may take; a smaller one has hardly more chunks than it has overhead
 _FIRST_GUESS_S = 0.005  # for a chunk
 _WAITING = 2  # snapshots, for a reader that is slower

@@ -9,6 +9,7 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, FloatArray
 
 _DISTANCE_RADII = 4.0  # of the eye, in radii of the map: little foreshortening, but still perspective
+_PARALLEL_M = 10_000.0  # farther, and depth in single precision is coarser than a millimetre
 _RIM = 0.002  # share of points left and right that may lie outside the frame: fragments far off
 
 
@@ -45,20 +46,27 @@ class PictureCamera:
         flat = local[:, :2] if self.is_orthographic else local[:, :2] / local[:, 2:]
         return self.focal_px * flat + np.array(self.center_px)
 
-    def rays(self, first_row: int, last_row: int) -> Float32Array:
-        """Rays (rows, width, 6), origin and unit direction, through the middles of the pixels of some rows."""
-        x = ((np.arange(self.size[0]) + 0.5 - self.center_px[0]) / self.focal_px).astype(np.float32)
-        y = ((np.arange(first_row, last_row) + 0.5 - self.center_px[1]) / self.focal_px).astype(np.float32)
-        right, down, forward = self.axes.astype(np.float32)
-        across = y[:, None, None] * down + x[None, :, None] * right
-        rays = np.empty((len(y), len(x), 6), np.float32)
+    @property
+    def depth_focal_px(self) -> float:
+        """The focal length that goes with `local` points."""
+        return self.focal_px * (_PARALLEL_M if self.is_orthographic else 1.0)
+
+    def local(self, points: FloatArray) -> Float32Array:
+        """Points (N, 3) in the camera: right, down, forward, metres; for orthographic cameras from an eye so far behind
+        that rays through the picture are parallel."""
+        local = (points - self.eye) @ self.axes.T
         if self.is_orthographic:
-            rays[..., :3], rays[..., 3:] = self.eye + across, forward
-        else:
-            rays[..., :3] = self.eye
-            # |x right + y down + forward| for axes square to each other
-            rays[..., 3:] = (across + forward) / np.sqrt(1 + x**2 + y[:, None] ** 2)[..., None]
-        return rays
+            local[:, 2] += _PARALLEL_M
+            local[:, :2] *= local[:, 2:] / _PARALLEL_M
+        return local.astype(np.float32)
+
+    def slant(self, first_row: int, last_row: int) -> Float64Array:
+        """How much longer (rows, width) the rays through the pixels of some rows are than the depth that they reach."""
+        if self.is_orthographic:
+            return np.ones((last_row - first_row, self.size[0]))
+        x = (np.arange(self.size[0]) + 0.5 - self.center_px[0]) / self.focal_px
+        y = (np.arange(first_row, last_row) + 0.5 - self.center_px[1]) / self.focal_px
+        return np.sqrt(1 + x**2 + y[:, None] ** 2)
 
 
 def axes_towards(up: Float64Array, heading: Float64Array, elevation_deg: float) -> Float64Array:

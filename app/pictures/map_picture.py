@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 
 from app.pictures.camera import PictureCamera, fitted_camera
+from app.pictures.front_faces import FrontFaces
 from app.pictures.label_drawing import Color, LabelPen
 from app.pictures.label_layout import place_labels
-from app.pictures.ray_casting import FrontFaces
 from app.pictures.shading import lit, openness
 from app.pictures.style_colors import VertexColors, as_bytes
 from app.pictures.view import LARGEST, Angle, Background, View
@@ -22,7 +22,7 @@ from razer.mesh.labelled_mesh import LabelledMesh
 from razer.semantics.normals import vertex_normals
 
 _SAMPLES = 2  # along each side of a pixel
-_STRIP_ROWS = 128
+_STRIP_ROWS = 640
 _MARGIN = 0.045  # of the picture's mean side, on each side of the map
 _BARE = -1
 
@@ -103,7 +103,7 @@ def render(scene: Scene, camera: PictureCamera) -> Rendering:
     distance = np.full((height, width), np.inf, np.float32)
     for first in range(0, height, _STRIP_ROWS):
         rows = slice(first, min(first + _STRIP_ROWS, height))
-        hits = faces.cast(_SAMPLES * rows.start, _SAMPLES * rows.stop)
+        hits = faces.seen(_SAMPLES * rows.start, _SAMPLES * rows.stop)
         values, labels = np.zeros((*hits.covered.shape, 3), np.float32), np.full(hits.covered.shape, _BARE, np.int32)
         colors = scene.colors.values
         own = hits.blended(colors) if scene.colors.blends else colors[hits.nearest]

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from app.pictures.camera import PictureCamera, axes_towards, fitted_camera
-from app.pictures.ray_casting import FrontFaces
+from app.pictures.front_faces import FrontFaces
 from app.pictures.view import Angle
 from app.render.mesh_decimation import cluster_vertices
 from razer.arrays import BoolArray, Float64Array
@@ -18,7 +18,7 @@ _TRIAL_SIZE = (200, 150)
 _EVERY = 7  # of the vertices, for the extent of a map
 _TRIAL_CELLS = 70  # along the longest side of the map
 _AZIMUTHS_DEG = tuple(range(15, 360, 30))
-_ELEVATIONS_DEG = (40.0, 52.0)
+_ELEVATIONS_DEG = (46.0,)
 _COVERED_WEIGHT = 0.35  # of the surface shown as a whole, beside the instances
 _UPRIGHT = 0.3  # largest cosine between upwards and the normal of a wall
 
@@ -82,7 +82,7 @@ def _without(mesh: LabelledMesh, left_out: BoolArray) -> LabelledMesh:
 
 
 def _seen(mesh: LabelledMesh, camera: PictureCamera, wanted: Collection[int]) -> float:
-    hits = FrontFaces(mesh, camera).cast(0, camera.size[1])
-    counts = np.bincount(mesh.instances[hits.nearest].clip(min=0), minlength=1)
+    seen = FrontFaces(mesh, camera).vertices_seen()
+    counts = np.bincount(mesh.instances[seen].clip(min=0), minlength=1)
     of_wanted = sum(float(np.sqrt(counts[number])) for number in wanted if number < len(counts))
-    return of_wanted + _COVERED_WEIGHT * float(np.sqrt(hits.covered.sum())) * max(len(wanted), 1) ** 0.5
+    return of_wanted + _COVERED_WEIGHT * float(np.sqrt(len(seen))) * max(len(wanted), 1) ** 0.5

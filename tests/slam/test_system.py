@@ -40,7 +40,7 @@ def root_mean_square(values):
 
 @pytest.fixture(scope="module")
 def room():
-    return SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+    return SyntheticScene("room", 4, 100, 320, 240, sensor=SensorModel.kinect())
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +171,15 @@ def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(
     poses = slam.trajectory()
     assert len(poses) >= len(truth) - 2
     assert root_mean_square(errors_m(poses, truth)) < 0.06
+
+
+@pytest.mark.xfail(strict=True, reason="corners of a calm room that are alike but for their colours are taken for one")
+def test_a_corner_is_not_taken_for_another_one(room):
+    other = SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+    slam = SlamSystem()
+    located(slam, [other[i] for i in range(10)], 0)
+    located(slam, [blank(room[0])] * 12, 10)
+    assert located(slam, [other[i] for i in range(60, 63)], 22) == [None] * 3
 
 
 def test_the_submap_that_shows_most_frames_is_the_world_in_the_end(room):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 PICTURE = "query.png"
 _N_HITS = 5
+_SIZE = (640, 480)  # of a picture that nobody asked for: it should not cost more than the answer
 
 
 def query(
@@ -37,7 +39,7 @@ def query(
     picture: PictureOptions = PictureOptions(),  # noqa: B008
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
-) -> int:
+) -> None:
     """Find instances by text or by image; what is not in the map is reported as not found.
 
     Parameters
@@ -51,32 +53,37 @@ def query(
     image:
         An image of what to look for, instead of a text.
     box:
-        The part of the image that shows it, as x,y,width,height in pixels.
+        The part of it that counts, as x,y,width,height in pixels.
     min_score:
         Minimum score of a hit, from 0 to 1. Lower: higher recall, lower precision.
     embedder:
         Embedder, a name or module:Class; the one that the run was made with if not given.
     set:
-        One setting as section.key=value, such as an option of the embedder; may be repeated.
+        One setting as section.key=value, such as an embedder's option; may be repeated.
     render:
         Where the picture of the map with the hits in colour goes; RUN/query.png if not given, none with --json.
     json:
         One line of JSON.
     """
+    view = _checked_view(picture, render)
     _check_arguments(text, k, image, box, min_score)
-    view = picture.view()
-    if render is not None:
-        from app.pictures.picture_file import check_picture_path
-
-        check_picture_path(render, view)
-    from app.query.queryable_map import open_queryable_map  # late, since it brings Open3D and torch along
+    from app.query.queryable_map import open_queryable_map  # late, since models may bring torch along
 
     queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
     answer = _shortened(_answer(queryable, text, image, box, min_score), k)
-    _report(queryable, text if text is not None else str(image), answer, json)
+    _report(queryable, text or str(image), answer, json)
     if render is not None or (answer.found and not json):
         _draw(queryable, answer, render, view, json)
-    return 0
+
+
+def _checked_view(options: PictureOptions, target: Path | None) -> View:
+    """How the answer is drawn; raises BadInput where it cannot be, before anything is asked."""
+    view = options.view()
+    if target is not None:
+        from app.pictures.picture_file import check_picture_path
+
+        check_picture_path(target, view)
+    return view
 
 
 def _check_arguments(
@@ -116,7 +123,8 @@ def _draw(queryable: QueryableMap, answer: Answer, target: Path | None, view: Vi
 
     scene = answer_scene(queryable.panoptic, answer.hits)
     if target is None:
-        add_picture(queryable.folder / PICTURE, scene, result_console(), view)
+        small = replace(view, size=view.size or _SIZE)
+        add_picture(queryable.folder / PICTURE, scene, result_console(), small)
     else:
         write_view(target, scene, view, progress_console() if json else result_console())
 

@@ -54,6 +54,10 @@ def view(
     if style is not None or query is not None or view_options != PictureOptions():
         raise BadInput("--style, --query, --angle, --size and --background are of a picture: add --picture FILE.png")
 
+    return _open(run, other, web)
+
+
+def _open(run: Path, other: Path | None, web: bool) -> None:
     # Late, as in `razer run`.
     from app.timeline.viewer.rerun_viewer import open_viewer, require_display
 

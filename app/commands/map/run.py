@@ -89,7 +89,9 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
 
     print_run(result, folder, as_json=as_json)
     if not as_json:
-        print_next(result_console(), ("view", folder), ("query", folder, "a chair"), ("serve", folder))
+        knows_words = result.config.embedder.name != "appearance"
+        question = [("query", folder, "a chair")] if knows_words else []
+        print_next(result_console(), ("view", folder), *question, ("serve", folder))
     if live is not None and not result.accounting.interrupted:
         _go_on_serving(live)
 

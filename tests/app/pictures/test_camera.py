@@ -16,15 +16,21 @@ def cloud():
 
 @pytest.mark.parametrize("is_orthographic", [False, True])
 @pytest.mark.parametrize("elevation", [0.0, 40.0, 90.0])
-def test_a_ray_through_a_pixel_meets_what_is_projected_there(is_orthographic, elevation):
+def test_a_point_in_the_camera_is_as_deep_and_as_slanted_as_it_is_projected(is_orthographic, elevation):
     axes = axes_towards(UP, HEADING, elevation)
     camera = fitted_camera(axes, cloud(), (80, 60), 5, is_orthographic=is_orthographic)
-    rays = camera.rays(0, 60).astype(float)
-    points = rays[..., :3] + 7.5 * rays[..., 3:]
-    x, y = np.moveaxis(camera.project(points.reshape(-1, 3)).reshape(60, 80, 2), 2, 0)
-    np.testing.assert_allclose(x, np.broadcast_to(np.arange(80) + 0.5, x.shape), atol=2e-2)
-    np.testing.assert_allclose(y, np.broadcast_to(np.arange(60)[:, None] + 0.5, y.shape), atol=2e-2)
-    np.testing.assert_allclose(np.linalg.norm(rays[..., 3:], axis=2), 1, atol=1e-5)
+    points = cloud()
+    local = camera.local(points).astype(float)
+    x, y = (camera.depth_focal_px * local[:, :2] / local[:, 2:] + camera.center_px).T
+    np.testing.assert_allclose(np.stack([x, y], axis=1), camera.project(points), atol=2e-2)
+    inside = (x > 0) & (x < 80) & (y > 0) & (y < 60)
+    slant = camera.slant(0, 60)[y[inside].astype(int), x[inside].astype(int)]
+    if not is_orthographic:
+        np.testing.assert_allclose(
+            slant * local[inside, 2], np.linalg.norm(points[inside] - camera.eye, axis=1), rtol=2e-2
+        )
+    else:
+        assert (slant == 1).all()
 
 
 @pytest.mark.parametrize("elevation", [0.0, 40.0, 90.0])
