@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
@@ -92,4 +93,4 @@ def _ask(folder: Path) -> None:
     write_picture(folder / _PICTURE, answer_sheet(panoptic, _QUESTION, hits))
     console.print(f'asked for "{_QUESTION}": {found}', soft_wrap=True)
     console.print(f"picture: {folder / _PICTURE}", soft_wrap=True)
-    console.print(f'ask more: razer query {folder} "dishes"', soft_wrap=True)
+    print_next(console, ("query", folder, "dishes"), ("view", folder, "--page", "map.html"), ("serve", folder))
