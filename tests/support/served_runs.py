@@ -24,9 +24,9 @@ MODELS = ("--segmenter", "oracle", "--embedder", "oracle")
 class ServedRun:
     """A run in a process, what it wrote to standard error, and its address."""
 
-    def __init__(self, recording: Path, out: Path) -> None:
+    def __init__(self, recording: Path, out: Path, *arguments: str) -> None:
         command = [sys.executable, "-m", "app.cli", "run", recording, "-o", out, *MODELS, *QUICK, "--no-timeline"]
-        command = [*map(str, command), "--serve", "--port", "0"]
+        command = [*map(str, command), "--serve", "--port", "0", *arguments]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.lines: list[str] = []
         threading.Thread(target=self._read, daemon=True).start()
@@ -60,9 +60,9 @@ class ServedRun:
 
 
 @contextmanager
-def served_run(recording: Path, out: Path) -> Iterator[ServedRun]:
+def served_run(recording: Path, out: Path, *arguments: str) -> Iterator[ServedRun]:
     """A run of a recording into a folder, and the end of it with all that it started."""
-    run = ServedRun(recording, out)
+    run = ServedRun(recording, out, *arguments)
     try:
         yield run
     finally:

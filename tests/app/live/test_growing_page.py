@@ -13,6 +13,7 @@ from tests.support.browser import chromium, opened
 from tests.support.served_runs import served_run
 
 pytestmark = pytest.mark.full
+SLOWLY = ("--set", "voxels.voxel_size_m=0.015")  # so that there is something left to grow once the page is open
 
 
 def counted(page) -> int:
@@ -28,7 +29,7 @@ def of_map(page, tmp_path) -> float:
 
 def test_the_page_shows_a_run_grow_and_ends_with_what_is_saved(recording, tmp_path):
     out = tmp_path / "run"
-    with chromium() as browser, served_run(recording, out) as run, opened(browser, run.address) as seen:
+    with chromium() as browser, served_run(recording, out, *SLOWLY) as run, opened(browser, run.address) as seen:
         page, first = seen.page, counted(seen.page)
         assert not out.exists(), "the run was over before it was looked at"
         shares, counts = [], []
