@@ -78,7 +78,7 @@ class ViewCrops:
         except UntrustedPlugin:
             raise
         except (BadInput, OSError) as error:
-            self.notes.append(f"no crops: {error}")
+            self.notes.append(f"no crops but those that are there: {error}")
             return None
 
     def _path(self, instance_id: int, view: BestView) -> Path:

@@ -103,7 +103,7 @@ def test_without_the_recording_there_are_no_crops_and_a_note(capsys, run):
     code, out, err = razer(capsys, "query", run, "couch", "--json")
     assert code == 0
     assert [frame["crop"] for frame in json.loads(out)["hits"][0]["best_frames"]].count(None) >= 1
-    assert "no crops: the recording /nowhere is not there any more" in err
+    assert "no crops but those that are there: the recording /nowhere is not there any more" in err
     assert not (run / "crops").exists()
 
 
