@@ -66,6 +66,7 @@ def test_a_folder_without_poses_becomes_a_map_that_follows(clip, tmp_path, capsy
     assert (np.linalg.eigvalsh(kept["covariances"]) > 0).all()
 
 
+@pytest.mark.full
 def test_both_are_two_runs_and_their_comparison(clip, tmp_path, capsys):
     options = ("--poses", "both", "--no-timeline", "--max-frames", "8", "--json")
     code, out, _ = razer(capsys, "run", clip, "-o", tmp_path / "out", *options)
