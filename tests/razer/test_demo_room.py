@@ -65,6 +65,7 @@ def test_perfect_masks_give_every_instance_once_and_nearly_every_vertex(room):
     assert not wrong
 
 
+@pytest.mark.full
 def test_masks_that_drop_split_merge_and_wobble_cost_little(room):
     frames, truth = room
     # One seed keeps the suite short; RAZER_SEEDS=5 with -s shows the five that the README speaks of.

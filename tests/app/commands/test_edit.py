@@ -104,6 +104,7 @@ def test_labels_respect_edits_and_keep_what_an_undo_gives_back(capsys, run, tmp_
     assert (known[chair], known[other]) == ("chair", "chair")
 
 
+@pytest.mark.full
 def test_an_evaluation_is_of_the_edited_map(capsys, run, made):
     def numbers():
         _, out, _ = razer(capsys, "eval", run, "--truth", made[1], "--json")

@@ -104,6 +104,7 @@ def assert_relations(scores, true):
     assert min(scores["precision"], scores["recall"]) > 0.5
 
 
+@pytest.mark.full
 def test_recall_by_views_goes_by_the_frames_the_run_used(room, run, tmp_path, capsys):
     half = shutil.copytree(run, tmp_path / "half")
     lines = (run / "trajectory.txt").read_text().splitlines(keepends=True)
@@ -117,6 +118,7 @@ def test_recall_by_views_goes_by_the_frames_the_run_used(room, run, tmp_path, ca
     assert evaluated(capsys, half, "--truth", room)["recall_by_views"] is None
 
 
+@pytest.mark.full
 def test_names_by_text_are_those_of_the_embeddings(room, run, capsys):
     result = evaluated(capsys, run, "--truth", room, "--names", "text")
     assert result["class_aware"]["ap50"] > 0.5

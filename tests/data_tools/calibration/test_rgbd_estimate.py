@@ -140,6 +140,7 @@ def test_too_few_frames_are_not_trusted(right: list[Frame]) -> None:
 @pytest.mark.parametrize(
     ("zoom", "shift_px"), [(1.03, (-12.0, 9.0)), pytest.param(0.95, (0.0, 0.0), marks=pytest.mark.full)]
 )
+@pytest.mark.full
 def test_what_is_planted_on_real_clips_is_what_is_found_besides(
     clip: str, zoom: float, shift_px: tuple[float, float], real_data: Path
 ) -> None:
