@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from razer.arrays import Float64Array
-from razer.models import TextEncoder
 from razer.query.embedding_table import EmbeddingTable
 from razer.query.kinds import NameSet, expand
 from razer.query.phrases import plain, singulars
@@ -88,7 +87,7 @@ class GivenNames:
 
     def _knows(self, name: str) -> bool:
         queries = self._queries
-        return queries is not None and isinstance(queries.embedder, TextEncoder) and queries.knows(name)
+        return queries is not None and queries.knows_words and queries.knows(name)
 
 
 def _heads(name: str) -> list[str]:

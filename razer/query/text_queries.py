@@ -50,6 +50,11 @@ class TextQueryEncoder:
         return self._make()
 
     @property
+    def knows_words(self) -> bool:
+        """Whether texts can be asked for."""
+        return isinstance(self.embedder, TextEncoder)
+
+    @property
     def text_encoder(self) -> TextEncoder:
         """The embedder; raises BadInput if it knows no words."""
         if not isinstance(self.embedder, TextEncoder):

@@ -89,8 +89,8 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
 
     print_run(result, folder, as_json=as_json)
     if not as_json:
-        knows_words = result.config.embedder.name != "appearance"
-        question = [("query", folder, "a chair")] if knows_words else []
+        queries = result.panoptic.text_queries
+        question = [("query", folder, "a chair")] if queries is not None and queries.knows_words else []
         print_next(result_console(), ("view", folder), *question, ("serve", folder))
     if live is not None and not result.accounting.interrupted:
         _go_on_serving(live)

@@ -7,22 +7,11 @@ import json
 import pytest
 
 from razer import load_map
-from tests.support.browser import chromium, opened
+from tests.support.browser import opened
 from tests.support.edited_maps import CHAIR, FLOOR, TABLE, WALL
-from tests.support.served_maps import saved_map, server_process
+from tests.support.served_maps import server_process
 
 pytestmark = pytest.mark.full
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture
-def folder(tmp_path):
-    return saved_map(tmp_path / "run")
 
 
 @pytest.fixture

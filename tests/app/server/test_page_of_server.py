@@ -8,23 +8,12 @@ import httpx
 import pytest
 
 from razer import load_map
-from tests.support.browser import chromium, opened
+from tests.support.browser import opened
 from tests.support.cli import ROOM_FRAMES, ROOM_SIZE, map_oracle_room
 from tests.support.edited_maps import CHAIR, LAMP
-from tests.support.served_maps import API, TOKEN, saved_map, server_process
+from tests.support.served_maps import API, TOKEN, server_process
 
 pytestmark = pytest.mark.full
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture
-def folder(tmp_path):
-    return saved_map(tmp_path / "run")
 
 
 def ask(page, question: str) -> None:
