@@ -53,7 +53,7 @@ def bench(
         raise BadInput(f"--repeat {repeat}: give at least 1")
     config = options.read()
     if masks or recognition:
-        (_measure_masks if masks else _measure_recognition)(folder, config, json)
+        _measure_masks(folder, config, recognition, json)
         return
 
     # Late, as in `razer run`.
@@ -67,28 +67,16 @@ def bench(
     print(dumps(result)) if json else print_bench(result)
 
 
-def _measure_masks(folder: Path | None, config: RunConfig, json: bool) -> None:
-    from app.benchmark.measure_masks import measure_masks, print_masks
+def _measure_masks(folder: Path | None, config: RunConfig, is_recognition: bool, json: bool) -> None:
+    from app.mask_quality.measure_masks import measure_masks, print_masks
+    from app.mask_quality.measure_recognition import measure_recognition, print_recognition
 
     if folder is None:
-        raise BadInput("--masks needs a recording: razer bench FOLDER --masks")
-    result = measure_masks(folder, config)
-    if json:
-        print(dumps(result))
-    else:
-        print_masks(result)
-
-
-def _measure_recognition(folder: Path | None, config: RunConfig, json: bool) -> None:
-    from app.recognition.measure_recognition import measure_recognition, print_recognition
-
-    if folder is None:
-        raise BadInput("--recognition needs a recording: razer bench FOLDER --recognition")
-    result = measure_recognition(folder, config)
-    if json:
-        print(dumps(result))
-    else:
-        print_recognition(result)
+        option = "--recognition" if is_recognition else "--masks"
+        raise BadInput(f"{option} needs a recording: razer bench FOLDER {option}")
+    measure, show = (measure_recognition, print_recognition) if is_recognition else (measure_masks, print_masks)
+    result = measure(folder, config)
+    print(dumps(result)) if json else show(result)
 
 
 def _measure_serving(json: bool) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.recognition.recognition import SEEN_PX, SURFACES, THINGS, Recognition
+from app.mask_quality.recognition import SEEN_PX, SURFACES, THINGS, Recognition
 from razer.frame import Masks
 from razer.vocabulary import vocabulary
 from tests.support.profile_frames import true_frame

@@ -10,13 +10,11 @@ from rich.table import Table
 
 from app.console.progress import show_progress
 from app.console.streams import progress_console, result_console
-from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import print_model_note, resolve_models
-from app.recognition.recognition import Recognition
+from app.mask_quality.opened_recording import opened
+from app.mask_quality.recognition import Recognition
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, UnusableFrame
-from razer.models import make_segmenter
 from razer.models.recorded_view import masks_of
 
 FORMAT = 1
@@ -26,11 +24,7 @@ def measure_recognition(folder: Path, config: RunConfig) -> dict[str, Any]:
     """Recall and IoU over the frames that the settings choose, format 1 of `bench --recognition --json`; raises
     BadInput."""
     console = progress_console()
-    config, note = resolve_models(config)
-    chosen = config.segmenter
-    segmenter = make_segmenter(chosen.name, chosen.options, chosen.trust)
-    sequence = open_recording(folder, config.input, console)
-    print_model_note(note, console)
+    sequence, segmenter, name = opened(folder, config, console)
     recognition = Recognition()
     indices = selected_frames(sequence, config.input)
     for index in show_progress(indices, len(indices), lambda: "recognition", console):
@@ -39,7 +33,7 @@ def measure_recognition(folder: Path, config: RunConfig) -> dict[str, Any]:
             if frame.instance_ids is None:
                 raise BadInput(f"{folder} has no instance ids: --recognition needs a recording with a truth")
             recognition.add(frame, masks_of(segmenter, frame))
-    return {"format": FORMAT, "name": sequence.name, "segmenter": chosen.name} | recognition.to_json()
+    return {"format": FORMAT, "name": sequence.name, "segmenter": name} | recognition.to_json()
 
 
 def print_recognition(result: dict[str, Any]) -> None:

@@ -11,17 +11,16 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from app.benchmark.mask_consistency import MaskConsistency, View
 from app.console.progress import show_progress
 from app.console.streams import progress_console, result_console
 from app.frames.color_registration import register_color
-from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import print_model_note, require_poses, resolve_models
+from app.mask_quality.mask_consistency import MaskConsistency, View
+from app.mask_quality.opened_recording import opened
+from app.pipeline.run_pipeline import require_poses
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame
-from razer.models import make_segmenter
 from razer.models.recorded_view import masks_of
 
 FORMAT = 1
@@ -31,14 +30,10 @@ def measure_masks(folder: Path, config: RunConfig) -> dict[str, Any]:
     """The statistics of the masks of the frames that the settings choose, format 1 of `bench --masks --json`; raises
     BadInput."""
     console = progress_console()
-    config, note = resolve_models(config)
-    chosen = config.segmenter
-    segmenter = make_segmenter(chosen.name, chosen.options, chosen.trust)
-    sequence = open_recording(folder, config.input, console)
+    sequence, segmenter, name = opened(folder, config, console)
     require_poses(sequence)
-    print_model_note(note, console)
     statistics = MaskConsistency.of(_views(sequence, config, partial(masks_of, segmenter), console))
-    return {"format": FORMAT, "name": sequence.name, "segmenter": chosen.name} | statistics.to_json()
+    return {"format": FORMAT, "name": sequence.name, "segmenter": name} | statistics.to_json()
 
 
 def _views(sequence: RgbdSequence, config: RunConfig, segment: Any, console: Console) -> Iterator[View]:

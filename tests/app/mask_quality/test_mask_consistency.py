@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.benchmark.mask_consistency import MaskConsistency, View, carried_pixels, carry
+from app.mask_quality.mask_consistency import MaskConsistency, View, carried_pixels, carry
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame, Masks
 from tests.support.profile_frames import true_frame

@@ -1,1 +1,0 @@
-"""How much of the true things and surfaces a segmenter recognises."""
