@@ -40,7 +40,16 @@ def root_mean_square(values):
 
 @pytest.fixture(scope="module")
 def room():
-    return SyntheticScene("room", 4, 100, 320, 240, sensor=SensorModel.kinect())
+    return SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
+
+
+ALIKE = "a corner that is like another one but for its colours is taken for that"
+
+
+@pytest.fixture(scope="module", params=[pytest.param(1, marks=pytest.mark.xfail(strict=True, reason=ALIKE)), 4])
+def two_corners(request):
+    """A room of which frames 60 to 75 show nothing that the first ten do."""
+    return SyntheticScene("room", request.param, 100, 320, 240, sensor=SensorModel.kinect())
 
 
 @pytest.fixture(scope="module")
@@ -152,9 +161,9 @@ def test_a_camera_that_went_blind_for_a_moment_goes_on(frames):
     assert length_m(inverse(truth) @ poses[-1]) < 0.06
 
 
-def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(room):
+def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(two_corners):
     slam = SlamSystem()
-    shots = [room[i] for i in range(75)]
+    shots = [two_corners[i] for i in range(75)]
     located(slam, shots[:10], 0)
     located(slam, [blank(shots[0])] * 12, 10)
     away = located(slam, shots[60:75], 22)
@@ -171,15 +180,6 @@ def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(
     poses = slam.trajectory()
     assert len(poses) >= len(truth) - 2
     assert root_mean_square(errors_m(poses, truth)) < 0.06
-
-
-@pytest.mark.xfail(strict=True, reason="corners of a calm room that are alike but for their colours are taken for one")
-def test_a_corner_is_not_taken_for_another_one(room):
-    other = SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
-    slam = SlamSystem()
-    located(slam, [other[i] for i in range(10)], 0)
-    located(slam, [blank(room[0])] * 12, 10)
-    assert located(slam, [other[i] for i in range(60, 63)], 22) == [None] * 3
 
 
 def test_the_submap_that_shows_most_frames_is_the_world_in_the_end(room):
@@ -227,8 +227,8 @@ class TwoSubmaps:
         return replace(self.shots[index], index=index, stamp=index / 30, world_from_camera=None)
 
 
-def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(room):
-    locator = Locator(TwoSubmaps(room), SlamSystem)
+def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(two_corners):
+    locator = Locator(TwoSubmaps(two_corners), SlamSystem)
     packets = [locator(index) for index in range(len(locator.sequence.shots))]
     lost = [packet.index for packet in packets if isinstance(packet, Lost)]
     assert set(range(20, 28)) < set(lost)
