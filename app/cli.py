@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import metadata
+from threading import current_thread, main_thread
+from types import FrameType
 
 from cyclopts import App, CycloptsError, Group
 
+from app.console.no_room import NO_ROOM
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
 from app.verbs import MODEL_VERBS, VERBS, Verb
 from razer.errors import BadInput
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130
 _NAMES = {verb.name for verbs in VERBS.values() for verb in verbs} | {"models"}
 
 app = App(
@@ -54,7 +58,10 @@ _add_verbs(app)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one command and exit: 0 done, 2 unusable input or usage (one plain line), 130 interrupted."""
+    """Run one command and exit: 0 done, 2 unusable input or usage, or no room for it on disk or in memory (one plain
+    line), 130 interrupted, 143 told to end."""
+    if current_thread() is main_thread():
+        signal.signal(signal.SIGTERM, _end)  # so that what is half done is cleaned up
     # What lies in the working directory is data: helper processes must not import it as modules.
     os.environ["PYTHONSAFEPATH"] = "1"
     warn_in_one_line()
@@ -62,6 +69,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         with _quiet_if_asked(tokens) as heard:
             code = app(heard, exit_on_error=False, print_error=False, result_action="return_value")
+    except KeyboardInterrupt:
+        print("razer: interrupted", file=sys.stderr)
+        sys.exit(INTERRUPTED)
     except CycloptsError as error:
         verb = next((token for token in tokens if token in _NAMES), None)
         asked = f"razer {verb}" if verb else "razer"
@@ -69,6 +79,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(BAD_INPUT)
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except MemoryError:
+        print("razer: memory ran out: use fewer or smaller frames, larger voxels, or another machine", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"razer: {_plain(place + str(error.strerror))}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code)
 
@@ -84,6 +103,10 @@ def _quiet_if_asked(tokens: list[str]) -> Iterator[list[str]]:
         yield kept + tokens[ended:]
     finally:
         os.environ[QUIET] = before
+
+
+def _end(signum: int, frame: FrameType | None) -> None:
+    sys.exit(128 + signum)
 
 
 def _plain(message: str) -> str:

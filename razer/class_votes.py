@@ -37,7 +37,7 @@ class VoteCount:
 
     def __init__(self) -> None:
         # Frames, weight, and weight times score, by name and sector.
-        self._sums: dict[tuple[str, int], list[float]] = defaultdict(lambda: [0, 0.0, 0.0])
+        self._sums: dict[tuple[str, int], list[float]] = {}
 
     def add(self, name: str, sector: int, weight: float, score: float) -> None:
         """Take in one frame."""
@@ -56,7 +56,7 @@ class VoteCount:
         )
 
     def _add(self, key: tuple[str, int], sums: Iterable[float]) -> None:
-        self._sums[key] = [a + b for a, b in zip(self._sums[key], sums, strict=True)]
+        self._sums[key] = [a + b for a, b in zip(self._sums.get(key, (0, 0.0, 0.0)), sums, strict=True)]
 
 
 def name_evidence(votes: Iterable[ClassVote], usual_score: float) -> dict[str, float]:

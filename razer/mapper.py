@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from razer.arrays import Pose
+from razer.arrays import Float64Array, Pose
 from razer.config import MapperConfig
 from razer.detection.perception import Observation, Perception
 from razer.errors import BadInput
@@ -33,6 +33,17 @@ from razer.tracking.track import Track
 from razer.tracking.tracker import Tracker
 from razer.volume.mesh_extraction import extract_mesh
 from razer.volume.voxel_map import VoxelMap
+
+
+@dataclass(frozen=True)
+class MapperState:
+    """All that a `Mapper` has learnt from its frames, as it goes on changing: the volume with its tracks, the frames
+    kept to be fused anew, how many frames were mapped, and the sum (3,) of their cameras' upward directions."""
+
+    integrator: PanopticIntegrator
+    reintegrator: Reintegrator | None
+    n_frames: int
+    camera_up: Float64Array
 
 
 class Mapper:
@@ -66,6 +77,17 @@ class Mapper:
         self.reintegrator = Reintegrator(config) if config.reintegration.enabled else None
         self._n_frames = 0
         self._camera_up = np.zeros(3)  # summed over frames: cameras are mostly held upright
+
+    @property
+    def state(self) -> MapperState:
+        """What it has learnt so far."""
+        return MapperState(self._integrator, self.reintegrator, self._n_frames, self._camera_up)
+
+    @state.setter
+    def state(self, state: MapperState) -> None:
+        """Go on from the state of another that had the same settings and models."""
+        self._integrator, self.reintegrator = state.integrator, state.reintegrator
+        self._n_frames, self._camera_up = state.n_frames, state.camera_up
 
     @property
     def voxels(self) -> VoxelMap:
@@ -107,18 +129,19 @@ class Mapper:
             raise ValueError("poses were corrected, but reintegration.enabled is off and no frames were kept")
         self.reintegrator.move(corrections)
 
-    def catch_up(self, apply: Apply = map) -> Iterator[float]:
+    def catch_up(self, apply: Apply = map) -> Generator[float]:
         """Map all kept frames once more at their final poses if those were corrected since; yields the share done,
         after each frame. They are unpacked by `apply`. `finish` does the same in one go."""
         if self.reintegrator is not None:
             yield from self.reintegrator.catch_up(self._integrator, apply)
 
-    def finish(self) -> PanopticMap:
-        """Catch up with corrected poses, and a last pass over the tracks; after it labels are settled and boxes are
-        fresh. The finished map; where `surface_segmentation` says so, its instances are segments of its surface, or its
-        planes of structure belong to the stuff that has most of them."""
-        for _ in self.catch_up():
-            pass
+    def finish(self, *, catch_up: bool = True) -> PanopticMap:
+        """Catch up with corrected poses, unless there is no time, and a last pass over the tracks; after it labels are
+        settled and boxes are fresh. The finished map; where `surface_segmentation` says so, its instances are segments
+        of its surface, or its planes of structure belong to the stuff that has most of them."""
+        if catch_up:
+            for _ in self.catch_up():
+                pass
         self._integrator.finish(spare_confirmed=self._is_behind)
         panoptic, settings = self.snapshot(), self.config.surface_segmentation
         segmenter, voxel_size_m = self.perception.segmenter, self.config.voxels.voxel_size_m

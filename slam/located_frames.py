@@ -18,7 +18,7 @@ MIN_CORRECTION_M, MIN_CORRECTION_DEG = 0.002, 0.1  # smaller ones are below what
 
 
 @dataclass
-class _LocatedFrame:
+class LocatedFrame:
     """A frame in front of a keyframe, and the pose last reported for it."""
 
     keyframe: int
@@ -31,7 +31,7 @@ class LocatedFrames:
 
     def __init__(self, keyframe_map: KeyframeMap) -> None:
         self._map = keyframe_map
-        self._frames: dict[int, _LocatedFrame] = {}
+        self._frames: dict[int, LocatedFrame] = {}
         self._frames_of: dict[int, set[int]] = defaultdict(set)  # by keyframe
         self._unchecked: set[int] = set()  # frames that came since `corrections`
         self._checked: dict[int, tuple[int, Float64Array]] = {}  # submap and pose that keyframes had in `corrections`
@@ -39,14 +39,14 @@ class LocatedFrames:
 
     def add(self, index: int, reference: Keyframe, reference_from_camera: Float64Array) -> Pose | None:
         """Take in a frame; returns its world_from_camera, None in an unanchored submap."""
-        located = _LocatedFrame(reference.number, reference_from_camera, None)
+        located = LocatedFrame(reference.number, reference_from_camera, None)
         located.reported = self._pose(located)
         self._frames[index] = located
         self._frames_of[reference.number].add(index)
         self._unchecked.add(index)
         return located.reported
 
-    def _pose(self, located: _LocatedFrame) -> Pose | None:
+    def _pose(self, located: LocatedFrame) -> Pose | None:
         if self._map.keyframes[located.keyframe].submap:
             return None
         return self._map.pose(located.keyframe, located.keyframe_from_camera)

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from time import process_time
 
 from app.benchmark.plain_fusion import time_plain_fusion
-from app.pipeline.run_pipeline import make_mapper
+from app.pipeline.prepare_run import make_mapper
 from app.profiling.map_device import MapDevice
 from app.settings.run_config import RunConfig
 from razer.errors import UnusableFrame

@@ -21,9 +21,10 @@ from app.console.streams import progress_console
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
-from app.pipeline.run_pipeline import (
+from app.pipeline.map_sequence import map_sequence
+from app.pipeline.prepare_run import (
+    begin_run,
     make_mapper,
-    map_sequence,
     open_timeline,
     print_model_note,
     require_poses,
@@ -50,15 +51,15 @@ def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     config, note = resolve_models(config)
     require_poses(sequence)  # plain fusion has no others
-    warp = register_color(sequence, config.input.rgbd_calibration, console).warp
+    registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)
     mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
-        _, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
-        timeline.finish(panoptic)
-        timings = recorder.timings()
+        run = begin_run(sequence, config, mapper, timeline, registration)
+        timeline.finish(map_sequence(sequence, config, run, console))
+        timings = run.recorder.timings()
     n_blocks, device = mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device))
-    del mapper
+    del mapper, run
     console.print("plain TSDF fusion of the same frames")
     plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks, device))
     return {

@@ -13,7 +13,9 @@ T = TypeVar("T")
 TENTHS = 10
 
 
-def show_progress(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:
+def show_progress(
+    items: Iterable[T], total: int, status: Callable[[], str], console: Console, *, done: int = 0
+) -> Iterator[T]:
     """Pass `items` on while showing how many are done: a live bar on a terminal, else a line each tenth of the way.
 
     Args:
@@ -21,22 +23,24 @@ def show_progress(items: Iterable[T], total: int, status: Callable[[], str], con
         total: how many there are to be shown; what comes after them is not counted.
         status: returns the text that is shown beside.
         console: where it is shown.
+        done: how many were done before these.
     """
-    return _bar(items, total, status, console) if console.is_terminal else _lines(items, total, status, console)
+    show = _bar if console.is_terminal else _lines
+    return show(items, total, status, console, done)
 
 
-def _bar(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:
+def _bar(items: Iterable[T], total: int, status: Callable[[], str], console: Console, before: int) -> Iterator[T]:
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
     with Progress(*columns, console=console, refresh_per_second=4) as bar:
-        task = bar.add_task(status(), total=total)
-        for done, item in enumerate(items, start=1):
+        task = bar.add_task(status(), total=total, completed=before)
+        for done, item in enumerate(items, start=before + 1):
             yield item
             bar.update(task, completed=min(done, total), description=status())
 
 
-def _lines(items: Iterable[T], total: int, status: Callable[[], str], console: Console) -> Iterator[T]:
-    tenth = 0
-    for done, item in enumerate(items, start=1):
+def _lines(items: Iterable[T], total: int, status: Callable[[], str], console: Console, before: int) -> Iterator[T]:
+    tenth = TENTHS * before // max(total, 1)
+    for done, item in enumerate(items, start=before + 1):
         yield item
         if (now := TENTHS * min(done, total) // total) > tenth:
             tenth = now

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum, auto
 
+from app.stored_state.saved_state import SavedState
 from razer.arrays import Pose
 from razer.detection.perception import Observation
 from razer.frame import Frame
@@ -24,7 +25,14 @@ class AfterLastFrame(Enum):
     NEXT_RECOVERED = auto()
 
 
-Request = int | AfterLastFrame  # the index of a frame, or what comes after the last one
+@dataclass(frozen=True, slots=True)
+class SaveState:
+    """The request to save what the locator holds, after `n_frames` of those asked for."""
+
+    n_frames: int
+
+
+Request = int | AfterLastFrame | SaveState  # the index of a frame, what comes after the last one, or a checkpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,9 +118,20 @@ class PosesFinal:
 
 
 @dataclass(frozen=True, slots=True)
+class StateSaved:
+    """The answer to SaveState: what holds the locator's state after `n_frames`, None where it could not be written, for
+    the `reason`; and the seconds that it took."""
+
+    n_frames: int
+    poses: SavedState | None
+    cost_s: float
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class NothingRecovered:
     """The answer to NEXT_RECOVERED when no frame is left that came to be known late."""
 
 
-LocatedPacket = Located | Lost | Unusable | PosesFinal
+LocatedPacket = Located | Lost | Unusable | PosesFinal | StateSaved
 FramePacket = Perceived | Lost | Unusable | PosesFinal

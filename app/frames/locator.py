@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from time import perf_counter
+from typing import NamedTuple
 
 from app.frames.frame_packet import (
     AfterLastFrame,
@@ -15,9 +17,12 @@ from app.frames.frame_packet import (
     PosesFinal,
     PoseUpdate,
     Request,
+    SaveState,
+    StateSaved,
     Unusable,
 )
 from app.profiling.stage_timer import time_stages
+from app.stored_state.pose_checkpoints import PoseCheckpoints
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Pose
@@ -25,6 +30,15 @@ from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.stages import stage
 from slam.poses import Poses
+
+
+class _State(NamedTuple):
+    """What the locator remembers: frames lost in their turn, poses of those that became known since, and the source of
+    poses."""
+
+    lost: set[int]
+    recovered: dict[int, Pose]
+    poses: Poses
 
 
 @dataclass
@@ -35,24 +49,41 @@ class Locator:
     sequence: RgbdSequence
     make_poses: Callable[[], Poses]
     color_warp: ColorWarp | None = None  # poses are estimated from colour as it was recorded
-    _lost: set[int] = field(default_factory=set)
-    _recovered: dict[int, Pose] = field(default_factory=dict)
+    checkpoints: PoseCheckpoints | None = None
 
     @cached_property
+    def _state(self) -> _State:
+        """Made where it is used, or gone on from."""
+        saved = None if self.checkpoints is None else self.checkpoints.load()
+        return _State(set(), {}, self.make_poses()) if saved is None else _State(*saved)
+
+    @property
     def poses(self) -> Poses:
         """The source of poses."""
-        return self.make_poses()
+        return self._state.poses
 
     def __call__(self, request: Request) -> LocatedPacket | NothingRecovered:
-        """The posed frame of an index, or why there is none; after the last frame, what is asked for then."""
+        """The posed frame of an index, or why there is none; after the last frame, what is asked for then; or what
+        holds its state now."""
         match request:
             case AfterLastFrame.FINISH_POSES:
-                self.poses.finish()
+                self._state.poses.finish()
                 return PosesFinal(self._pose_update())
             case AfterLastFrame.NEXT_RECOVERED:
                 return self._next_recovered()
+            case SaveState(n_frames):
+                return self._save(n_frames)
             case int(index):
                 return self._locate(index)
+
+    def _save(self, n_frames: int) -> StateSaved:
+        assert self.checkpoints is not None
+        start_s, state = perf_counter(), self._state
+        try:
+            saved = self.checkpoints.save((state.lost, state.recovered, state.poses))
+        except OSError as error:
+            return StateSaved(n_frames, None, perf_counter() - start_s, error.strerror or str(error))
+        return StateSaved(n_frames, saved, perf_counter() - start_s)
 
     def _locate(self, index: int) -> LocatedPacket:
         pose_update = PoseUpdate()
@@ -61,32 +92,34 @@ class Locator:
                 with stage("decode"):
                     frame = self.sequence[index]
                 with stage("pose"):
-                    pose = self.poses.locate(frame)
+                    pose = self._state.poses.locate(frame)
                     pose_update = self._pose_update(frame.world_from_camera)
                 if pose is not None:
                     return Located(self._registered(frame).at(pose), pose_update=pose_update, stage_ms=stage_ms)
             except UnusableFrame as error:
                 return Unusable(index, str(error), pose_update=pose_update, stage_ms=stage_ms)
-        self._lost.add(index)
+        self._state.lost.add(index)
         return Lost(index, pose_update=pose_update, stage_ms=stage_ms)
 
     def _pose_update(self, given: Pose | None = None) -> PoseUpdate:
-        corrections = self.poses.corrections()
+        state = self._state
+        corrections = state.poses.corrections()
         for index, pose in corrections.items():
             if pose is None:  # its turn, if it comes at all, comes after this
-                self._lost.add(index)
-                self._recovered.pop(index, None)
-            elif index in self._lost:
-                self._recovered[index] = pose
-        return PoseUpdate(corrections, given, self.poses.report())
+                state.lost.add(index)
+                state.recovered.pop(index, None)
+            elif index in state.lost:
+                state.recovered[index] = pose
+        return PoseUpdate(corrections, given, state.poses.report())
 
     def _next_recovered(self) -> Located | NothingRecovered:
-        if not self._recovered:
+        recovered = self._state.recovered
+        if not recovered:
             return NothingRecovered()
-        index = min(self._recovered)
+        index = min(recovered)
         with time_stages() as stage_ms:
             with stage("decode"):
-                frame = self.sequence[index].at(self._recovered.pop(index))
+                frame = self.sequence[index].at(recovered.pop(index))
             frame = self._registered(frame)
         return Located(frame, stage_ms=stage_ms, is_late=True)
 

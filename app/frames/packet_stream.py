@@ -4,12 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from itertools import repeat
 
-from app.frames.frame_packet import AfterLastFrame, FramePacket, LocatedPacket, NothingRecovered, Request
+from app.frames.frame_packet import (
+    AfterLastFrame,
+    FramePacket,
+    Located,
+    LocatedPacket,
+    NothingRecovered,
+    Request,
+    SaveState,
+    StateSaved,
+    Unusable,
+)
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
-from app.frames.prefetch_process import prefetch
+from app.frames.prefetch_process import NEVER_OVER, prefetch
+from app.frames.waiting import Waiting
+from app.stored_state.pose_checkpoints import PoseCheckpoints
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.detection.perception import Perception
@@ -19,6 +32,16 @@ from slam.poses import Poses
 LOCATED_AHEAD, PERCEIVED_AHEAD = 4, 2
 
 
+@dataclass(frozen=True)
+class StreamCheckpoints:
+    """When the locator's state is to be saved, by how many frames were asked for, `n_before` of them before the stream
+    began; and where `poses` are saved to."""
+
+    is_due: Callable[[int], bool]
+    poses: PoseCheckpoints
+    n_before: int = 0
+
+
 @contextmanager
 def packet_stream(
     sequence: RgbdSequence,
@@ -26,7 +49,9 @@ def packet_stream(
     make_poses: Callable[[], Poses],
     perception: Perception,
     color_warp: ColorWarp | None = None,
-) -> Iterator[Iterator[FramePacket]]:
+    checkpoints: StreamCheckpoints | None = None,
+    waiting: Waiting = NEVER_OVER,
+) -> Iterator[Iterator[FramePacket | StateSaved]]:
     """Within this context: the packets of all frames, PosesFinal, and the frames that came to be known late.
 
     Args:
@@ -35,15 +60,35 @@ def packet_stream(
         make_poses: makes the source of poses, in the first process.
         perception: the 2D models and the lifting, which travel to the second process.
         color_warp: brings colour onto depth once frames are located; None = it lies there.
+        checkpoints: when StateSaved is to come between frames, and how; None = never.
+        waiting: ends the stream, and says what is waited for.
     """
-    locating = prefetch(Locator(sequence, make_poses, color_warp), _requests(indices), depth=LOCATED_AHEAD)
-    perceiving = prefetch(Perceiver(perception), _until_nothing_recovered(locating), depth=PERCEIVED_AHEAD)
+    locator = Locator(sequence, make_poses, color_warp, None if checkpoints is None else checkpoints.poses)
+    requests = _requests(indices, checkpoints)
+    locating = prefetch(locator, requests, LOCATED_AHEAD, does="reads and locates frames", waiting=waiting)
+    located = _until_nothing_recovered(locating)
+    perceiving = prefetch(
+        Perceiver(perception), located, PERCEIVED_AHEAD,
+        does="finds masks", waiting=waiting, replacement=_unperceived,
+    )  # fmt: skip
     with closing(locating), closing(perceiving):
         yield perceiving
 
 
-def _requests(indices: Iterable[int]) -> Iterator[Request]:
-    yield from indices
+def _unperceived(packet: LocatedPacket, reason: str) -> FramePacket | StateSaved:
+    """What a packet comes to that could not be perceived."""
+    if not isinstance(packet, Located):
+        return packet
+    update, stage_ms = packet.pose_update, packet.stage_ms
+    return Unusable(packet.index, reason, pose_update=update, stage_ms=stage_ms, is_late=packet.is_late)
+
+
+def _requests(indices: Iterable[int], checkpoints: StreamCheckpoints | None) -> Iterator[Request]:
+    n_before = 0 if checkpoints is None else checkpoints.n_before
+    for n_frames, index in enumerate(indices, start=n_before + 1):
+        yield index
+        if checkpoints is not None and checkpoints.is_due(n_frames):
+            yield SaveState(n_frames)
     yield AfterLastFrame.FINISH_POSES
     yield from repeat(AfterLastFrame.NEXT_RECOVERED)  # asked ahead, and so more often than there are such frames
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.frames.frame_packet import FramePacket, Located, LocatedPacket, Perceived, Unusable
+from app.frames.frame_packet import FramePacket, Located, LocatedPacket, Perceived, StateSaved, Unusable
 from app.profiling.stage_timer import time_stages
 from razer.detection.perception import Perception
 from razer.errors import UnusableFrame
@@ -16,7 +16,7 @@ class Perceiver:
 
     perception: Perception
 
-    def __call__(self, packet: LocatedPacket) -> FramePacket:
+    def __call__(self, packet: LocatedPacket) -> FramePacket | StateSaved:
         """What a located frame shows, or the reason why that cannot be used."""
         if not isinstance(packet, Located):
             return packet

@@ -8,57 +8,161 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Generator, Iterable
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Thread
+from time import perf_counter
 from typing import Any, TypeVar
 
 from app.console.plain_warnings import warn_in_one_line
+from app.frames.waiting import Waiting
 
 S = TypeVar("S")
 T = TypeVar("T")
 HUNG_UP = object()
+POLL_S = 0.2
+NEVER_OVER = Waiting()
 
 
-def prefetch(work: Callable[[S], T], items: Iterable[S], depth: int = 2) -> Generator[T]:
+class HelperEnded(RuntimeError):
+    """A helper process ended before its work was done."""
+
+
+class _Helper:
+    """A process that works on what it is sent, and answers in order."""
+
+    def __init__(self, work: Callable[[Any], Any]) -> None:
+        context = get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs, work), name="prefetch", daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def send(self, item: object) -> None:
+        """Ask for an item; one that ended says so when it is to answer."""
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self._ours.send(item)
+
+    def answers_within(self, timeout_s: float) -> bool:
+        """Whether an answer comes, or the news that none will."""
+        return self._ours.poll(timeout_s)
+
+    def answer(self) -> tuple[bool, Any]:
+        """Whether the next item succeeded, and what came of it; raises HelperEnded."""
+        try:
+            succeeded, result = self._ours.recv()
+        except (EOFError, ConnectionResetError):
+            raise HelperEnded(self._how_it_ended()) from None
+        return succeeded, result
+
+    def _how_it_ended(self) -> str:
+        self._process.join(1.0)
+        code = self._process.exitcode
+        return "killed, perhaps as memory ran out" if code == -signal.SIGKILL else f"exit code {code}"
+
+    def close(self) -> None:
+        """End it: by itself, once nothing more will be asked, unless it is busy with what nobody waits for."""
+        self._ours.close()
+        self._process.join(0.2)
+        self._process.terminate()
+        self._process.join(1.0)
+        self._process.kill()
+        self._process.join()
+
+
+class _Line:
+    """Items that a helper process works on, in order; another process takes its place where one ended."""
+
+    def __init__(
+        self, work: Callable[[Any], Any], does: str, waiting: Waiting, replacement: Callable[[Any, str], Any] | None
+    ) -> None:
+        self._work, self._does, self._waiting, self._replacement = work, does, waiting, replacement
+        self._helper = _Helper(work)
+        self._pending: deque[Any] = deque()
+        self._n_in_row = 0  # items that ended a process, one after the other
+
+    def __len__(self) -> int:
+        return len(self._pending)
+
+    def ask(self, item: object) -> None:
+        """Take in an item."""
+        self._pending.append(item)
+        self._helper.send(item)
+
+    def take(self) -> Iterator[Any]:
+        """What came of the first of the items; nothing where the wait is over."""
+        if not self._wait():
+            return
+        try:
+            succeeded, result = self._helper.answer()
+        except HelperEnded as how:
+            yield self._replaced(str(how))
+            return
+        self._pending.popleft()
+        self._n_in_row = 0
+        if not succeeded:
+            raise result
+        yield result
+
+    def _wait(self) -> bool:
+        started_s = perf_counter()
+        self._waiting.begin()
+        while not self._helper.answers_within(POLL_S):
+            if self._waiting.is_over:
+                return False
+            self._waiting.go_on(perf_counter() - started_s, f"the process that {self._does}")
+        return True
+
+    def _replaced(self, how: str) -> object:
+        """What stands for the first of the items, with which the process ended; a new one has the others."""
+        self._n_in_row += 1
+        if self._replacement is None or self._n_in_row > 1:
+            raise HelperEnded(f"the process that {self._does} ended ({how})")
+        item = self._pending.popleft()
+        self._helper.close()
+        self._helper = _Helper(self._work)
+        for left in self._pending:
+            self._helper.send(left)
+        return self._replacement(item, f"the process that {self._does} ended with it ({how})")
+
+    def close(self) -> None:
+        """End the process."""
+        self._helper.close()
+
+
+def prefetch(
+    work: Callable[[S], T],
+    items: Iterable[S],
+    depth: int = 2,
+    *,
+    does: str = "works ahead",
+    waiting: Waiting = NEVER_OVER,
+    replacement: Callable[[S, str], T] | None = None,
+) -> Generator[T]:
     """`work(item)` for each item, in order, at most `depth` of them asked for before they are needed.
 
     `work`, items and what is made of them travel by pickle. What `work` raises is raised here, at that item's turn.
+
+    Args:
+        work: what is done.
+        items: to be worked on.
+        depth: how many are asked for ahead.
+        does: what the process does, for messages.
+        waiting: ends the wait, and so all of it, and says what is waited for.
+        replacement: stands for what an item would have come to in whose turn the process ended, which is told how; a
+            new process goes on with the next. Without it, or where the next item ends that one too, HelperEnded.
     """
-    context = get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs, work), name="prefetch", daemon=True)
-    process.start()
-    theirs.close()
-    n_sent = n_received = 0
-    try:
-        with closing(ours):
-            for n_sent, item in enumerate(items, start=1):
-                ours.send(item)
-                if n_sent - n_received > depth:
-                    yield _received(ours, n_received)
-                    n_received += 1
-            while n_received < n_sent:
-                yield _received(ours, n_received)
-                n_received += 1
-    finally:
-        # It ends by itself once the pipe is closed; one busy with a frame nobody waits for need not finish it.
-        process.join(0.2)
-        process.terminate()
-        process.join()
-
-
-def _received(connection: Connection, number: int) -> Any:
-    try:
-        succeeded, result = connection.recv()
-    except (EOFError, ConnectionResetError):
-        raise RuntimeError(f"a prefetch process ended while it worked on its item {number}") from None
-    if succeeded:
-        return result
-    raise result
+    with closing(_Line(work, does, waiting, replacement)) as line:
+        for item in items:
+            line.ask(item)
+            if len(line) > depth:
+                yield from line.take()
+        while len(line) and not waiting.is_over:
+            yield from line.take()
 
 
 def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:

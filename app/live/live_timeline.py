@@ -52,6 +52,6 @@ class LiveTimeline(NullTimeline):
         """Show the finished map."""
         self._timeline.finish(panoptic)
 
-    def close(self) -> None:
+    def close(self, *, join: bool = True) -> None:
         """Write out what is still pending."""
-        self._timeline.close()
+        self._timeline.close(join=join)

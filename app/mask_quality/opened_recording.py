@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from app.frames.open_recording import open_recording
-from app.pipeline.run_pipeline import print_model_note, resolve_models
+from app.pipeline.prepare_run import print_model_note, resolve_models
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.models import Segmenter, make_segmenter

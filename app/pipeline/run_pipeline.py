@@ -2,42 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import closing
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import open3d as o3d
-import torch
 from rich.console import Console
 
-from app.console.progress import show_progress
+from app.checkpoints.ongoing_run import OngoingRun
+from app.checkpoints.run_checkpoints import RunCheckpoints, RunPlan
+from app.console.no_room import NO_ROOM
 from app.frames.color_registration import ColorRegistration, register_color
 from app.frames.frame_accounting import FrameAccounting
-from app.frames.packet_stream import packet_stream
-from app.frames.prefetch_process import prefetch
 from app.frames.selection import selected_frames
-from app.pipeline.interrupt import StopRequest, until_interrupted
-from app.pipeline.main_loop import map_frames
+from app.pipeline.interrupt import StopRequest
+from app.pipeline.map_sequence import map_sequence
+from app.pipeline.prepare_run import (
+    begin_run,
+    make_mapper,
+    open_timeline,
+    print_model_note,
+    resolve_models,
+    resolve_poses,
+)
 from app.pipeline.stored_masks import note_stored_masks
 from app.pipeline.watchers import NOBODY, Watchers
-from app.profiling.map_device import MapDevice
-from app.profiling.memory import rss_mb
-from app.profiling.recorder import Recorder
-from app.run_folder.run_folder import TIMELINE, RunFolder
-from app.run_folder.save_run import save_camera, save_registration, save_run, save_timings
+from app.run_folder.run_folder import RunFolder
+from app.run_folder.save_run import save_camera, save_config, save_registration, save_run, save_timings
 from app.settings.run_config import RunConfig
+from app.stored_state.checkpoint import FILE
+from app.stored_state.checkpoint import FOLDER as CHECKPOINT
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.viewer.live_viewer import open_live
-from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
-from razer.mapper import Mapper
-from razer.models.automatic_choice import automatic_choice
 from razer.panoptic_map import PanopticMap
-from slam.poses import GivenPoses, Poses
 
 if TYPE_CHECKING:
     from app.live.live_run import LiveRun
@@ -47,59 +47,147 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class RunResult:
     """What a run made: the account of its frames, the map, the contents of timings.json, and the settings with every
-    choice made."""
+    choice made; `exit_code`, that of the verb: 0, or which way the run was ended early."""
 
     accounting: FrameAccounting
     panoptic: PanopticMap
     timings: dict[str, Any]
     registration: ColorRegistration
     config: RunConfig
+    exit_code: int = 0
 
 
 def run_to_folder(
-    sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console, watchers: Watchers = NOBODY
+    sequence: RgbdSequence,
+    config: RunConfig,
+    folder: RunFolder,
+    console: Console,
+    watchers: Watchers = NOBODY,
+    *,
+    is_reopenable: bool = False,
+    vocabulary: str | None = None,
 ) -> RunResult:
-    """Map `sequence` and leave everything in `folder`, or nothing at all if it fails; a Ctrl-C keeps what was mapped.
+    """Map `sequence` and leave everything in `folder`; if it fails nothing at all, or the checkpoint to resume it from.
+    A Ctrl-C keeps what was mapped.
 
     Args:
         sequence: the recording.
         config: the settings.
-        folder: where the run goes.
+        folder: where the run goes; it goes on from the checkpoint that this holds.
         console: where progress is shown.
         watchers: who sees the run while it goes on.
+        is_reopenable: whether `input.folder` is the recording, so that the run can be resumed from checkpoints.
+        vocabulary: what the instances are to be named by later; checkpoints remember it.
 
     Raises:
-        BadInput: for input or settings that cannot be used.
+        BadInput: for input or settings that cannot be used, and where the folder cannot be written.
     """
     config, note = resolve_models(resolve_poses(config, sequence))
     mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
-    for leftover in folder.leftovers():
-        console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
-    registration = register_color(sequence, config.input.rgbd_calibration, console)
+    registration = ColorRegistration(sequence.intrinsics)  # until that of the checkpoint comes
+    if folder.checkpoint is None:
+        _note_leftovers(folder, console)
+        registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
-    with folder:
-        written = open_timeline(folder.partial, sequence, config, live=watchers.viewer is not None)
-        with closing(_watched(written, folder, config, watchers.live)) as timeline:
-            if watchers.viewer is not None:
-                place = open_live(folder.final, watchers.viewer)
-                console.print(f"the run can be watched {place}", soft_wrap=True, highlight=False)
-            warp = registration.warp
-            accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
-            if not accounting.used:
+    with _told_how_to_resume(folder, console), folder:
+        written = _open_timeline(folder, sequence, config, watchers)
+        shown = _watched(written, folder, config, watchers.live)
+        with _closed_in_the_end(shown, folder) as timeline, StopRequest() as stop:
+            _show_live(folder, watchers, console)
+            run = begin_run(sequence, config, mapper, written, registration)
+            checkpoints = _checkpoints(run, sequence, config, folder, vocabulary, console) if is_reopenable else None
+            panoptic = map_sequence(sequence, config, run, console, shown=timeline, checkpoints=checkpoints, stop=stop)
+            if not run.accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             timeline.finish(panoptic)
-        save_run(folder, config, sequence.name, mapper, panoptic, accounting)
-        save_camera(folder, sequence.intrinsics)
-        save_registration(folder, registration)
-        timings = recorder.timings() | {"account": accounting.account().as_json()}
-        if mapper.reintegrator is not None:
-            timings["rebuilding"] = recorder.rebuilding(mapper.reintegrator)
-        save_timings(folder, timings)
+            timings = _save(folder, config, sequence, run, panoptic)
         folder.commit()
     if watchers.live is not None:
         watchers.live.finish(folder.final)
-    return RunResult(accounting, panoptic, timings, registration, config)
+    return RunResult(run.accounting, panoptic, timings, run.registration, config, stop.exit_code)
+
+
+def _open_timeline(
+    folder: RunFolder, sequence: RgbdSequence, config: RunConfig, watchers: Watchers
+) -> Timeline | NullTimeline:
+    is_live = watchers.viewer is not None
+    return open_timeline(folder.partial, sequence, config, before=folder.checkpoint, live=is_live)
+
+
+def _show_live(folder: RunFolder, watchers: Watchers, console: Console) -> None:
+    if watchers.viewer is not None:
+        place = open_live(folder.final, watchers.viewer)
+        console.print(f"the run can be watched {place}", soft_wrap=True, highlight=False)
+
+
+def _note_leftovers(folder: RunFolder, console: Console) -> None:
+    for leftover in folder.leftovers():
+        console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
+        if (leftover / CHECKPOINT / FILE).exists():
+            console.print(f"      razer run --resume {shlex.quote(str(folder.final))} goes on with it", soft_wrap=True)
+
+
+@contextmanager
+def _told_how_to_resume(folder: RunFolder, console: Console) -> Iterator[None]:
+    """Whatever ends the run in this context, say so if it can be resumed; a full disk and the like in one line."""
+    try:
+        yield
+    except BaseException as error:
+        kept = ""
+        if folder.is_resumable:
+            kept = f"what was mapped is kept: razer run --resume {shlex.quote(str(folder.final))} goes on"
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            hint = kept or "free some space, or choose another folder with -o"
+            raise BadInput(f"{folder.final} could not be written ({error.strerror}); {hint}") from error
+        if kept and not isinstance(error, BadInput):
+            console.print(f"note: {kept}", soft_wrap=True)
+        raise
+
+
+@contextmanager
+def _closed_in_the_end(timeline: Timeline | NullTimeline, folder: RunFolder) -> Iterator[Timeline | NullTimeline]:
+    """Close a timeline after this context; what a run may be resumed with is left in its parts."""
+    try:
+        yield timeline
+    except BaseException:
+        timeline.close(join=not folder.is_resumable)
+        raise
+    timeline.close()
+
+
+def _checkpoints(
+    run: OngoingRun,
+    sequence: RgbdSequence,
+    config: RunConfig,
+    folder: RunFolder,
+    vocabulary: str | None,
+    console: Console,
+) -> RunCheckpoints:
+    """What writes checkpoints of a run, which goes on from the one that the folder holds, if any."""
+    save_config(folder, config, sequence.name)  # by which it is resumed
+    plan = RunPlan.of(sequence, selected_frames(sequence, config.input), vocabulary)
+    slam = config.slam if config.input.poses == "slam" else None
+    if (before := folder.checkpoint) is not None:
+        plan.require_same(before)
+        run.restore(folder.checkpoints, before)
+    return RunCheckpoints(folder.checkpoints, plan, slam, config.run.checkpoint_every, console, before)
+
+
+def _save(
+    folder: RunFolder, config: RunConfig, sequence: RgbdSequence, run: OngoingRun, panoptic: PanopticMap
+) -> dict[str, Any]:
+    """Write all files of a run but its timeline; returns the contents of timings.json."""
+    save_run(folder, config, sequence.name, run.mapper, panoptic, run.accounting)
+    save_camera(folder, sequence.intrinsics)
+    save_registration(folder, run.registration)
+    reintegrator, accounting = run.mapper.reintegrator, run.accounting
+    timings = run.recorder.timings() | {"account": accounting.account().as_json()}
+    timings |= {"interrupted": accounting.interrupted, "resumed_at": list(run.resumed_at)}
+    if reintegrator is not None:
+        timings["rebuilding"] = run.recorder.rebuilding(reintegrator)
+    save_timings(folder, timings)
+    return timings
 
 
 def _watched(
@@ -109,126 +197,3 @@ def _watched(
         return timeline
     live.start(folder.partial, config)
     return live.timeline(timeline)
-
-
-def map_sequence(
-    sequence: RgbdSequence,
-    config: RunConfig,
-    mapper: Mapper,
-    timeline: Timeline | NullTimeline,
-    console: Console,
-    color_warp: ColorWarp | None = None,
-) -> tuple[FrameAccounting, Recorder, PanopticMap]:
-    """Run the main loop with progress shown; a Ctrl-C ends it early, and `interrupted` of the account says so.
-
-    Args:
-        sequence: the recording.
-        config: the settings, with the choice of poses made.
-        mapper: the method, which takes in the frames and is finished then.
-        timeline: where it is shown.
-        console: where progress is shown.
-        color_warp: brings colour onto depth; None = it lies there.
-
-    Raises:
-        BadInput: where too many frames cannot be used, or none was located.
-    """
-    indices = selected_frames(sequence, config.input)
-    accounting = FrameAccounting(sequence.name, len(indices), config.input.max_bad)
-    recorder = Recorder(len(indices), lambda: mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device)))
-
-    def status() -> str:
-        confirmed = sum(track.confirmed for track in mapper.tracks)
-        return f"{recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
-
-    stream = packet_stream(sequence, indices, poses_of(config), mapper.perception, color_warp)
-    with StopRequest() as stop, stream as packets:
-        shown = show_progress(until_interrupted(packets, stop), len(indices), status, console)
-        map_frames(shown, mapper, timeline, recorder, accounting)
-        accounting.interrupted = stop.requested
-    accounting.require_used()
-    _catch_up(mapper, recorder, console)
-    return accounting, recorder, mapper.finish()
-
-
-def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
-    """Reintegrate all kept frames at their final poses."""
-    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(prefetch))):
-        if number == 0:
-            console.print("mapping the kept frames once more at their final poses")
-
-
-def make_mapper(config: RunConfig) -> Mapper:
-    """The method with the models and on the device that the settings name; raises BadInput."""
-    # The method's tensors are small: threads that wait for each other cost more than they bring.
-    torch.set_num_threads(1)
-    return Mapper(config, device=_device(config.run.device))
-
-
-def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
-    """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses are
-    estimated. Raises BadInput where poses are asked for that the sequence does not have."""
-    choice = config.input.poses
-    if choice == "auto":
-        choice = "given" if sequence.has_poses else "slam"
-    if choice == "given":
-        require_poses(sequence)
-    return config.model_copy(
-        update={
-            "input": config.input.model_copy(update={"poses": choice}),
-            "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
-        }
-    )
-
-
-def resolve_models(config: RunConfig) -> tuple[RunConfig, str]:
-    """The settings with the choice of models made, and what "auto" stands for in one line, '' where nothing was to
-    choose. Raises BadInput."""
-    choice = automatic_choice(config.segmenter, config.embedder)
-    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder}), choice.note
-
-
-def print_model_note(note: str, console: Console) -> None:
-    """Show what `resolve_models` says, if anything."""
-    if note:
-        console.print(note, soft_wrap=True, highlight=False, markup=False)
-
-
-def poses_of(config: RunConfig) -> Callable[[], Poses]:
-    """What makes the source of poses, by settings with the choice of poses made."""
-    if config.input.poses != "slam":
-        return GivenPoses
-    from slam.system import SlamSystem
-
-    return partial(SlamSystem, config.slam)
-
-
-def require_poses(sequence: RgbdSequence) -> None:
-    """Raise BadInput if the sequence has no poses at all."""
-    if not sequence.has_poses:
-        raise BadInput(
-            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
-            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader"
-        )
-
-
-def _device(choice: str) -> str:
-    # Both, as the volume's attributes are shared between them: a torch without CUDA beside an Open3D with it is common.
-    lacking = [name for name, library in (("Open3D", o3d.core), ("torch", torch)) if not library.cuda.is_available()]
-    if choice == "cuda" and lacking:
-        raise BadInput(
-            f"--device cuda: {' and '.join(lacking)} {'find' if len(lacking) > 1 else 'finds'} no CUDA device here; "
-            "use --device cpu or auto, or install builds with CUDA"
-        )
-    return "CPU:0" if lacking or choice == "cpu" else "CUDA:0"
-
-
-def open_timeline(
-    folder: Path, sequence: RgbdSequence, config: RunConfig, *, live: bool = False
-) -> Timeline | NullTimeline:
-    """A timeline that is written into `folder`, soon enough to be watched where it is `live`; or one that ignores
-    everything if the settings say so."""
-    if not config.run.timeline:
-        return NullTimeline()
-    from app.timeline.rerun_timeline import Timeline
-
-    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline, live=live)

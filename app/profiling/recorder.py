@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from razer.reintegration.reintegrator import Reintegrator
 
 TENTHS = 10
+_FIGURES = ("_n_done", "_rss_mb", "_n_blocks", "_device_mb")
 
 
 class Recorder:
@@ -33,6 +34,20 @@ class Recorder:
         self._rss_mb: list[float] = []
         self._n_blocks: list[int] = []
         self._device_mb: list[float] = []
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All figures so far; the time is what passed until now."""
+        figures = {name: getattr(self, name) for name in _FIGURES}
+        return figures | {"wall_s": perf_counter() - self._start_s, "stages": dict(self._stages)}
+
+    @state.setter
+    def state(self, state: Mapping[str, Any]) -> None:
+        """Go on from the figures of a run that was cut off."""
+        for name in _FIGURES:
+            setattr(self, name, state[name])
+        self._start_s = perf_counter() - state["wall_s"]
+        self._stages.update(state["stages"])
 
     @contextmanager
     def frame(self, earlier_ms: Mapping[str, float]) -> Iterator[dict[str, float]]:

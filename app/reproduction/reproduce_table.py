@@ -14,7 +14,8 @@ from rich.console import Console
 from app.console.streams import print_notes
 from app.evaluation.evaluate_run import evaluate_jobs
 from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.run_pipeline import print_model_note, resolve_models, resolve_poses, run_to_folder
+from app.pipeline.prepare_run import print_model_note, resolve_models, resolve_poses
+from app.pipeline.run_pipeline import run_to_folder
 from app.reproduction.component_times import component_times
 from app.reproduction.published_tables import PublishedTable
 from app.run_folder import run_folder as names

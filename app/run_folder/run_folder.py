@@ -6,9 +6,15 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 
+from app.run_folder.folder_lock import FolderLock
+from app.stored_state.checkpoint import FILE as CHECKPOINT_FILE
+from app.stored_state.checkpoint import FOLDER as CHECKPOINT
+from app.stored_state.checkpoint import Checkpoint, read_checkpoint
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_file
 from razer.storage.file_names import CONFIG as CONFIG
@@ -32,23 +38,50 @@ METRICS = "metrics.json"
 
 
 class RunFolder:
-    """A run folder in the making; as a context it vanishes on leaving unless `commit` was called.
+    """A run folder in the making; as a context it vanishes on leaving unless `commit` was called, or it holds a
+    checkpoint, from which the run can be resumed. One process at a time makes it.
 
     Raises BadInput if `final` cannot become a run folder: it exists and `overwrite` is false, it is
-    something else than a run folder, or its place cannot be written to.
+    something else than a run folder, another process makes it, or its place cannot be written to.
     """
 
     def __init__(self, final: Path, *, overwrite: bool = False) -> None:
         self.final = Path(os.path.abspath(final))
         self._overwrite = overwrite
+        self._lock = FolderLock(self.final)
         self._check()
         self._token = secrets.token_hex(4)
         self.partial = self.final.with_name(f".{self.final.name}.partial-{self._token}")
         self._created_parents: list[Path] = []
+        self.checkpoint: Checkpoint | None = None
+        """What the run goes on from."""
+
+    @classmethod
+    def unfinished(cls, final: Path) -> RunFolder:
+        """That of a run that was cut off, with its newest checkpoint; raises BadInput where there is none."""
+        folder = cls(final, overwrite=True)
+        found = [(path, read_checkpoint(path / CHECKPOINT)) for path in folder.leftovers()]
+        resumable = [(path, checkpoint) for path, checkpoint in found if checkpoint is not None]
+        if not resumable:
+            why = "the run there is complete" if (final / INSTANCES).exists() else "no run to it was cut off"
+            raise BadInput(f"{final}: nothing to resume, as {why} after its first checkpoint")
+        folder.partial, folder.checkpoint = max(resumable, key=lambda one: (one[0] / CHECKPOINT).stat().st_mtime)
+        return folder
+
+    @property
+    def checkpoints(self) -> Path:
+        """Where checkpoints go."""
+        return self.partial / CHECKPOINT
+
+    @property
+    def is_resumable(self) -> bool:
+        """Whether it holds a checkpoint, and is not finished."""
+        return (self.checkpoints / CHECKPOINT_FILE).exists()
 
     def _check(self) -> None:
         if not self.final.name:
             raise BadInput(f"{self.final} cannot be a run folder; choose another with -o")
+        self._lock.require_free()
         if not os.path.lexists(self.final):
             return
         if not self._overwrite:
@@ -69,37 +102,58 @@ class RunFolder:
             for parent in reversed(missing):
                 parent.mkdir()
                 self._created_parents.append(parent)
-            self.partial.mkdir()
+            self._lock.__enter__()
+            if self.checkpoint is None:
+                self.partial.mkdir()
+            elif not self.partial.is_dir():
+                raise BadInput(f"{self.partial} is gone: the run was resumed elsewhere, or removed")
         except OSError as error:
-            self._discard()
+            self._leave()
             raise BadInput(
                 f"{self.final} cannot be written ({error.strerror}); choose another folder with -o"
             ) from error
+        except BadInput:
+            self._leave()
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.partial.exists():
-            self._discard()
+        if self.partial.exists() and not self.is_resumable:
+            shutil.rmtree(self.partial, ignore_errors=True)
+        self._leave()
 
     def write(self, name: str, writer: Callable[[Path], None]) -> None:
         """Write one file under a temporary name with the same ending, then rename it."""
         replace_file(self.partial / name, writer)
 
     def commit(self) -> Path:
-        """Give the folder its final name, in place of an older run if there is one; returns that name."""
-        self._check()  # another run may have finished there meanwhile
+        """Give the folder its final name, in place of an older run if there is one; returns that name. Raises BadInput
+        where something else has come there meanwhile, and says where the run is then."""
+        try:
+            self._check()
+        except BadInput as error:
+            free = (self.final.with_name(f"{self.final.name}.{n}") for n in count(1))
+            place = next(path for path in free if not os.path.lexists(path))
+            self._finish_as(place)
+            raise BadInput(f"{error}; the finished run is in {place}") from None
         if not self.final.exists():
-            self.partial.rename(self.final)
-            return self.final
+            return self._finish_as(self.final)
         old = self.final.with_name(f".{self.final.name}.old-{self._token}")
         self.final.rename(old)
-        self.partial.rename(self.final)
+        self._finish_as(self.final)
         shutil.rmtree(old)
         return self.final
 
-    def _discard(self) -> None:
-        shutil.rmtree(self.partial, ignore_errors=True)
+    def _finish_as(self, place: Path) -> Path:
+        self.partial.rename(place)
+        shutil.rmtree(place / CHECKPOINT, ignore_errors=True)
+        return place
+
+    def _leave(self) -> None:
+        """Give the lock back, and remove parents that were made for nothing."""
+        self._lock.__exit__(None, None, None)
         for parent in reversed(self._created_parents):
-            parent.rmdir()
+            with suppress(OSError):  # something is in it
+                parent.rmdir()

@@ -36,8 +36,7 @@ def save_run(
     folder: RunFolder, config: RunConfig, name: str, mapper: Mapper, panoptic: PanopticMap, accounting: FrameAccounting
 ) -> None:
     """Write every file of a run but the timeline and the timings."""
-    header = f"Settings of a run over {name}; `razer run --config` reads this file."
-    folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
+    save_config(folder, config, name)
     folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(accounting.stamps, accounting.poses)))
     if (graph := accounting.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
@@ -50,6 +49,12 @@ def save_run(
     if (vertex_parts := panoptic.vertex_parts) is not None:
         folder.write(names.PARTS, lambda path: write_parts_npz(path, vertex_parts))
     folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
+
+
+def save_config(folder: RunFolder, config: RunConfig, name: str) -> None:
+    """Write config.toml, the settings of a run over the recording `name`."""
+    header = f"Settings of a run over {name}; `razer run --config` reads this file."
+    folder.write(names.CONFIG, lambda path: _write_text(path, toml_text(list_settings(config), header)))
 
 
 def save_registration(folder: RunFolder, registration: ColorRegistration) -> None:

@@ -129,6 +129,8 @@ class RunOptions(RecordingOptions, SettingOptions):
     """Device of the voxel map."""
     timeline: Annotated[bool | None, _in(SETTINGS, "--timeline")] = None
     """Write the timeline or not."""
+    checkpoint_every: Annotated[int | None, _in(SETTINGS, "every minute")] = None
+    """Frames between checkpoints, from which a killed run can be resumed; 0: none."""
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
@@ -143,4 +145,8 @@ class RunOptions(RecordingOptions, SettingOptions):
             if self.segmenter or self.embedder:
                 raise BadInput(f"--oracle {self.oracle} stands for --segmenter and --embedder: leave them out")
             models = oracle_flags(self.oracle)
-        return self._recording_flags() | models | {"run.device": self.device, "run.timeline": self.timeline}
+        return (
+            self._recording_flags()
+            | models
+            | {"run.device": self.device, "run.timeline": self.timeline, "run.checkpoint_every": self.checkpoint_every}
+        )

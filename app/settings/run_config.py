@@ -65,6 +65,13 @@ class RunSettings(Settings):
     device: Literal["auto", "cpu", "cuda"] = Field(
         "auto", description="Where voxels live; 'auto' takes CUDA where Open3D and the machine have it."
     )
+    checkpoint_every: int | None = Field(
+        None,
+        ge=0,
+        description="Frames between checkpoints, from which a killed run can be resumed; 0: none. Not set: by time, "
+        "every minute, or more rarely where that would take more than 3 % of the run's time. Smaller: less is lost, "
+        "at more time.",
+    )
     timeline: bool = Field(True, description="Write timeline.rrd. Costs up to 15 % of the run's time.")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from app.profiling.memory import rss_mb
 from app.render.mesh_decimation import decimated
 from app.render.palette import instance_colors
 from app.render.viewpoint import Viewpoint, behind, from_above, overview
+from app.stored_state.written_log import WrittenLog
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
     BOXES,
@@ -56,14 +58,27 @@ NEAREST = cv2.INTER_NEAREST  # ids do not mix
 PATH_COLOR = (255, 140, 0)
 RECENT_FRAMES = 60
 MAX_LABELS = 15
+_REMEMBERED = (
+    "_pose_log", "_history", "_growing", "_performance", "_summary", "_n_shown", "_last_index", "_last_images",
+    "_poses",
+)  # fmt: skip
 
 
 class Timeline:
     """Writes the recording `path` frame by frame; `close` it when the run ends, whatever happened."""
 
-    def __init__(self, path: Path, intrinsics: Intrinsics, config: TimelineConfig, *, live: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        intrinsics: Intrinsics,
+        config: TimelineConfig,
+        *,
+        live: bool = False,
+        written: WrittenLog | None = None,
+    ) -> None:
+        """A new recording, or one that goes on from what was `written` of it when its run was cut off."""
         self._config = config
-        self._log = RerunLog(path, live=live)
+        self._log = RerunLog(path, live=live, written=written)
         self._pose_log: PoseEstimationLog | None = None
         self._history = ObjectHistory()
         self._growing = GrowingMap(self._log, config)
@@ -80,6 +95,30 @@ class Timeline:
         self._log.camera(DEPTH, every_nth(intrinsics, self._raster_step))
         self._log.series(INSTANCES, ["confirmed", "all live"], [(31, 119, 180), (160, 160, 160)])
         self._log.line_style(RECENT_PATH, PATH_COLOR, 2.0)
+
+    @property
+    def log(self) -> RerunLog:
+        """What it writes to."""
+        return self._log
+
+    @property
+    def settings(self) -> TimelineConfig:
+        """Its settings."""
+        return self._config
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that it remembers of the frames so far."""
+        return {name: getattr(self, name) for name in _REMEMBERED}
+
+    @state.setter
+    def state(self, state: Mapping[str, Any]) -> None:
+        for name in _REMEMBERED:
+            setattr(self, name, state[name])
+
+    def written(self) -> WrittenLog:
+        """What of it is in the file, once all that was logged is."""
+        return self._log.written(self._config.close_timeout_s)
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Log one mapped frame.
@@ -171,9 +210,10 @@ class Timeline:
             self._log.lines(PATH, [np.array(self._poses)[:, :3, 3]])
         log_objects(self._log, panoptic, self._history.lives, self._growing.drawn())
 
-    def close(self) -> None:
-        """Write out what is still pending, for `close_timeout_s` at most; more calls do nothing."""
-        self._log.close(self._config.close_timeout_s)
+    def close(self, *, join: bool = True) -> None:
+        """Write out what is still pending, for `close_timeout_s` at most, and `join` the parts of the file, unless it
+        is to be gone on with; more calls do nothing."""
+        self._log.close(self._config.close_timeout_s, join=join)
 
     def _eyes(self, points: Float64Array) -> tuple[Viewpoint, Viewpoint]:
         """Where to look at the finished map from, and at the path."""

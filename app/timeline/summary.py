@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,12 @@ class RunSummary:
         self._n_used = self._n_left_out = 0
         self._walked_m = 0.0
         self._last: Float64Array | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"_start_s": perf_counter() - self._start_s}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state | {"_start_s": perf_counter() - state["_start_s"]})
 
     def use(self, position: Float64Array) -> None:
         """A frame was mapped, from this position (3,)."""

@@ -19,6 +19,15 @@ class BoxIndex:
         self._tree = Index(properties=Property(dimension=3))
         self._bounds: dict[int, Float64Array] = {}
 
+    def __getstate__(self) -> dict[int, Float64Array]:
+        return self._bounds
+
+    def __setstate__(self, bounds: dict[int, Float64Array]) -> None:
+        self.__init__()  # type: ignore[misc]
+        for track_id, of_track in bounds.items():
+            self._tree.insert(track_id, of_track)
+        self._bounds = bounds
+
     def put(self, track_id: int, box: OrientedBox) -> None:
         """Insert a box, or move it if it has moved by more than the slack."""
         bounds = box.enclosing_bounds()

@@ -4,7 +4,7 @@ process, however it ends."""
 from __future__ import annotations
 
 from tempfile import TemporaryFile
-from typing import IO
+from typing import IO, Any
 from weakref import finalize
 
 
@@ -17,6 +17,14 @@ class FrameStore:
         self._spans: list[tuple[int, int]] = []  # start and length of what was written to the file
         self._file: IO[bytes] | None = None
         self.memory_bytes = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"memory_limit_bytes": self._limit, "packed": [self[i] for i in range(len(self))]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["memory_limit_bytes"])  # type: ignore[misc]
+        for packed in state["packed"]:
+            self.append(packed)
 
     def __len__(self) -> int:
         return len(self._in_memory) + len(self._spans)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,13 @@ class KeptFrames:
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
         self._since_kept = 0
         self._n_represented = 0  # fused frames that the kept ones stand for, without those of a resting camera
+
+    def __getstate__(self) -> dict[str, Any]:
+        self._complete_store()
+        return {name: value for name, value in vars(self).items() if name not in ("_packer", "_being_packed")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _packer=ThreadPoolExecutor(1), _being_packed=None)
 
     def __len__(self) -> int:
         return len(self.poses)

@@ -9,7 +9,7 @@ once more, since what was matched while the map lay beside the poses may have be
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 
 from razer.arrays import Int32Array, Pose
 from razer.config import MapperConfig
@@ -135,7 +135,7 @@ class Reintegrator:
         self.n_rebuilds += 1
         return adopt_volume(integrator, rebuild.voxels, self._frames.owners)
 
-    def catch_up(self, integrator: PanopticIntegrator, apply: Apply = map) -> Iterator[float]:
+    def catch_up(self, integrator: PanopticIntegrator, apply: Apply = map) -> Generator[float]:
         """Map all kept frames once more at their final poses, unless the map `is_final`; yields the share done, after
         each frame. They are unpacked by `apply`. Instances keep their ids."""
         if self.is_final:

@@ -37,6 +37,15 @@ class FrameFusion:
         self._device = device
         self._maybe_colorless: set[bytes] = set()
 
+    @property
+    def colorless(self) -> Int32Array:
+        """The blocks (B, 3) that may hold voxels without colour."""
+        return np.frombuffer(b"".join(sorted(self._maybe_colorless)), np.int32).reshape(-1, 3)
+
+    @colorless.setter
+    def colorless(self, block_keys: Int32Array) -> None:
+        self._maybe_colorless = {key.tobytes() for key in np.ascontiguousarray(block_keys, np.int32)}
+
     def fuse(self, frame: Frame, block_keys: Int32Array) -> None:
         """Fuse a posed frame into blocks (B, 3), which the pages have."""
         nearest = self._settings.depth_min_m

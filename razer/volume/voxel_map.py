@@ -9,6 +9,7 @@ addresses, per-instance counts) travels freely; attributes themselves leave the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import open3d.core as o3c
@@ -48,6 +49,22 @@ class VoxelMap:
         # Fused instances: voxels keep the old id until next touched, and are read through this table.
         self._id_map = id_map or InstanceIdMap(self.torch_device)
         self._touched: Tensor | None = None  # which rows, None = any
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            "settings": self.settings,
+            "device": str(self.device),
+            "id_map": self._id_map,
+            "blocks": self.pages.contents(),
+            "touched": self._touched,
+            "colorless": self._fusion.colorless,
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["settings"], state["device"], state["id_map"])  # type: ignore[misc]
+        has_same_rows = self.pages.fill(state["blocks"])
+        self._touched = state["touched"] if has_same_rows else None
+        self._fusion.colorless = state["colorless"]
 
     def empty_copy(self) -> VoxelMap:
         """An empty volume of the same kind, for the same instances: fusions and prunings of one hold in both."""

@@ -27,7 +27,6 @@ class PlaceRecognition:
 
     def __init__(self) -> None:
         self._words = np.zeros((0, 32), np.uint8)
-        self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
         self._counts = np.zeros((64, MAX_WORDS), np.float32)
         self._norms = np.zeros(64, np.float32)
         self._n_containing = np.zeros(MAX_WORDS, np.int64)
@@ -76,7 +75,7 @@ class PlaceRecognition:
         """The nearest word of each descriptor (N, 32) and its distance in bits."""
         if len(self._words) == 0:
             return np.zeros(len(descriptors), np.intp), np.full(len(descriptors), np.inf)
-        nearest = self._matcher.match(descriptors, self._words)
+        nearest = cv2.BFMatcher(cv2.NORM_HAMMING).match(descriptors, self._words)
         return np.array([m.trainIdx for m in nearest], np.intp), np.array([m.distance for m in nearest])
 
     def _bag(self, features: Features) -> Float32Array:

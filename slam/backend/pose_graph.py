@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import gtsam
 import numpy as np
@@ -38,6 +39,27 @@ class PoseEdge:
     is_odometry: bool = False
 
 
+@dataclass
+class Batch:
+    """What iSAM2 takes in at once: first guesses (4, 4) by keyframe, anchors as (keyframe, pose (4, 4), unanchored),
+    and edges."""
+
+    guesses: dict[int, Float64Array] = field(default_factory=dict)
+    anchors: list[tuple[int, Float64Array, bool]] = field(default_factory=list)
+    edges: list[PoseEdge] = field(default_factory=list)
+
+    def problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
+        """The same as GTSAM has it."""
+        graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        for number, pose in self.guesses.items():
+            values.insert(number, gtsam.Pose3(pose))
+        for anchor in self.anchors:
+            graph.add(_anchor(*anchor))
+        for edge in self.edges:
+            graph.add(_factor(edge))
+        return graph, values
+
+
 class PoseGraph:
     """Keyframes, numbered as they come: `poses` holds world_from_camera (4, 4) of each as known now."""
 
@@ -50,38 +72,51 @@ class PoseGraph:
 
     def _restart(self) -> None:
         self._isam = _isam2()
-        self._new_factors = gtsam.NonlinearFactorGraph()
-        self._new_values = gtsam.Values()
+        self._taken: list[Batch] = []  # by iSAM2 since it was started
+        self._new = Batch()
         self.poses: dict[int, Float64Array] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_isam"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """iSAM2 is fed all that it was, in the same order."""
+        vars(self).update(state, _isam=_isam2())
+        for batch in self._taken:
+            self._update(batch)
 
     def add_keyframe(self, number: int, world_from_camera: Float64Array, unanchored: bool = False) -> None:
         """A further keyframe at its first guess; the first one is fixed there, an unanchored one hardly at all."""
         self._guesses[number] = world_from_camera
-        self._new_values.insert(number, gtsam.Pose3(world_from_camera))
+        self._new.guesses[number] = world_from_camera
         if (not self.poses and number == 0) or unanchored:
             self._anchors.add(number)
-            self._new_factors.add(_anchor(number, world_from_camera, unanchored))
+            self._new.anchors.append((number, world_from_camera, unanchored))
         self.poses[number] = world_from_camera
 
     def add_edge(self, edge: PoseEdge) -> None:
         """A further measured motion between two keyframes."""
         self.edges.append(edge)
-        self._new_factors.add(_factor(edge))
+        self._new.edges.append(edge)
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
         try:
-            self._isam.update(self._new_factors, self._new_values)
-            self._isam.update()
+            self._update(self._new)
         except RuntimeError:
             # GTSAM raises it for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
             self.smooth()
             self.replace(self.edges)
             return self.poses
-        self._new_factors, self._new_values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        self._taken.append(self._new)
+        self._new = Batch()
         estimate = self._isam.calculateEstimate()
         self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
         return self.poses
+
+    def _update(self, batch: Batch) -> None:
+        self._isam.update(*batch.problem())
+        self._isam.update()
 
     def covariance(self, number: int) -> Float64Array | None:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
@@ -105,14 +140,10 @@ class PoseGraph:
         return self.poses
 
     def _problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
-        graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        for number, pose in self.poses.items():
-            values.insert(number, gtsam.Pose3(pose))
-        for number in self._anchors:
-            graph.add(_anchor(number, self._guesses[number], number != self._fixed))
-        for edge in self.edges:
-            graph.add(_factor(edge))
-        return graph, values
+        return Batch(dict(self.poses), self._anchored(self._anchors), self.edges).problem()
+
+    def _anchored(self, keyframes: Iterable[int]) -> list[tuple[int, Float64Array, bool]]:
+        return [(number, self._guesses[number], number != self._fixed) for number in keyframes]
 
     def shift(self, poses: Mapping[int, Float64Array]) -> None:
         """Start iSAM2 anew from other poses, as when an unanchored submap is merged with another."""
@@ -131,10 +162,7 @@ class PoseGraph:
         poses, edges = self.poses, list(edges)
         self.edges = []
         self._restart()
-        for number, pose in poses.items():
-            self._new_values.insert(number, gtsam.Pose3(pose))
-            if number in self._anchors:
-                self._new_factors.add(_anchor(number, self._guesses[number], number != self._fixed))
+        self._new = Batch(dict(poses), self._anchored(number for number in poses if number in self._anchors))
         self.poses = dict(poses)
         for edge in edges:
             self.add_edge(edge)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -57,6 +58,9 @@ class DepthPyramid:
     def __init__(self, depth: Float32Array, intrinsics: Intrinsics) -> None:
         self._depth, self._intrinsics = depth, intrinsics
         self._levels: tuple[SurfaceGrid, ...] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_depth": self._depth, "_intrinsics": self._intrinsics, "_levels": None}
 
     @property
     def levels(self) -> tuple[SurfaceGrid, ...]:

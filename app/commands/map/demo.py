@@ -9,7 +9,6 @@ from cyclopts import Parameter
 
 from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
-from app.pipeline.interrupt import INTERRUPTED
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.config_file import read_config
@@ -68,7 +67,7 @@ def demo(
     print_run(result, target.final, as_json=json)
     if not json:
         _ask(target.final)
-    return INTERRUPTED if result.accounting.interrupted else 0
+    return result.exit_code
 
 
 def _keep_crops(folder: Path, room: RgbdSequence, settings: InputSettings) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from json import dumps
@@ -12,15 +13,14 @@ from cyclopts import Parameter
 
 from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
-from app.pipeline.interrupt import INTERRUPTED
 from app.pipeline.watchers import NOBODY, Watchers
 from app.profiling.cores import leave_cores_to_helpers
-from app.run_folder.run_folder import TIMELINE, RunFolder
+from app.run_folder.run_folder import CONFIG, TIMELINE, RunFolder
+from app.settings.config_file import read_run_config
 from app.settings.extra_libraries import require_serve
 from app.settings.options import BOTH, DEFAULT_PORT, MODELS, WATCHING, Flag, RunOptions
 from app.timeline.viewer.live_viewer import ViewerKind, require_viewer
 from razer.errors import BadInput
-from razer.vocabulary import Vocabulary
 from razer.vocabulary import vocabulary as read_vocabulary
 
 if TYPE_CHECKING:
@@ -35,10 +35,11 @@ View = Annotated[
 
 
 def run(
-    folder: Path,
+    folder: Path | None = None,
     /,
     *,
-    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], show_default=False)] = None,
+    resume: Annotated[Path | None, Parameter(show_default=False)] = None,
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: Annotated[str | None, Parameter(group=MODELS)] = None,
     view: View = None,
@@ -49,7 +50,7 @@ def run(
 ) -> int:
     """Map an RGB-D recording: its surface, the things in it, and where they are.
 
-    Ctrl-C finishes the folder with what was mapped until then; the exit code is 130.
+    Ctrl-C finishes the folder with what was mapped until then (exit code 130). A killed run goes on with --resume.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ def run(
         The recording; its layout is recognised.
     out:
         The folder to write; it appears when it is complete. With --poses both it holds given, slam and compare.
+    resume:
+        Go on with a run to this folder that was cut off, from its newest checkpoint, with the settings that it had.
     vocabulary:
         Name the instances by a vocabulary, as `razer label` does: one of its names, or a file.
     view:
@@ -70,17 +73,57 @@ def run(
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
-    classes = None if vocabulary is None else read_vocabulary(vocabulary)
-    viewer = None if view is None else checked_viewer(view, options)
+    if resume is not None:
+        given = {"FOLDER": folder, "--out": out, "--vocabulary": vocabulary, "--overwrite": overwrite or None}
+        return _resume(resume, given, options, view, port if serve else None, json)
+    folder, out = _required(folder, out)
+    viewer = None if view is None else checked_viewer(view, replace(options, poses=None).read())
+    if options.poses == "both" and serve:
+        raise BadInput("--serve shows one run: give --poses given or slam")
     if options.poses == "both":
-        if serve:
-            raise BadInput("--serve shows one run: give --poses given or slam")
-        return _run_both(folder, out, options, classes, overwrite, json, viewer)
+        return _run_both(folder, out, options, vocabulary, overwrite, json, viewer)
     target = RunFolder(out, overwrite=overwrite)
-    with _served(port if serve else None) as live:
-        result = _run(folder, options.read(), target, classes, Watchers(live, viewer))
-        _report(result, target.final, live, as_json=json)
-    return INTERRUPTED if result.accounting.interrupted else 0
+    return _run_one(folder, options.read(), target, vocabulary, viewer, port if serve else None, json)
+
+
+def _required(folder: Path | None, out: Path | None) -> tuple[Path, Path]:
+    if folder is None or out is None:
+        raise BadInput("a recording and a folder to write are needed: razer run FOLDER -o OUT")
+    return folder, out
+
+
+def _resume(
+    out: Path, given: Mapping[str, object], options: RunOptions, view: View, port: int | None, as_json: bool
+) -> int:
+    """Go on with a run that was cut off, with the settings that its unfinished folder keeps."""
+    set_again = [name for name, value in given.items() if value is not None]
+    if set_again or replace(options, trust_plugins=False) != RunOptions():
+        what = " and ".join(set_again) or "them"
+        raise BadInput(f"--resume goes on with the recording and the settings that the run had: leave {what} out")
+    target = RunFolder.unfinished(out)
+    assert target.checkpoint is not None
+    config = read_run_config(target.partial / CONFIG, trust=options.trust)
+    viewer = None if view is None else checked_viewer(view, config)
+    if config.input.folder is None:
+        raise BadInput(f"{target.partial / CONFIG} does not say which recording the run is of: start it anew")
+    recording = Path(config.input.folder)
+    return _run_one(recording, config, target, target.checkpoint.vocabulary, viewer, port, as_json)
+
+
+def _run_one(
+    folder: Path,
+    config: RunConfig,
+    target: RunFolder,
+    vocabulary: str | None,
+    viewer: ViewerKind | None,
+    port: int | None,
+    as_json: bool,
+) -> int:
+    """Run, report, and go on serving where that is asked for; returns the exit code."""
+    with _served(port) as live:
+        result = _run(folder, config, target, vocabulary, Watchers(live, viewer))
+        _report(result, target.final, live, as_json=as_json)
+    return result.exit_code
 
 
 def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: bool) -> None:
@@ -92,13 +135,14 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
         queries = result.panoptic.text_queries
         question = [("query", folder, "a chair")] if queries is not None and queries.knows_words else []
         print_next(result_console(), ("view", folder), *question, ("serve", folder))
-    if live is not None and not result.accounting.interrupted:
+    if live is not None and not result.exit_code:
         _go_on_serving(live)
 
 
-def checked_viewer(view: tuple[ViewerKind, ...], options: RunOptions) -> ViewerKind:
-    """The viewer that --view asks for, the native one where it names none; raises BadInput if it cannot be had."""
-    if not replace(options, poses=None).read().run.timeline:
+def checked_viewer(view: tuple[ViewerKind, ...], config: RunConfig) -> ViewerKind:
+    """The viewer that --view asks for, the native one where it names none; raises BadInput if it cannot be had, or if
+    there is to be no timeline."""
+    if not config.run.timeline:
         raise BadInput("--view shows the timeline, which --no-timeline leaves out: drop one of them")
     kind = view[0] if view else "native"
     require_viewer(kind)
@@ -127,23 +171,25 @@ def _go_on_serving(live: LiveRun) -> None:
 
 
 def _run(
-    folder: Path, config: RunConfig, target: RunFolder, classes: Vocabulary | None, watchers: Watchers = NOBODY
+    folder: Path, config: RunConfig, target: RunFolder, vocabulary: str | None, watchers: Watchers = NOBODY
 ) -> RunResult:
+    classes = None if vocabulary is None else read_vocabulary(vocabulary)
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     from app.frames.open_recording import open_recording
-    from app.pipeline.run_pipeline import resolve_models, run_to_folder
+    from app.pipeline.prepare_run import resolve_models
+    from app.pipeline.run_pipeline import run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
     noted = config.input.model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
-        return run_to_folder(sequence, noted_config, target, console, watchers)
+        return run_to_folder(sequence, noted_config, target, console, watchers, is_reopenable=True)
     from app.query.label_run import label_run, require_names
 
     require_names(resolve_models(config)[0].embedder, classes)
-    result = run_to_folder(sequence, noted_config, target, console, watchers)
+    result = run_to_folder(sequence, noted_config, target, console, watchers, is_reopenable=True, vocabulary=vocabulary)
     return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
@@ -151,7 +197,7 @@ def _run_both(
     folder: Path,
     out: Path,
     options: RunOptions,
-    classes: Vocabulary | None,
+    vocabulary: str | None,
     overwrite: bool,
     json: bool,
     viewer: ViewerKind | None,
@@ -163,9 +209,9 @@ def _run_both(
     for name in BOTH:
         progress_console().print(f"mapping under poses: {name}")
         config = replace(options, poses=name).read()
-        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), classes, Watchers(viewer=viewer))
-        if result.accounting.interrupted:
-            return INTERRUPTED
+        result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), vocabulary, Watchers(viewer=viewer))
+        if result.exit_code:
+            return result.exit_code
     if config.run.timeline:
         from app.timeline.side_by_side import write_side_by_side
 

@@ -18,6 +18,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
+from app.stored_state.written_log import WrittenLog
 from app.timeline import entities
 from app.timeline.recording.ellipsoids import Ellipsoids
 from app.timeline.recording.recording_parts import RecordingParts
@@ -38,16 +39,23 @@ class RerunLog:
     """Writes the recording `path`; `close` it, whatever happened. Paths are those of Rerun's entities; colours are
     (N, 3) uint8 or one for all. What is `live` can be watched with a second's delay, for a larger file."""
 
-    def __init__(self, path: Path, *, live: bool = False) -> None:
+    def __init__(self, path: Path, *, live: bool = False, written: WrittenLog | None = None) -> None:
+        """A new recording, or one that goes on after what was `written` of it before."""
         batches = rr.ChunkBatcherConfig(flush_tick=LIVE_BATCH_S if live else BATCH_S, flush_num_bytes=BATCH_BYTES)
         self._path = path
-        self._name = str(uuid.uuid4())
-        self._parts = RecordingParts(path, len((FIRST, CURVES, FRAMES)))
+        self._name = str(uuid.uuid4()) if written is None else written.name
+        self._parts = RecordingParts(path, len((FIRST, CURVES, FRAMES)), () if written is None else written.sizes)
         self._streams = [open_stream(part, self._name, batches) for part in self._parts.paths]
         self._parts.lock()
         self._layout: rrb.Blueprint | None = None
         self._in_front = False
         self._open = True
+
+    def written(self, timeout_s: float) -> WrittenLog:
+        """What of the recording is on its way to the disk, once all that was logged is: waits so long at most."""
+        for stream in self._streams:
+            stream.flush(timeout_sec=timeout_s)
+        return WrittenLog(self._name, self._parts.sizes())
 
     @contextmanager
     def in_front(self) -> Iterator[None]:
@@ -240,8 +248,8 @@ class RerunLog:
         self._layout = layout
         self._streams[FIRST].send_blueprint(layout)
 
-    def close(self, timeout_s: float) -> None:
-        """Write out what is still pending, for `timeout_s` at most, and join the parts; more calls do nothing."""
+    def close(self, timeout_s: float, *, join: bool = True) -> None:
+        """Write out what is still pending, for `timeout_s` at most, and `join` the parts; more calls do nothing."""
         if not self._open:
             return
         self._open = False
@@ -249,7 +257,8 @@ class RerunLog:
             for stream in self._streams:
                 stream.flush(timeout_sec=timeout_s)
                 stream.disconnect()
-            self._parts.join(self._name, self._layout)
+            if join:
+                self._parts.join(self._name, self._layout)
         except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
             warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
         finally:

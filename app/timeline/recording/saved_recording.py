@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import uuid
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.error_utils import RerunWarning
 
 from app.timeline.entities import ESTIMATED, FIGURES, PATH
 from razer.arrays import Float64Array
@@ -25,7 +27,9 @@ def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = N
 
 def data_of(path: Path) -> rr.chunk.LazyChunkStream:
     """What a file holds but for layouts, in its order; nothing of a file without any."""
-    reader = rr.chunk.RrdReader(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RerunWarning)  # that a file which was cut off has no end
+        reader = rr.chunk.RrdReader(path)
     return reader.stream() if reader.recordings() else rr.chunk.LazyChunkStream.from_iter([])
 
 

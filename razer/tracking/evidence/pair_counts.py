@@ -14,6 +14,14 @@ class PairCounts(dict[Pair, float]):
         super().__init__()
         self._others: dict[int, set[int]] = defaultdict(set)
 
+    def __getstate__(self) -> dict[Pair, float]:
+        return dict(self)
+
+    def __setstate__(self, counts: dict[Pair, float]) -> None:
+        self.__init__()  # type: ignore[misc]
+        for pair, count in counts.items():
+            self[pair] = count
+
     def __missing__(self, pair: Pair) -> float:
         return 0
 

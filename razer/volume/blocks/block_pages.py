@@ -6,12 +6,13 @@ address is page * capacity * 4096 + row * 4096 + place, so that addresses of all
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import open3d as o3d
 import open3d.core as o3c
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from razer.arrays import Int32Array, Int64Array
@@ -29,6 +30,7 @@ SPARE_ROWS = 16
 # 3.7 with 128 on an H100.
 CUDA_SPARE_ROWS = 64
 BLOCKS_AT_ONCE = 128  # of passes over many blocks, to bound their memory
+PIECE_BLOCKS = 32  # of a checkpoint: what changed since the last one is written piece by piece
 _CHANNELS = {"tsdf": 1, "weight": 1, "color": 3, "label": 1}
 _TYPES = {"tsdf": o3c.float32, "weight": o3c.float32, "color": o3c.float32, "label": o3c.int32}
 
@@ -95,6 +97,46 @@ class BlockPages:
         rows = shared(hashmap.find(keys)[0].to(o3c.int64)) + (len(self._grids) - 1) * self.page_rows
         self._keys[rows] = shared(keys)
         self._index.add(block_keys, np.array(rows.tolist(), np.int64))
+
+    def contents(self) -> list[dict[str, NDArray]]:
+        """All blocks in the order of their rows, `PIECE_BLOCKS` at a time: `keys` (B, 3) and `rows` (B,) of theirs,
+        and each attribute (B, 4096, channels) by its name. Where rows follow each other, as they do on the CPU, these
+        are no copies."""
+        keys, rows = self._index.all()
+        order = np.argsort(rows)
+        ends = np.searchsorted(rows[order], self.page_rows * np.arange(1, len(self._grids)))
+        return [
+            self._piece(page, keys[some], rows[some])
+            for page, of_page in enumerate(np.split(order, ends))
+            for some in np.split(of_page, range(PIECE_BLOCKS, len(of_page), PIECE_BLOCKS))
+        ]
+
+    def _piece(self, page: int, keys: Int32Array, rows: Int64Array) -> dict[str, NDArray]:
+        """Blocks (B,) of one page, with what they hold."""
+        local = self._rows(rows - page * self.page_rows)
+        first, n = int(local[0]), len(local)
+        is_run = bool((local == torch.arange(first, first + n, device=local.device)).all())
+        piece: dict[str, NDArray] = {"keys": keys, "rows": rows}
+        for name in self._channels:
+            whole = self._view(page, name).unflatten(0, (-1, BLOCK_VOXELS))
+            piece[name] = (whole[first : first + n] if is_run else whole.index_select(0, local)).cpu().numpy()
+        return piece
+
+    def fill(self, contents: Sequence[Mapping[str, NDArray]]) -> bool:
+        """Take in what `contents` gave, into pages that are empty; returns whether all blocks got the rows that they
+        had, as they do on the CPU."""
+        same = True
+        for piece in contents:
+            for key in piece["keys"]:  # one by one: among several at once, Open3D hands out rows in any order
+                self.add(key[None])
+            rows = self.find(piece["keys"])
+            same &= rows.tolist() == piece["rows"].tolist()
+            columns = {name: self._tensor(piece[name]).flatten(0, 1) for name in self._channels}
+            self.write(addresses_in(rows, torch.ones((len(rows), BLOCK_VOXELS), dtype=torch.bool)), **columns)
+        return same
+
+    def _tensor(self, values: NDArray) -> Tensor:
+        return torch.from_numpy(values).to(self._torch_device)
 
     def _on_device(self, block_keys: Int32Array) -> o3c.Tensor:
         return o3c.Tensor(np.ascontiguousarray(block_keys, dtype=np.int32)).to(self.device)

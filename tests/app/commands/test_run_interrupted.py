@@ -68,7 +68,8 @@ def test_a_killed_run_leaves_nothing_under_a_final_name(recording, tmp_path):
     wait_for_frames(process, log, 3)
     process.kill()
     process.communicate()
-    (left,) = (tmp_path / "runs").iterdir()
+    lock, left = sorted((tmp_path / "runs").iterdir())
+    assert lock.name == ".run.lock"
     assert left.name.startswith(".run.partial-")
 
 

@@ -6,7 +6,7 @@ import open3d as o3d
 import pytest
 import torch
 
-from app.pipeline.run_pipeline import make_mapper
+from app.pipeline.prepare_run import make_mapper
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,7 @@ def test_nothing_under_the_final_name_before_the_commit_and_all_of_it_after(tmp_
         folder.write(INSTANCES, write("{}"))
         assert not final.exists()
         folder.commit()
-        assert contents(tmp_path) == ["out", f"out/{INSTANCES}"]
+    assert contents(tmp_path) == ["out", f"out/{INSTANCES}"]
     assert (final / INSTANCES).read_text() == "{}"
 
 
@@ -89,12 +91,21 @@ def test_a_failed_overwrite_keeps_the_old_run(tmp_path):
 
 
 def test_two_runs_to_one_place_do_not_destroy_each_other(tmp_path):
+    make_run(tmp_path / "first", "first")
     with RunFolder(tmp_path / "out") as late:
-        make_run(tmp_path / "out", "first")
-        with pytest.raises(BadInput, match="exists"):
+        late.write(INSTANCES, lambda path: path.write_text("late"))
+        (tmp_path / "first").rename(tmp_path / "out")
+        with pytest.raises(BadInput, match=r"exists.*the finished run is in .*out\.1"):
             late.commit()
     assert (tmp_path / "out" / INSTANCES).read_text() == "first"
-    assert contents(tmp_path) == ["out", f"out/{INSTANCES}"]
+    assert (tmp_path / "out.1" / INSTANCES).read_text() == "late"
+    assert contents(tmp_path) == sorted(["out", f"out/{INSTANCES}", "out.1", f"out.1/{INSTANCES}"])
+
+
+def test_a_second_writer_is_refused_with_the_process_that_writes(tmp_path):
+    with RunFolder(tmp_path / "out"), pytest.raises(BadInput, match=f"written by process {os.getpid()}"):
+        RunFolder(tmp_path / "out")
+    assert contents(tmp_path) == []
 
 
 @pytest.mark.parametrize("kind", ["folder of something else", "file", "link"])
@@ -128,9 +139,10 @@ def test_a_place_that_cannot_be_written_is_bad_input(tmp_path):
 
 
 def test_leftovers_of_killed_runs_are_found(tmp_path):
-    killed = RunFolder(tmp_path / "out").__enter__()
+    killed = tmp_path / ".out.partial-1234"
+    killed.mkdir()
     with RunFolder(tmp_path / "out") as folder:
-        assert folder.leftovers() == [killed.partial]
+        assert folder.leftovers() == [killed]
 
 
 def test_trajectory_lines_are_tum(tmp_path):

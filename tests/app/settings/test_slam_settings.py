@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.pipeline.run_pipeline import poses_of
+from app.pipeline.prepare_run import poses_of
 from app.settings.config_file import read_config
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput

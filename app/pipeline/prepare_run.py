@@ -1,0 +1,123 @@
+"""Preparation of a run: settings with every choice made, the method with its models, and where it is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import open3d as o3d
+import torch
+from rich.console import Console
+
+from app.checkpoints.ongoing_run import OngoingRun
+from app.frames.color_registration import ColorRegistration
+from app.frames.frame_accounting import FrameAccounting
+from app.frames.selection import selected_frames
+from app.profiling.map_device import MapDevice
+from app.profiling.recorder import Recorder
+from app.run_folder.run_folder import TIMELINE
+from app.settings.run_config import RunConfig
+from app.stored_state.checkpoint import Checkpoint
+from app.timeline.null_timeline import NullTimeline
+from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput
+from razer.mapper import Mapper
+from razer.models.automatic_choice import automatic_choice
+from slam.poses import GivenPoses, Poses
+
+if TYPE_CHECKING:
+    from app.timeline.rerun_timeline import Timeline
+
+
+def begin_run(
+    sequence: RgbdSequence,
+    config: RunConfig,
+    mapper: Mapper,
+    timeline: Timeline | NullTimeline,
+    registration: ColorRegistration,
+) -> OngoingRun:
+    """A run before its first frame; settings with the choice of poses made."""
+    n_frames = len(selected_frames(sequence, config.input))
+    accounting = FrameAccounting(sequence.name, n_frames, config.input.max_bad)
+    recorder = Recorder(n_frames, lambda: mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device)))
+    return OngoingRun(mapper, accounting, recorder, timeline, registration)
+
+
+def make_mapper(config: RunConfig) -> Mapper:
+    """The method with the models and on the device that the settings name; raises BadInput."""
+    # The method's tensors are small: threads that wait for each other cost more than they bring.
+    torch.set_num_threads(1)
+    return Mapper(config, device=_device(config.run.device))
+
+
+def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
+    """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses are
+    estimated. Raises BadInput where poses are asked for that the sequence does not have."""
+    choice = config.input.poses
+    if choice == "auto":
+        choice = "given" if sequence.has_poses else "slam"
+    if choice == "given":
+        require_poses(sequence)
+    return config.model_copy(
+        update={
+            "input": config.input.model_copy(update={"poses": choice}),
+            "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
+        }
+    )
+
+
+def resolve_models(config: RunConfig) -> tuple[RunConfig, str]:
+    """The settings with the choice of models made, and what "auto" stands for in one line, '' where nothing was to
+    choose. Raises BadInput."""
+    choice = automatic_choice(config.segmenter, config.embedder)
+    return config.model_copy(update={"segmenter": choice.segmenter, "embedder": choice.embedder}), choice.note
+
+
+def print_model_note(note: str, console: Console) -> None:
+    """Show what `resolve_models` says, if anything."""
+    if note:
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
+
+
+def poses_of(config: RunConfig) -> Callable[[], Poses]:
+    """What makes the source of poses, by settings with the choice of poses made."""
+    if config.input.poses != "slam":
+        return GivenPoses
+    from slam.system import SlamSystem
+
+    return partial(SlamSystem, config.slam)
+
+
+def require_poses(sequence: RgbdSequence) -> None:
+    """Raise BadInput if the sequence has no poses at all."""
+    if not sequence.has_poses:
+        raise BadInput(
+            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
+            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader"
+        )
+
+
+def _device(choice: str) -> str:
+    # Both, as the volume's attributes are shared between them: a torch without CUDA beside an Open3D with it is common.
+    lacking = [name for name, library in (("Open3D", o3d.core), ("torch", torch)) if not library.cuda.is_available()]
+    if choice == "cuda" and lacking:
+        raise BadInput(
+            f"--device cuda: {' and '.join(lacking)} {'find' if len(lacking) > 1 else 'finds'} no CUDA device here; "
+            "use --device cpu or auto, or install builds with CUDA"
+        )
+    return "CPU:0" if lacking or choice == "cpu" else "CUDA:0"
+
+
+def open_timeline(
+    folder: Path, sequence: RgbdSequence, config: RunConfig, *, before: Checkpoint | None = None, live: bool = False
+) -> Timeline | NullTimeline:
+    """A timeline that is written into `folder`, on from the checkpoint `before`, soon enough to be watched where it is
+    `live`; or one that ignores everything if the settings say so."""
+    if not config.run.timeline:
+        return NullTimeline()
+    from app.timeline.rerun_timeline import Timeline
+
+    written = None if before is None else before.timeline
+    return Timeline(folder / TIMELINE, sequence.intrinsics, config.timeline, live=live, written=written)

@@ -1,0 +1,38 @@
+"""What the state of a source of poses consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from app.stored_state.state_codec import KnownObjects
+from razer.frame import Intrinsics
+from slam.backend.keyframe_map import KeyframeMap
+from slam.backend.loop_closure import LoopClosure
+from slam.backend.place_recognition import PlaceRecognition
+from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph
+from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.depth_pyramid import DepthPyramid
+from slam.frontend.features import FeatureExtractor, Features
+from slam.frontend.frame_tracker import FrameTracker
+from slam.frontend.icp import IcpResult
+from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.view_registration import ViewRegistration
+from slam.located_frames import LocatedFrame, LocatedFrames
+from slam.system import SlamSystem
+
+CLASSES = (
+    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, IcpResult, Intrinsics, Keyframe, KeyframeMap,
+    Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis, PlaceRecognition, PoseEdge, PoseGraph,
+    SlamSystem, SubmapMerging, View,
+)  # fmt: skip
+
+
+def known_poses(config: SlamConfig) -> KnownObjects:
+    """What a saved `SlamSystem` of these settings may speak of."""
+    made: dict[type, Callable[[], object]] = {
+        kind: partial(kind, config) for kind in (FeatureExtractor, ViewRegistration)
+    }
+    return KnownObjects.of(CLASSES, config, made)
