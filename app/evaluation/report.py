@@ -70,8 +70,6 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
     _print_ids(result, console)
     _print_classes(result, console)
     _print_worst(result, console)
-    if pictures is not None:
-        console.print(f"pictures: {pictures}", soft_wrap=True)
 
 
 def _print_naming(naming: Mapping[str, Any] | None, console: Console) -> None:

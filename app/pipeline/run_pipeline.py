@@ -14,6 +14,7 @@ import torch
 from rich.console import Console
 
 from app.console.progress import show_progress
+from app.console.waiting import waiting_for
 from app.frames.color_registration import ColorRegistration, register_color
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.packet_stream import packet_stream
@@ -72,7 +73,8 @@ def run_to_folder(
         BadInput: for input or settings that cannot be used.
     """
     config, note = resolve_models(resolve_poses(config, sequence))
-    mapper = make_mapper(config)
+    with waiting_for("loading the 2D models", console):
+        mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     for leftover in folder.leftovers():
         console.print(f"note: {leftover} is left from a killed run and can be deleted", soft_wrap=True)
@@ -88,8 +90,10 @@ def run_to_folder(
             accounting, recorder, panoptic = map_sequence(sequence, config, mapper, timeline, console, warp)
             if not accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
-            timeline.finish(panoptic)
-        save_run(folder, config, sequence.name, mapper, panoptic, accounting)
+            with waiting_for("ending the timeline", console):
+                timeline.finish(panoptic)
+        with waiting_for("saving the map", console):
+            save_run(folder, config, sequence.name, mapper, panoptic, accounting)
         save_camera(folder, sequence.intrinsics)
         save_registration(folder, registration)
         timings = recorder.timings() | {"account": accounting.account().as_json()}
@@ -142,19 +146,22 @@ def map_sequence(
 
     stream = packet_stream(sequence, indices, poses_of(config), mapper.perception, color_warp)
     with StopRequest() as stop, stream as packets:
-        shown = show_progress(until_interrupted(packets, stop), len(indices), status, console)
+        shown = show_progress(
+            until_interrupted(packets, stop),
+            len(indices),
+            status,
+            console,
+            first="starting the 2D models and the first frame",
+        )
         map_frames(shown, mapper, timeline, recorder, accounting)
         accounting.interrupted = stop.requested
     accounting.require_used()
-    _catch_up(mapper, recorder, console)
-    return accounting, recorder, mapper.finish()
-
-
-def _catch_up(mapper: Mapper, recorder: Recorder, console: Console) -> None:
-    """Reintegrate all kept frames at their final poses."""
-    for number, _ in enumerate(recorder.afterwards(mapper.catch_up(prefetch))):
-        if number == 0:
-            console.print("mapping the kept frames once more at their final poses")
+    with waiting_for("mapping the kept frames once more at their final poses", console):
+        for _ in recorder.afterwards(mapper.catch_up(prefetch)):
+            pass
+    with waiting_for("finishing the map", console):
+        panoptic = mapper.finish()
+    return accounting, recorder, panoptic
 
 
 def make_mapper(config: RunConfig) -> Mapper:
