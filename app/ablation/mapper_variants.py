@@ -75,12 +75,12 @@ def measure_variants(
         options: of the oracle segmenter and embedder; depth and colour have a Kinect's errors in any case.
     """
     torch.set_num_threads(1)
-    with waiting_for("building the scene and its light", console):
-        sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     models = (
         make_segmenter("oracle", {**options[0], "seed": seed}),
         make_embedder("oracle", {**options[1], "seed": seed}),
     )
+    with waiting_for("building the scene and its light", console):
+        sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     indices = [i for i in range(len(sequence)) if any(i % stride == 0 for stride in strides)]
     rows: dict[int, dict[str, Row]] = {stride: {} for stride in strides}
     with TemporaryDirectory() as folder:

@@ -28,7 +28,7 @@ class OtherAblations:
     draw are in the map, 60 are not."""
     draws: int = 50
     """Number of random draws of names for --queries."""
-    naming: Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True)] = ()
+    naming: Annotated[tuple[Path, ...] | None, Parameter(negative="", consume_multiple=True)] = None
     """Measure naming instead, on these finished runs of recordings with a truth, and fit its weights to them."""
 
 
@@ -70,7 +70,9 @@ def ablate(
     """
     if instead.queries is not None:
         return _ablate_queries(instead.queries, instead.draws, json)
-    if instead.naming:
+    if instead.naming is not None:
+        if not instead.naming:
+            raise BadInput("--naming needs finished runs: razer ablate --naming RUN ...")
         return _ablate_naming(instead.naming, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
