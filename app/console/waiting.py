@@ -24,7 +24,7 @@ def is_live(console: Console) -> bool:
 
 
 @contextmanager
-def waiting_for(what: str, console: Console | None = None) -> Iterator[None]:
+def waiting_for(what: str, console: Console | None = None, *, at_once: bool = False) -> Iterator[None]:
     """Within this context, `what` is shown as what is waited for, with the seconds so far.
 
     On a terminal a spinner, gone at the end; elsewhere a line after a second, and one every ten. Quiet consoles show
@@ -33,6 +33,7 @@ def waiting_for(what: str, console: Console | None = None) -> Iterator[None]:
     Args:
         what: such as "aligning the maps".
         console: where it is shown; standard error if not given.
+        at_once: say it without waiting for a second, for work that lets no other thread run.
     """
     global _is_shown
     console = console or progress_console()
@@ -41,7 +42,7 @@ def waiting_for(what: str, console: Console | None = None) -> Iterator[None]:
         return
     _is_shown = True
     try:
-        with (_spinner if is_live(console) else _lines)(what, console):
+        with _spinner(what, console) if is_live(console) else _lines(what, console, at_once):
             yield
     finally:
         _is_shown = False
@@ -59,17 +60,19 @@ def _spinner(what: str, console: Console) -> Iterator[None]:
 
 
 @contextmanager
-def _lines(what: str, console: Console) -> Iterator[None]:
+def _lines(what: str, console: Console, at_once: bool) -> Iterator[None]:
     is_over, began_s = Event(), monotonic()
 
     def say() -> None:
-        pause_s = FIRST_S
+        pause_s = AGAIN_S if at_once else FIRST_S
         while not is_over.wait(pause_s):
             passed_s = monotonic() - began_s
             since = f" ({passed_s:.0f} s)" if pause_s > FIRST_S else ""
             console.print(f"{what} ...{since}", soft_wrap=True)
             pause_s = AGAIN_S
 
+    if at_once:
+        console.print(f"{what} ...", soft_wrap=True)
     teller = Thread(target=say, daemon=True)
     teller.start()
     try:

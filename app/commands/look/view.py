@@ -100,7 +100,7 @@ def _write_page(run: Path, target: Path) -> None:
     with waiting_for("starting"):
         from app.page.write_page import write_page  # late, as in `razer run`
 
-    with waiting_for("making the page: its surface, its pictures"):
+    with waiting_for("making the page: its surface, its pictures", at_once=True):
         n_bytes = write_page(run, target)
     result_console().print(f"{target}: {n_bytes / 1e6:.1f} MB, open it in a browser", soft_wrap=True)
     print_next(("view", run, "--picture", run / "map.png"), *serving(run))

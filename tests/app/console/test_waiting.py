@@ -49,6 +49,12 @@ def test_what_is_soon_over_is_not_told():
     assert told.getvalue() == ""
 
 
+def test_work_that_lets_no_other_thread_run_is_told_at_once():
+    told = io.StringIO()
+    with waiting_for("making the page", Console(file=told, force_terminal=False), at_once=True):
+        assert told.getvalue() == "making the page ...\n"
+
+
 def test_a_terminal_has_it_at_once_and_not_for_good():
     screen = io.StringIO()
     with waiting_for("aligning the maps", Console(file=screen, force_terminal=True, width=40, color_system=None)):
