@@ -72,15 +72,19 @@ def load(
     _check_options(f"{kind} '{name}'", make, options)
     try:
         with _trusting(trust):
-            return make(**options)
+            part = make(**options)
     except TypeError as error:
-        raise BadInput(f"{kind} '{name}' does not take these options: {_about_options(error)}") from error
+        problem = _wrong_value(make, options) or _about_options(error)
+        raise BadInput(f"{kind} '{name}' does not take these options: {problem}") from error
     except OSError as error:
         raise BadInput(f"{kind} '{name}' cannot be made: {one_line(error)}") from error
+    if problem := _wrong_value(make, options):  # last: what a part itself says of its options is clearer
+        raise BadInput(f"{kind} '{name}' does not take these options: {problem}")
+    return part
 
 
 def _check_options(part: str, make: Callable[..., Any], options: Mapping[str, Any]) -> None:
-    """Raise BadInput for options that a part does not have, for those that it lacks, and for values of another kind."""
+    """Raise BadInput for options that a part does not have, and for those that it lacks."""
     try:
         parameters = inspect.signature(make).parameters.values()
     except (TypeError, ValueError):  # of some built-in classes nobody knows them
@@ -95,9 +99,18 @@ def _check_options(part: str, make: Callable[..., Any], options: Mapping[str, An
     if lacking:
         these = f"{len(lacking)} option{'s' if len(lacking) > 1 else ''}"
         raise BadInput(f"{part} does not take these options: missing {these}: {' and '.join(lacking)}")
+
+
+def _wrong_value(make: Callable[..., Any], options: Mapping[str, Any]) -> str:
+    """The first option whose value is of another kind than the part asks for, and what it should be; else ""."""
+    try:
+        parameters = inspect.signature(make).parameters
+    except (TypeError, ValueError):
+        return ""
     for option, value in options.items():
-        if option in known and (problem := _problem(make, known[option].annotation, value)):
-            raise BadInput(f"{part} does not take these options: {option} = {value!r} {problem}")
+        if option in parameters and (problem := _problem(make, parameters[option].annotation, value)):
+            return f"{option} = {value!r} {problem}"
+    return ""
 
 
 def _problem(make: Callable[..., Any], annotation: Any, value: Any) -> str:

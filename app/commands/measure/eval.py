@@ -197,7 +197,7 @@ def _deliver(
     if json:
         print(dumps(content))
     else:
-        report(result, result_console(), pictures)
+        report(result, result_console())
     if run is not None and pictures is not None:
         with waiting_for("drawing the map"):
             _draw_map(result, run, pictures / MAP_PICTURE, progress_console() if json else result_console())
