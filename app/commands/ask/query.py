@@ -75,11 +75,16 @@ def query(
 
         queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
         answer = _shortened(_answer(queryable, text, image, box, min_score), k)
-    _report(queryable, text or str(image), answer, json)
+    _deliver(queryable, text or str(image), answer, render, view, json)
+
+
+def _deliver(queryable: QueryableMap, query: str, answer: Answer, render: Path | None, view: View, json: bool) -> None:
+    """Print the answer, draw it where that is wanted, and say what to do next."""
+    _report(queryable, query, answer, json)
     if render is not None or (answer.found and not json):
         _draw(queryable, answer, render, view, json)
     if not json:
-        print_next(("view", run, "--page", run / "map.html"), *serving(run))
+        print_next(("view", queryable.folder, "--page", queryable.folder / "map.html"), *serving(queryable.folder))
 
 
 def _checked_view(options: PictureOptions, target: Path | None) -> View:
