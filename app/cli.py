@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError, Group
 from app.console.no_room import NO_ROOM
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
+from app.console.usage import usage_text
 from app.verbs import MODEL_VERBS, VERBS, Verb
 from razer.errors import BadInput
 
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except CycloptsError as error:
         verb = next((token for token in tokens if token in _NAMES), None)
         asked = f"razer {verb}" if verb else "razer"
-        print(f"{asked}: {_plain(str(error))} (see {asked} --help)", file=sys.stderr)
+        print(f"{asked}: {_plain(usage_text(str(error)))} (see {asked} --help)", file=sys.stderr)
         sys.exit(BAD_INPUT)
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)

@@ -8,6 +8,7 @@ started the program named it. A program that calls this library passes the objec
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,10 +16,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Self
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError
 
 from razer.errors import BadInput, UntrustedPlugin, one_line
-from razer.settings import Settings
+from razer.settings import Settings, problem_of
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,65 @@ def load(
     """
     trust = _inherited.get() if trust is None else trust
     make = _part(kind, name, table, methods, trust)
+    _check_options(f"{kind} '{name}'", make, options)
     try:
         with _trusting(trust):
-            return make(**options)
+            part = make(**options)
     except TypeError as error:
-        raise BadInput(f"{kind} '{name}' does not take these options: {_about_options(error)}") from error
+        problem = _wrong_value(make, options) or _about_options(error)
+        raise BadInput(f"{kind} '{name}' does not take these options: {problem}") from error
     except OSError as error:
         raise BadInput(f"{kind} '{name}' cannot be made: {one_line(error)}") from error
+    if problem := _wrong_value(make, options):  # last: what a part itself says of its options is clearer
+        raise BadInput(f"{kind} '{name}' does not take these options: {problem}")
+    return part
+
+
+def _check_options(part: str, make: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """Raise BadInput for options that a part does not have, and for those that it lacks."""
+    try:
+        parameters = inspect.signature(make).parameters.values()
+    except (TypeError, ValueError):  # of some built-in classes nobody knows them
+        return
+    known = {each.name: each for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)}
+    takes_any = any(each.kind is each.VAR_KEYWORD for each in parameters)
+    for option in options:
+        if option not in known and not takes_any:
+            has = f"its options are {', '.join(known)}" if known else "it has none"
+            raise BadInput(f"{part} does not take these options: there is no '{option}', {has}")
+    lacking = [f"'{name}'" for name, each in known.items() if each.default is each.empty and name not in options]
+    if lacking:
+        these = f"{len(lacking)} option{'s' if len(lacking) > 1 else ''}"
+        raise BadInput(f"{part} does not take these options: missing {these}: {' and '.join(lacking)}")
+
+
+def _wrong_value(make: Callable[..., Any], options: Mapping[str, Any]) -> str:
+    """The first option whose value is of another kind than the part asks for, and what it should be; else ""."""
+    try:
+        parameters = inspect.signature(make).parameters
+    except (TypeError, ValueError):
+        return ""
+    for option, value in options.items():
+        if option in parameters and (problem := _problem(make, parameters[option].annotation, value)):
+            return f"{option} = {value!r} {problem}"
+    return ""
+
+
+def _problem(make: Callable[..., Any], annotation: Any, value: Any) -> str:
+    """Why a value that a file or the command line can give is not what an annotation asks for, "" where it may be."""
+    if type(value) not in (str, int, float, bool, list, dict):
+        return ""
+    try:
+        module = vars(importlib.import_module(make.__module__))
+        checked = TypeAdapter(eval(annotation, module) if isinstance(annotation, str) else annotation)
+    except Exception:  # what a class of its own asks for is its own affair
+        return ""
+    try:
+        taken = checked.validate_python(value)
+    except ValidationError as error:
+        return problem_of(error)
+    is_number_of_text = isinstance(value, str) and isinstance(taken, int | float)
+    return "should be a number" if is_number_of_text else ""
 
 
 def _about_options(error: TypeError) -> str:

@@ -33,6 +33,14 @@ def cuda() -> str:
     return "CUDA:0"
 
 
+@pytest.fixture(autouse=True)
+def waits_are_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How long a verb takes here says nothing about it: lines that come after a second are for their own tests."""
+    from app.console import waiting
+
+    monkeypatch.setattr(waiting, "FIRST_S", 3600.0)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def maps_on_the_device_asked_for() -> None:
     """With $RAZER_TEST_DEVICE, such as CUDA:0, maps live there wherever a test does not say where."""

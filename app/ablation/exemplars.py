@@ -28,6 +28,8 @@ class Exemplars:
             with np.load(path, allow_pickle=False) as table:
                 names, synonyms = table["names"], table["synonyms"]
                 text, image = (_unit(table[side]) for side in ("text", "image"))
+        except FileNotFoundError:
+            raise BadInput(f"{path} does not exist: give an npz with names, synonyms, text and image") from None
         except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise BadInput(f"{path} is no table with names, synonyms, text and image: {error}") from error
         return cls(tuple(map(str, names)), tuple(frozenset(str(s).split("|")) for s in synonyms), text, image)

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from app.ablation.perceived_walk import PerceivedWalk
 from app.console.progress import show_progress
+from app.console.waiting import waiting_for
 from app.settings.config_file import read_config
 from app.settings.oracle_options import OracleOptions, oracle_options
 from app.settings.presets import DEPARTURES, PAPER
@@ -74,19 +75,23 @@ def measure_variants(
         options: of the oracle segmenter and embedder; depth and colour have a Kinect's errors in any case.
     """
     torch.set_num_threads(1)
-    sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     models = (
         make_segmenter("oracle", {**options[0], "seed": seed}),
         make_embedder("oracle", {**options[1], "seed": seed}),
     )
+    with waiting_for("building the scene and its light", console):
+        sequence = SyntheticScene(scene, seed, n_frames, sensor=SensorModel.kinect())
     indices = [i for i in range(len(sequence)) if any(i % stride == 0 for stride in strides)]
     rows: dict[int, dict[str, Row]] = {stride: {} for stride in strides}
     with TemporaryDirectory() as folder:
         walk = PerceivedWalk(Path(folder), models, read_config(None, (), {}))
         rendered = show_progress(indices, len(indices), lambda: f"seed {seed}: the walk", console)
         walk.record(sequence[index] for index in rendered)
-        truth = sequence.truth()
-        for name in show_progress(list(variants), len(variants), lambda: f"seed {seed}: variants", console):
+        with waiting_for("computing which surfaces are visible", console):
+            truth = sequence.truth()
+        for name in show_progress(
+            list(variants), len(variants), lambda: f"seed {seed}", console, first="the first variant", things="variants"
+        ):
             config = read_config(None, (), variants[name])
             observations = walk.perceived(config)
             for stride in strides:

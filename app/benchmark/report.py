@@ -4,58 +4,81 @@ from __future__ import annotations
 
 from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
 from app.console.streams import result_console
-from app.pipeline.run_report import print_speed
+
+_MAX_SLOWEST = 3
 
 
 def print_bench(result: dict[str, Any]) -> None:
-    """Print stages, memory along the way, plain fusion, and the parts measured alone."""
+    """Print what a frame takes, beside plain fusion, in which stages, and the memory."""
     console = result_console()
     of_runs = f", median of {result['repeat']} runs" if result["repeat"] > 1 else ""
-    console.print(f"{result['name']}: {result['frames']} frames{of_runs}", soft_wrap=True)
-    print_speed(result, console)
+    stages, plain, ratios = result["stages"], result["yardstick"], result["ratios"]
+    slowest = sorted(stages, key=lambda name: -stages[name]["share"])[:_MAX_SLOWEST]
+    shares = [f"{name} {stages[name]['share']:.0%}" for name in slowest]
+    of_device = max(result["device_mb_at_tenths"])
+    taken = f"; {of_device:.0f} MB of {result['device']}" if of_device else ""
+    for line in (
+        f"{result['name']}: {result['frames']} frames{of_runs}, {result['segmenter']} and {result['embedder']}",
+        f"a frame: {1e3 / result['fps']:.0f} ms ({result['fps']:.1f} frames/s)",
+        f"slowest stages: {', '.join(shares)}",
+        f"plain TSDF fusion of the same frames: {plain['median_ms']:.1f} ms a frame; our fusion takes "
+        f"{ratios['integrate']:.1f} times that, the whole map without 2D models {ratios['backend']:.1f} times",
+        f"memory: {result['peak_rss_mb']:.0f} MB at most{taken}",
+    ):
+        console.print(line, soft_wrap=True)
+
+
+def print_details(result: dict[str, Any]) -> None:
+    """Print each stage, memory along the way, and the parts measured alone."""
+    console = result_console()
     console.print(_stage_table(result["stages"]))
     console.print(_memory_table(result))
-    plain, ratios = result["yardstick"], result["ratios"]
-    console.print(f"plain fusion: median {plain['median_ms']:.1f} ms, p95 {plain['p95_ms']:.1f} ms a frame")
-    console.print(
-        f"beside it: our fusion takes {ratios['integrate']:.2f}x, "
-        f"the whole map (fusion, lifting, association, votes, maintenance) {ratios['backend']:.2f}x"
-    )
+    _print_parts(result, console)
+
+
+def _print_parts(result: dict[str, Any], console: Console) -> None:
     cpu = result["backend_cpu"]
     console.print(
         f"processor time of the map over the first {cpu['frames']} frames: {cpu['cpu_ms']:.0f} ms a frame, "
-        f"{cpu['to_plain']:.1f}x plain fusion's {cpu['plain_cpu_ms']:.1f}"
+        f"{cpu['to_plain']:.1f}x plain fusion's {cpu['plain_cpu_ms']:.1f}",
+        soft_wrap=True,
     )
     synth = result["synth"]
     console.print(
-        f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor"
+        f"synthetic frames with a full sensor: {synth['fps']:.1f} a second, {synth['cpu_ms']:.0f} ms of processor",
+        soft_wrap=True,
     )
     evaluation = result["evaluation"]
     console.print(
         f"evaluation of {evaluation['predictions']} masks on {evaluation['vertices']} vertices: "
         f"{evaluation['cpu_s']:.1f} s of processor; reading a mask file {evaluation['read_mask_ms']:.1f} ms, "
-        f"{evaluation['read_to_looking']:.0f}x looking at its bytes"
+        f"{evaluation['read_to_looking']:.0f}x looking at its bytes",
+        soft_wrap=True,
     )
     decoding = result["yolo_decoding"]
     console.print(
         f"decoding of {decoding['masks']} YOLO masks: {decoding['median_ms']:.1f} ms, "
-        f"{decoding['to_enlarging']:.2f}x enlarging whole masks"
+        f"{decoding['to_enlarging']:.2f}x enlarging whole masks",
+        soft_wrap=True,
     )
     describing = result["describing"]
     console.print(
         f"describing {describing['masks']} masks beside the model: {describing['pooling_ms']:.1f} ms to pool a feature "
-        f"map, {describing['crops_ms']:.1f} ms to cut crops"
+        f"map, {describing['crops_ms']:.1f} ms to cut crops",
+        soft_wrap=True,
     )
     registering = result["registering"]
     console.print(
         f"bringing colour onto depth: {registering['median_ms']:.1f} ms a frame, "
-        f"{registering['to_remap']:.1f}x a plain remap"
+        f"{registering['to_remap']:.1f}x a plain remap",
+        soft_wrap=True,
     )
     ranking = result["ranking"]
-    console.print(f"a query over {ranking['instances']} instances: {ranking['query_ms']:.1f} ms")
+    console.print(f"a query over {ranking['instances']} instances: {ranking['query_ms']:.1f} ms", soft_wrap=True)
 
 
 def _stage_table(stages: dict[str, dict[str, float]]) -> Table:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+from rich.console import Console
 
 from app.benchmark.backend_cpu import BACKEND, measure_backend_cpu
 from app.benchmark.decoding import measure_decoding
@@ -18,6 +20,7 @@ from app.benchmark.ranking import measure_ranking
 from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
+from app.console.waiting import waiting_for
 from app.frames.color_registration import register_color
 from app.frames.open_recording import open_recording
 from app.frames.selection import selected_frames
@@ -42,41 +45,57 @@ ROOM_FRAMES = 120
 CPU_FRAMES = 200  # the first ones, mapped once more for their processor time
 
 
-def run_benchmark(folder: Path | None, config: RunConfig) -> dict[str, Any]:
+def run_benchmark(folder: Path | None, config: RunConfig, parts: bool = True) -> dict[str, Any]:
     """The figures of one run over a recording, or over a synthetic room where there is none: those of timings.json,
-    each stage's share, the time of plain fusion (key `yardstick`) and the ratios to it, and those of the parts measured
-    alone: the map's processor time, rendering, evaluation, decoding and describing of masks, a query, bringing colour
-    onto depth. Raises BadInput."""
+    each stage's share, the time of plain fusion (key `yardstick`) and the ratios to it, and with `parts` those of what
+    is measured alone: the map's processor time, rendering, evaluation, decoding and describing of masks, a query,
+    bringing colour onto depth. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
     config, note = resolve_models(config)
     require_poses(sequence)  # plain fusion has no others
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)
-    mapper = make_mapper(config)
+    with waiting_for("loading the 2D models", console):
+        mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         run = begin_run(sequence, config, mapper, timeline, registration)
-        timeline.finish(map_sequence(sequence, config, run, console))
+        panoptic = map_sequence(sequence, config, run, console)
+        with waiting_for("ending the timeline", console):
+            timeline.finish(panoptic)
         timings = run.recorder.timings()
     n_blocks, device = mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device))
     del mapper, run
-    console.print("plain TSDF fusion of the same frames")
-    plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks, device))
-    return {
+    with waiting_for("plain TSDF fusion of the same frames", console):
+        plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks, device))
+    figures = {
         "name": sequence.name,
         "segmenter": config.segmenter.name,
         "embedder": config.embedder.name,
         **_with_shares(timings),
         "yardstick": plain,
         "ratios": _ratios(timings, plain),
-        "backend_cpu": measure_backend_cpu(list(islice(_posed_frames(sequence, config), CPU_FRAMES)), config),
-        "synth": measure_synth(),
-        "evaluation": measure_evaluation(),
-        "yolo_decoding": measure_decoding(),
-        "describing": measure_describing(),
-        "ranking": measure_ranking(),
-        "registering": measure_registering(),
     }
+    return figures | _parts(sequence, config, console) if parts else figures
+
+
+def _parts(sequence: RgbdSequence, config: RunConfig, console: Console) -> dict[str, Any]:
+    """The parts that are measured alone."""
+    with waiting_for("the map once more, by its processor time", console):
+        cpu = measure_backend_cpu(list(islice(_posed_frames(sequence, config), CPU_FRAMES)), config)
+    parts: dict[str, tuple[str, Callable[[], Any]]] = {
+        "synth": ("rendering synthetic frames", measure_synth),
+        "evaluation": ("evaluating masks", measure_evaluation),
+        "yolo_decoding": ("decoding masks", measure_decoding),
+        "describing": ("describing masks", measure_describing),
+        "ranking": ("asking a large map", measure_ranking),
+        "registering": ("bringing colour onto depth", measure_registering),
+    }
+    figures = {"backend_cpu": cpu}
+    for name, (what, measure) in parts.items():
+        with waiting_for(what, console):
+            figures[name] = measure()
+    return figures
 
 
 def _room(config: RunConfig) -> SyntheticRoom:

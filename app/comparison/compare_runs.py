@@ -17,6 +17,7 @@ from app.comparison.against_truth import (
 )
 from app.comparison.map_alignment import MapAlignment, align_maps
 from app.comparison.matched_instances import Matching, match_instances
+from app.console.waiting import waiting_for
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
 from razer.arrays import FloatArray
 from razer.geometry import inverse
@@ -125,14 +126,22 @@ def compare_runs(
     Raises:
         BadInput: naming the folder that cannot be read or aligned.
     """
-    a, b = read_run(folder_a), read_run(folder_b)
-    pose, errors = _aligned(a, b, folder_a, folder_b)
-    alignment = align_maps(a, b, pose)
-    moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
-    surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
-    scene = None if truth is None else open_posed_truth(truth, preset)
-    truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
-    truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
+    with waiting_for("opening both maps"):
+        a, b = read_run(folder_a), read_run(folder_b)
+    with waiting_for("aligning the maps"):
+        pose, errors = _aligned(a, b, folder_a, folder_b)
+        alignment = align_maps(a, b, pose)
+        moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
+    with waiting_for("measuring how far their surfaces are apart"):
+        surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
+    with waiting_for("reading the truth"):
+        scene = None if truth is None else open_posed_truth(truth, preset)
+    with waiting_for("evaluating the first run against the truth"):
+        truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
+    with waiting_for("evaluating the second run against the truth"):
+        truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
+    with waiting_for("matching their instances"):
+        instances = match_instances(a.panoptic, moved.panoptic)
     return Comparison(
         preset=preset.name,
         a=a,
@@ -142,7 +151,7 @@ def compare_runs(
         errors=errors,
         surface=surface,
         a_to_b_m=a_to_b_m,
-        instances=match_instances(a.panoptic, moved.panoptic),
+        instances=instances,
         truth_a=truth_a,
         truth_b=truth_b,
         truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),

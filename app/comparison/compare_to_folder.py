@@ -6,6 +6,7 @@ from pathlib import Path
 
 from app.comparison.compare_runs import Comparison, compare_runs
 from app.comparison.folder import check_folder, write_comparison
+from app.console.waiting import waiting_for
 from razer.metrics.preset import Preset
 from razer.plugins import NO_TRUST, Trust
 
@@ -28,5 +29,6 @@ def compare_to_folder(
     """
     check_folder(out)
     comparison = compare_runs(run_a, run_b, truth, rules, trust)
-    write_comparison(comparison, out)
+    with waiting_for("drawing what was compared"):
+        write_comparison(comparison, out)
     return comparison

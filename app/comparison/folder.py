@@ -15,6 +15,14 @@ from razer.storage.atomic_files import replace_content, replace_file
 NUMBERS = "compare.json"
 RECORDING = "compare.rrd"
 SHEET = "compare.png"
+CONTENTS = {
+    SHEET: "the sheet: both paths, where the maps differ, and what that comes to",
+    NUMBERS: "all numbers",
+    "trajectories.png": "both paths",
+    "errors.png": "differences of poses over time",
+    "instances.png": "the instances of both, matched",
+    RECORDING: "both maps in one frame, for Rerun",
+}
 PLOTS = {"trajectories.png": plots.trajectories, "errors.png": plots.errors, "instances.png": plots.instances}
 
 

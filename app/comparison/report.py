@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from app.comparison.compare_runs import Comparison
-from app.comparison.folder import SHEET
+from app.comparison.folder import CONTENTS, SHEET
 from app.comparison.matched_instances import MatchedInstance
+from app.console.outputs import print_outputs
 from app.evaluation.report import SUMMARY, format_number
 from razer.map_object import MapObject
 
@@ -46,8 +47,8 @@ def report(result: Comparison, console: Console, folder: Path) -> None:
         _print_transform("A from B, of the maps:", content["pose"]["a_from_b"], console)
         _print_transform("A from B, of the positions alone (ATE):", content["pose"]["a_from_b_by_positions"], console)
     _print_instances(result, console)
-    console.print(f"outputs: {folder}", soft_wrap=True)
     console.print(f"picture: {folder / SHEET}", soft_wrap=True)
+    print_outputs(folder, CONTENTS, console)
 
 
 def _print_transform(title: str, rows: Sequence[Sequence[float]], console: Console) -> None:

@@ -51,9 +51,8 @@ def renew_glb(folder: Path, panoptic: PanopticMap) -> None:
 
 
 def told(folder: Path, entry: Entry, log: EditLog) -> str:
-    """One line: what was changed, and what is next."""
+    """One line: what was changed, and which files do not know of it."""
     line = f"edit {entry.number}: {account(log, entry)}"
-    line += f"; do it again: razer edit {folder} redo" if entry.kind == "undo" else f"; undo: razer edit {folder} undo"
     if (folder / names.PANOPTIC).is_file():
-        line += f"; {names.PANOPTIC} and its kin are older: razer label {folder} --vocabulary ... renews them"
+        line += f"; {names.PANOPTIC} and its kin are older: `razer label` renews them"
     return line

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from app.console.streams import progress_console
+from app.console.waiting import waiting_for
 from app.evaluation.class_numbers import class_numbers
 from app.evaluation.export import Export
 from app.evaluation.predicted_relations import with_relations
@@ -66,7 +68,7 @@ def evaluate_jobs(
 
     def pairs() -> Iterator[Pair]:
         nonlocal current
-        for name, prediction, truth_folder in jobs:
+        for name, prediction, truth_folder in _told(list(jobs)):
             current = f"{prediction} does not fit {truth_folder}"
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
@@ -77,11 +79,20 @@ def evaluate_jobs(
             yield name, true_scene, with_map(predicted, prediction, true_scene, preset)
 
     try:
-        return evaluate(pairs(), preset)
+        with waiting_for("evaluating against the truth"):
+            return evaluate(pairs(), preset)
     except BadInput:
         raise
     except ValueError as error:
         raise BadInput(f"{current}: {error}") from error
+
+
+def _told(jobs: list[Job]) -> Iterator[Job]:
+    """The scenes, each told as it comes where they are several."""
+    for number, job in enumerate(jobs, start=1):
+        if len(jobs) > 1:
+            progress_console().print(f"evaluating {job[0]}: scene {number} of {len(jobs)}", soft_wrap=True)
+        yield job
 
 
 def with_map(predicted: PredictedScene, prediction: Path, truth: TruthScene, preset: Preset) -> PredictedScene:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -43,7 +42,7 @@ SUMMARY = {
 }
 
 
-def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
+def report(result: Evaluation, console: Console) -> None:
     """Print the rules, the metrics, the classes and the true instances matched worst."""
     _print_rules(result, console)
     table = Table(title=f"{len(result.scenes)} scene(s)", title_justify="left")
@@ -70,8 +69,6 @@ def report(result: Evaluation, console: Console, pictures: Path | None) -> None:
     _print_ids(result, console)
     _print_classes(result, console)
     _print_worst(result, console)
-    if pictures is not None:
-        console.print(f"pictures: {pictures}", soft_wrap=True)
 
 
 def _print_naming(naming: Mapping[str, Any] | None, console: Console) -> None:

@@ -8,6 +8,7 @@ from app.settings.assignments import parse_value, split_assignment
 from razer.errors import BadInput
 from razer.metrics.preset import Preset
 from razer.metrics.presets import PRESETS
+from razer.settings import problem_of
 
 
 def choose_rules(preset: str, assignments: tuple[str, ...]) -> Preset:
@@ -23,4 +24,4 @@ def choose_rules(preset: str, assignments: tuple[str, ...]) -> Preset:
         return Preset.model_validate(rules)
     except ValidationError as error:
         first = error.errors()[0]
-        raise BadInput(f"--set {first['loc'][0]}: {first['msg']}") from None
+        raise BadInput(f"--set {first['loc'][0]}: {problem_of(error)}") from None

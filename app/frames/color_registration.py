@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from app.console.waiting import waiting_for
 from app.frames.run_registration import read_calibration_for
 from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
 from data_tools.recordings.color_warp import ColorWarp
@@ -64,7 +65,8 @@ def register_color(sequence: RgbdSequence, choice: str, console: Console) -> Col
                 f"{choice} and the recording, or --depth-to-color, both say where the colour camera is: drop one"
             )
         return ColorRegistration(camera, read_calibration_for(Path(choice), camera))
-    estimate = estimate_rgbd_calibration(sequence)
+    with waiting_for("comparing colour with depth", console):
+        estimate = estimate_rgbd_calibration(sequence)
     if estimate.may_be_far_off and not estimate.confident:
         console.print(
             f"WARNING: colour may be {estimate.mean_px:.0f} pixels off depth and is left as it is: {estimate.reason}; "

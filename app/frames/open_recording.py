@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from app.console.waiting import waiting_for
 from app.settings.run_config import InputSettings
 from data_tools import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
@@ -18,13 +19,15 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
     from data_tools.checks.pose_check import check_poses
     from data_tools.checks.sample import Sample
 
-    sequence = open_unchecked(folder, settings)
-    sample = Sample.of(sequence)
-    poses = check_poses(sample)
-    if poses.wrong:
-        _warn(f"the poses look wrong: {poses.convention.fix}", console)
-        sample = sample.reposed(poses.convention)
-    scale = check_depth_scale(sequence, sample)
+    with waiting_for("opening the recording", console):
+        sequence = open_unchecked(folder, settings)
+    with waiting_for("checking its poses and its depth", console):
+        sample = Sample.of(sequence)
+        poses = check_poses(sample)
+        if poses.wrong:
+            _warn(f"the poses look wrong: {poses.convention.fix}", console)
+            sample = sample.reposed(poses.convention)
+        scale = check_depth_scale(sequence, sample)
     if scale.verdict != "ok":
         finding = f"the depth scale of {scale.declared:g} units per metre looks wrong: {scale.reason}"
         _warn(f"{finding}; {scale.advice}", console)

@@ -39,7 +39,7 @@ def measure_masks(folder: Path, config: RunConfig) -> dict[str, Any]:
 def _views(sequence: RgbdSequence, config: RunConfig, segment: Any, console: Console) -> Iterator[View]:
     warp = register_color(sequence, config.input.rgbd_calibration, console).warp
     indices = selected_frames(sequence, config.input)
-    for index in show_progress(indices, len(indices), lambda: "masks", console):
+    for index in show_progress(indices, len(indices), lambda: "masks", console, first="the first frame"):
         with suppress(UnusableFrame):
             frame = sequence[index]
             if frame.world_from_camera is not None:

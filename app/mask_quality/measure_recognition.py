@@ -27,7 +27,7 @@ def measure_recognition(folder: Path, config: RunConfig) -> dict[str, Any]:
     sequence, segmenter, name = opened(folder, config, console)
     recognition = Recognition()
     indices = selected_frames(sequence, config.input)
-    for index in show_progress(indices, len(indices), lambda: "recognition", console):
+    for index in show_progress(indices, len(indices), lambda: "recognition", console, first="the first frame"):
         with suppress(UnusableFrame):
             frame = sequence[index]
             if frame.instance_ids is None:

@@ -11,6 +11,7 @@ from rich.console import Console
 from app.checkpoints.ongoing_run import OngoingRun
 from app.checkpoints.run_checkpoints import RunCheckpoints
 from app.console.progress import show_progress
+from app.console.waiting import waiting_for
 from app.frames.frame_packet import FramePacket, StateSaved
 from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import HelperEnded, prefetch
@@ -66,8 +67,10 @@ def map_sequence(
             accounting.interrupted, stop.exit_code = True, FAILED
         accounting.interrupted |= stop.requested
     accounting.require_used()
-    caught_up = _catch_up(run.mapper, run.recorder, console, stop)
-    return run.mapper.finish(catch_up=caught_up)
+    with waiting_for("mapping the kept frames once more at their final poses", console):
+        caught_up = _catch_up(run.mapper, run.recorder, stop)
+    with waiting_for("finishing the map", console):
+        return run.mapper.finish(catch_up=caught_up)
 
 
 @contextmanager
@@ -96,16 +99,15 @@ def _frames(
             frames = (packet for packet in packets if not isinstance(packet, StateSaved))
         else:
             frames = checkpoints.saving(packets, run)
-        yield show_progress(until_interrupted(frames, stop), len(indices), status, console, done=n_before)
+        first = "starting the 2D models and the first frame"
+        yield show_progress(until_interrupted(frames, stop), len(indices), status, console, first=first, done=n_before)
 
 
-def _catch_up(mapper: Mapper, recorder: Recorder, console: Console, stop: StopRequest) -> bool:
+def _catch_up(mapper: Mapper, recorder: Recorder, stop: StopRequest) -> bool:
     """Reintegrate all kept frames at their final poses; whether there was time to."""
     was_requested = stop.requested
     with closing(mapper.catch_up(prefetch)) as steps:
-        for number, _ in enumerate(recorder.afterwards(steps)):
-            if number == 0:
-                console.print("mapping the kept frames once more at their final poses")
+        for _ in recorder.afterwards(steps):
             if stop.requested and not was_requested:
                 return False
     return True

@@ -13,6 +13,7 @@ from rich.console import Console
 from app.checkpoints.ongoing_run import OngoingRun
 from app.checkpoints.run_checkpoints import RunCheckpoints, RunPlan
 from app.console.no_room import NO_ROOM
+from app.console.waiting import waiting_for
 from app.frames.color_registration import ColorRegistration, register_color
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.selection import selected_frames
@@ -83,7 +84,8 @@ def run_to_folder(
         BadInput: for input or settings that cannot be used, and where the folder cannot be written.
     """
     config, note = resolve_models(resolve_poses(config, sequence))
-    mapper = make_mapper(config)
+    with waiting_for("loading the 2D models", console):
+        mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     registration = ColorRegistration(sequence.intrinsics)  # until that of the checkpoint comes
     if folder.checkpoint is None:
@@ -100,8 +102,10 @@ def run_to_folder(
             panoptic = map_sequence(sequence, config, run, console, shown=timeline, checkpoints=checkpoints, stop=stop)
             if not run.accounting.used:
                 raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
-            timeline.finish(panoptic)
-            timings = _save(folder, config, sequence, run, panoptic)
+            with waiting_for("ending the timeline", console):
+                timeline.finish(panoptic)
+            with waiting_for("saving the map", console):
+                timings = _save(folder, config, sequence, run, panoptic)
         folder.commit()
     if watchers.live is not None:
         watchers.live.finish(folder.final)

@@ -36,7 +36,7 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     print_instances(panoptic, console)
     print_speed(timings, console)
     print_frames(accounting, console)
-    print_outputs(folder, console)
+    print_outputs(folder, console=console)
 
 
 def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timings: dict[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from rich.console import Console
 
 from app.console.progress import show_progress
+from app.console.waiting import waiting_for
 from app.frames.frame_account import FrameAccount, SkippedFrame
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest
@@ -98,7 +99,8 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
             except UnusableFrame as error:
                 path.skipped.append(SkippedFrame(index, str(error)))
                 console.print(f"skipped frame {index}: {error}", soft_wrap=True)
-    slam.finish()
+    with waiting_for("smoothing the path", console):
+        slam.finish()
     path.final = slam.trajectory()
     path.n_keyframes, path.n_loops = len(slam.keyframes), slam.n_loops
     if not path.final and not path.interrupted:

@@ -83,7 +83,7 @@ class LabelledRun:
         return {"vocabulary": self.vocabulary, "instances": instances, "stuff": stuff}
 
     def report(self) -> None:
-        """Print the number of instances of each class, which of them are ambiguous, and where the files lie."""
+        """Print the number of instances of each class, and which of them are ambiguous."""
         table = Table()
         table.add_column("class")
         table.add_column("instances", justify="right")
@@ -100,7 +100,6 @@ class LabelledRun:
                     f"{label.category.name} {label.score:.2f}, or {label.runner_up.name} {label.runner_up_score:.2f}"
                 )
                 console.print(f"{label.id} is ambiguous: {either}", soft_wrap=True)
-        console.print(f"outputs: {self.queryable.folder}", soft_wrap=True)
 
     def _mesh(self) -> LabelledMesh:
         """The mesh whose instances are segments."""

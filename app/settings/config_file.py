@@ -17,6 +17,7 @@ from app.settings.renamed_settings import REMOVED, RENAMED, with_new_names
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput, one_line
 from razer.plugins import NO_TRUST, Trust
+from razer.settings import problem_of
 from razer.storage.settings_list import list_settings
 
 # What mapped runs and saved maps that do not say it: "auto" is for those to come.
@@ -150,7 +151,8 @@ def _plain_line(error: ValidationError, file: Path | None) -> str:
             return f"setting {name} is gone: {REMOVED[name]}"
         return f"unknown setting {name}{_nearest(name)}; `razer config` lists all settings"
     where = f" (from {file}, --set or an option)" if file else ""
-    return f"setting {name} = {first['input']!r}{where}: {first['msg'].removeprefix('Input ')}"
+    given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
+    return f"setting {name}{given}{where}: {problem_of(error)}"
 
 
 def _down_to_leaf(name: str, value: Any) -> str:

@@ -9,7 +9,12 @@ from razer.errors import BadInput
 _SERVING = ("fastapi", "uvicorn", "python_multipart", "PIL", "mcp")
 
 
+def can_serve() -> bool:
+    """Whether all libraries of the extra `serve` are installed."""
+    return all(find_spec(name) is not None for name in _SERVING)
+
+
 def require_serve() -> None:
     """Raise BadInput where a library of the extra `serve` is not installed."""
-    if any(find_spec(name) is None for name in _SERVING):
+    if not can_serve():
         raise BadInput("serving a map needs more libraries: pip install 'razer[serve]'")

@@ -77,6 +77,11 @@ class SourceOptions:
         """The settings these options lead to; raises BadInput."""
         return read_config(None, (), self._recording_flags()).input
 
+    def words(self) -> tuple[str, ...]:
+        """The options of the recording that were given, as another verb takes them: --reader NAME ..."""
+        given = {name.removeprefix("input."): value for name, value in self._recording_flags().items()}
+        return tuple(f"--{name.replace('_', '-')}={given[name]}" for name in sorted(given) if given[name] is not None)
+
     def _recording_flags(self) -> dict[str, Any]:
         known = {field.name for field in fields(self)} & set(InputSettings.model_fields)
         return {f"input.{name}": getattr(self, name) for name in known}
@@ -135,6 +140,19 @@ class RunOptions(RecordingOptions, SettingOptions):
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
         return read_config(self.config, self.set, self.flags(), trust=self.trust, preset=self.preset)
+
+    def words(self) -> tuple[str, ...]:
+        """The options that were given, as another verb takes them."""
+        shared: dict[str, object] = {
+            "oracle": self.oracle,
+            "segmenter": self.segmenter,
+            "embedder": self.embedder,
+            "poses": self.poses,
+        }
+        shared |= {"rgbd-calibration": self.rgbd_calibration, "device": self.device, "preset": self.preset}
+        shared |= {"config": self.config}
+        given = tuple(f"--{name}={value}" for name, value in shared.items() if value is not None)
+        return (*super().words(), *given, *(f"--set={text}" for text in self.set))
 
     def flags(self) -> dict[str, Any]:
         """Dotted names of settings with the values of these options, None = not given; raises BadInput."""

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next, print_outputs
+from app.console.waiting import waiting_for
+from app.next_steps import looking_at
 from app.settings.options import Flag
 from razer.errors import BadInput
 
@@ -15,6 +18,7 @@ if TYPE_CHECKING:
     from razer.edits.log import EditLog
 
 FORMAT = 1
+OUTPUTS = {"edits.jsonl": "the log of all edits, which every verb applies", "mesh.glb": "the edited map for viewers"}
 Change = Literal["rename", "relabel", "merge", "delete", "split", "move_border", "undo", "redo", "log"]
 
 
@@ -51,16 +55,17 @@ def edit(
     from app.editing.arguments import typed_edit
     from app.editing.edit_run import edit_run, told
 
-    if change in ("undo", "redo"):
-        if arguments or plane is not None:
-            raise BadInput(f"write it as: razer edit RUN {change}")
-        entry, log = edit_run(run, change, author)
-    else:
-        entry, log = edit_run(run, typed_edit(change, arguments, plane), author)
+    if change in ("undo", "redo") and (arguments or plane is not None):
+        raise BadInput(f"write it as: razer edit RUN {change}")
+    what = change if change in ("undo", "redo") else typed_edit(change, arguments, plane)
+    with waiting_for("opening the map and changing it"):
+        entry, log = edit_run(run, what, author)
     if json:
         print(dumps({"format": FORMAT, "epoch": log.epoch, "edit": log.listed()[-1]}))
     else:
         print(told(run, entry, log))
+        print_outputs(run, OUTPUTS)
+        print_next(("edit", run, "redo" if entry.kind == "undo" else "undo"), looking_at(run))
     return 0
 
 
@@ -85,6 +90,8 @@ def _list(run: Path, arguments: tuple[str, ...], json: bool) -> int:
         )
     if not log.entries:
         print("no edits yet")
+    again = [("edit", run, "undo")] if log.undoable else [("edit", run, "redo")] if log.redoable else []
+    print_next(*again, looking_at(run))
     return 0
 
 

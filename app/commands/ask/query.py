@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import serving
 from app.settings.options import Assignments, Flag, TrustOptions
 from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
@@ -65,15 +68,23 @@ def query(
     json:
         One line of JSON.
     """
-    view = _checked_view(picture, render)
     _check_arguments(text, k, image, box, min_score)
-    from app.query.queryable_map import open_queryable_map  # late, since models may bring torch along
+    view = _checked_view(picture, render)
+    with waiting_for("opening the map and looking for it"):
+        from app.query.queryable_map import open_queryable_map  # late: models may bring torch along
 
-    queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
-    answer = _shortened(_answer(queryable, text, image, box, min_score), k)
-    _report(queryable, text or str(image), answer, json)
+        queryable = open_queryable_map(run, embedder, set, by_text=text is not None, trust=options.trust)
+        answer = _shortened(_answer(queryable, text, image, box, min_score), k)
+    _deliver(queryable, text or str(image), answer, render, view, json)
+
+
+def _deliver(queryable: QueryableMap, query: str, answer: Answer, render: Path | None, view: View, json: bool) -> None:
+    """Print the answer, draw it where that is wanted, and say what to do next."""
+    _report(queryable, query, answer, json)
     if render is not None or (answer.found and not json):
         _draw(queryable, answer, render, view, json)
+    if not json:
+        print_next(("view", queryable.folder, "--page", queryable.folder / "map.html"), *serving(queryable.folder))
 
 
 def _checked_view(options: PictureOptions, target: Path | None) -> View:
@@ -121,20 +132,22 @@ def _draw(queryable: QueryableMap, answer: Answer, target: Path | None, view: Vi
     from app.pictures.picture_file import add_picture, write_view
     from app.pictures.scenes import answer_scene
 
-    scene = answer_scene(queryable.panoptic, answer.hits)
-    if target is None:
-        small = replace(view, size=view.size or _SIZE)
-        add_picture(queryable.folder / PICTURE, scene, result_console(), small)
-    else:
-        write_view(target, scene, view, progress_console() if json else result_console())
+    with waiting_for("drawing the answer"):
+        scene = answer_scene(queryable.panoptic, answer.hits)
+        if target is None:
+            small = replace(view, size=view.size or _SIZE)
+            add_picture(queryable.folder / PICTURE, scene, result_console(), small)
+        else:
+            write_view(target, scene, view, progress_console() if json else result_console())
 
 
 def _report(queryable: QueryableMap, query: str, answer: Answer, json: bool) -> None:
     from app.query.answer import answer_json, print_answer
     from app.query.view_crops import ViewCrops
 
-    crops = ViewCrops(queryable.folder, queryable.config.input) if answer.found else None
-    result = answer_json(query, answer, crops)
+    with waiting_for("cutting pictures of what was found"):
+        crops = ViewCrops(queryable.folder, queryable.config.input) if answer.found else None
+        result = answer_json(query, answer, crops)
     print_notes(crops.notes if crops else ())
     if json:
         print(dumps(result))

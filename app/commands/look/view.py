@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from app.console.outputs import print_next
 from app.console.streams import print_notes, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import serving
 from app.pictures.view import Style
 from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
@@ -69,29 +72,35 @@ def _open(run: Path, other: Path | None, web: bool) -> None:
 
     with TemporaryDirectory(prefix="razer-view-") as folder:
         both = Path(folder) / TIMELINE
-        write_side_by_side(both, [run, other])
+        with waiting_for("writing both runs on one timeline"):
+            write_side_by_side(both, [run, other])
         return open_viewer(both, web)
 
 
 def _draw(run: Path, target: Path, style: Style, text: str | None, options: PictureOptions) -> None:
     if (style == "query") != (text is not None):
         raise BadInput("--style query shows what --query TEXT means: give both, or neither")
-    # Late, as in `razer run`.
-    from app.pictures.picture_file import check_picture_path, write_view
-    from app.pictures.scenes import answer_scene, map_scene
-    from razer.saved_map import load_map
+    with waiting_for("starting"):
+        from app.pictures.picture_file import check_picture_path, write_view  # late, as in `razer run`
+        from app.pictures.scenes import answer_scene, map_scene
+        from razer.saved_map import load_map
 
     view = options.view()
     check_picture_path(target, view)
-    panoptic = load_map(run)
+    with waiting_for("opening the map"):
+        panoptic = load_map(run)
     print_notes(panoptic.edit_problems)
-    scene = map_scene(panoptic, style) if text is None else answer_scene(panoptic, panoptic.query(text).hits)
-    write_view(target, scene, view, result_console())
+    with waiting_for("drawing the map"):
+        scene = map_scene(panoptic, style) if text is None else answer_scene(panoptic, panoptic.query(text).hits)
+        write_view(target, scene, view, result_console())
+    print_next(("view", run, "--page", run / "map.html"), *serving(run))
 
 
 def _write_page(run: Path, target: Path) -> None:
-    # Late, as in `razer run`.
-    from app.page.write_page import write_page
+    with waiting_for("starting"):
+        from app.page.write_page import write_page  # late, as in `razer run`
 
-    n_bytes = write_page(run, target)
+    with waiting_for("making the page: its surface, its pictures", at_once=True):
+        n_bytes = write_page(run, target)
     result_console().print(f"{target}: {n_bytes / 1e6:.1f} MB, open it in a browser", soft_wrap=True)
+    print_next(("view", run, "--picture", run / "map.png"), *serving(run))

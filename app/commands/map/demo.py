@@ -9,6 +9,8 @@ from cyclopts import Parameter
 
 from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import serving
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import RunFolder
 from app.settings.config_file import read_config
@@ -55,13 +57,15 @@ def demo(
 
     # Late, as in `razer run`.
     leave_cores_to_helpers()
-    from app.pipeline.run_pipeline import run_to_folder
-    from app.pipeline.run_report import print_run
-    from data_tools.synthetic.synthetic_room import SyntheticRoom
+    with waiting_for("building a room"):
+        from app.pipeline.run_pipeline import run_to_folder
+        from app.pipeline.run_report import print_run
+        from data_tools.synthetic.synthetic_room import SyntheticRoom
 
-    room = SyntheticRoom(0, frames, *ROOM_SIZE)
+        room = SyntheticRoom(0, frames, *ROOM_SIZE)
     result = run_to_folder(room, config, target, progress_console())
-    _keep_crops(target.final, room, config.input)
+    with waiting_for("cutting pictures of its things"):
+        _keep_crops(target.final, room, config.input)
     if not json:
         result_console().print(_ABOUT)
     print_run(result, target.final, as_json=json)
@@ -89,7 +93,8 @@ def _ask(folder: Path) -> None:
     panoptic, console = load_map(folder), result_console()
     hits = panoptic.query(_QUESTION).hits
     found = ", ".join(f"{hit.object.class_name} {hit.object.id}" for hit in hits) or "nothing"
-    write_picture(folder / _PICTURE, answer_sheet(panoptic, _QUESTION, hits))
+    with waiting_for("drawing the map and the answer"):
+        write_picture(folder / _PICTURE, answer_sheet(panoptic, _QUESTION, hits))
     console.print(f'asked for "{_QUESTION}": {found}', soft_wrap=True)
     console.print(f"picture: {folder / _PICTURE}", soft_wrap=True)
-    print_next(console, ("query", folder, "dishes"), ("view", folder, "--page", "map.html"), ("serve", folder))
+    print_next(("query", folder, "dishes"), ("view", folder, "--page", folder / "map.html"), *serving(folder))

@@ -13,6 +13,8 @@ from cyclopts import Parameter
 
 from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import looking_at, serving, viewing
 from app.pipeline.watchers import NOBODY, Watchers
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.run_folder import CONFIG, TIMELINE, RunFolder
@@ -134,7 +136,7 @@ def _report(result: RunResult, folder: Path, live: LiveRun | None, *, as_json: b
     if not as_json:
         queries = result.panoptic.text_queries
         question = [("query", folder, "a chair")] if queries is not None and queries.knows_words else []
-        print_next(result_console(), ("view", folder), *question, ("serve", folder))
+        print_next(looking_at(folder), *question, *serving(folder))
     if live is not None and not result.exit_code:
         _go_on_serving(live)
 
@@ -176,9 +178,10 @@ def _run(
     classes = None if vocabulary is None else read_vocabulary(vocabulary)
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
-    from app.frames.open_recording import open_recording
-    from app.pipeline.prepare_run import resolve_models
-    from app.pipeline.run_pipeline import run_to_folder
+    with waiting_for("starting"):
+        from app.frames.open_recording import open_recording
+        from app.pipeline.prepare_run import resolve_models
+        from app.pipeline.run_pipeline import run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
@@ -190,7 +193,8 @@ def _run(
 
     require_names(resolve_models(config)[0].embedder, classes)
     result = run_to_folder(sequence, noted_config, target, console, watchers, is_reopenable=True, vocabulary=vocabulary)
-    return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
+    with waiting_for("naming the instances"):
+        return replace(result, panoptic=label_run(target.final, classes, trust=config.embedder.trust).named())
 
 
 def _run_both(
@@ -215,7 +219,8 @@ def _run_both(
     if config.run.timeline:
         from app.timeline.side_by_side import write_side_by_side
 
-        write_side_by_side(out / TIMELINE, [out / name for name in BOTH])
+        with waiting_for("writing both runs on one timeline"):
+            write_side_by_side(out / TIMELINE, [out / name for name in BOTH])
     # What was trusted to make the runs is trusted to compare them.
     _compare_both(folder, out, config.embedder.trust, json)
     return 0
@@ -223,6 +228,7 @@ def _run_both(
 
 def _compare_both(folder: Path, out: Path, trust: Trust, json: bool) -> None:
     from app.comparison.compare_to_folder import compare_to_folder
+    from app.comparison.folder import RECORDING
     from app.comparison.report import report
     from data_tools.truth.open_truth import has_truth
     from razer.metrics.presets import PRESETS
@@ -235,3 +241,5 @@ def _compare_both(folder: Path, out: Path, trust: Trust, json: bool) -> None:
         print(dumps(comparison.as_json()))
     else:
         report(comparison, result_console(), out / "compare")
+        timeline = out / TIMELINE
+        print_next(viewing(timeline if timeline.exists() else out / "compare" / RECORDING), looking_at(slam))

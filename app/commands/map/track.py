@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, TrackOptions
 from razer.storage.atomic_files import replace_content
+
+if TYPE_CHECKING:
+    from app.pipeline.track_only import TrackedPath
 
 
 def track(
@@ -43,9 +49,10 @@ def track(
     config = options.read()
 
     # Late, as in `razer run`.
-    from app.frames.open_recording import open_unchecked
-    from app.pipeline.track_only import tracked_path
-    from app.run_folder.save_run import tum_text
+    with waiting_for("starting"):
+        from app.frames.open_recording import open_unchecked
+        from app.pipeline.track_only import tracked_path
+        from app.run_folder.save_run import tum_text
 
     tracked = tracked_path(open_unchecked(folder, config.input), config, progress_console())
     for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
@@ -53,10 +60,19 @@ def track(
             path.parent.mkdir(parents=True, exist_ok=True)
             text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
             replace_content(path, text)
-    content = tracked.as_json()
     if json:
-        print(dumps(content))
+        print(dumps(tracked.as_json()))
     else:
-        for name, value in content.items():
-            result_console().print(f"{name}: {value}", highlight=False, soft_wrap=True)
+        _report(tracked, out, live_poses)
+        choice = "both" if tracked.given else "slam"  # both compares them
+        print_next(mapping(folder, "--poses", choice, *options.words()))
     return INTERRUPTED if tracked.interrupted else 0
+
+
+def _report(tracked: TrackedPath, out: Path | None, live_poses: Path | None) -> None:
+    console = result_console()
+    for name, value in tracked.as_json().items():
+        console.print(f"{name}: {value}", highlight=False, soft_wrap=True)
+    for path, about in ((out, "the smoothed path"), (live_poses, "poses as they were known at each frame")):
+        if path is not None:
+            console.print(f"output: {path}: {about}, stamp tx ty tz qx qy qz qw", soft_wrap=True)

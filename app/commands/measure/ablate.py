@@ -9,7 +9,10 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import looking_at
 from app.settings.options import Flag
 from app.settings.oracle_options import OracleErrors, OracleOptions, oracle_options
 from razer.errors import BadInput
@@ -25,7 +28,7 @@ class OtherAblations:
     draw are in the map, 60 are not."""
     draws: int = 50
     """Number of random draws of names for --queries."""
-    naming: Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True)] = ()
+    naming: Annotated[tuple[Path, ...] | None, Parameter(negative="", consume_multiple=True)] = None
     """Measure naming instead, on these finished runs of recordings with a truth, and fit its weights to them."""
 
 
@@ -67,13 +70,17 @@ def ablate(
     """
     if instead.queries is not None:
         return _ablate_queries(instead.queries, instead.draws, json)
-    if instead.naming:
+    if instead.naming is not None:
+        if not instead.naming:
+            raise BadInput("--naming needs finished runs: razer ablate --naming RUN ...")
         return _ablate_naming(instead.naming, json)
     seed_numbers = _whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
     asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
     _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
+    if not json:
+        print_next(("config",))  # the settings that the variants change
     return 0
 
 
@@ -92,7 +99,8 @@ def _measure(
 ) -> list[dict[int, Any]]:
     """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
-    from app.ablation.mapper_variants import VARIANTS, measure_variants
+    with waiting_for("starting"):
+        from app.ablation.mapper_variants import VARIANTS, measure_variants
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:
@@ -119,20 +127,23 @@ def _whole_numbers(option: str, text: str, least: int) -> list[int]:
 
 
 def _ablate_naming(runs: tuple[Path, ...], json: bool) -> int:
-    from app.ablation.matched_run import MatchedRun
-    from app.ablation.naming_ablation import measure_naming, naming_table
-    from app.ablation.text_questions import measure_questions
+    with waiting_for("matching the runs with their truths and naming them by each rule"):
+        from app.ablation.matched_run import MatchedRun
+        from app.ablation.naming_ablation import measure_naming, naming_table
+        from app.ablation.text_questions import measure_questions
 
-    opened = [MatchedRun.open(run) for run in runs]
-    rows, questions = measure_naming(opened), measure_questions(opened)
+        opened = [MatchedRun.open(run) for run in runs]
+        rows, questions = measure_naming(opened), measure_questions(opened)
     if json:
         print(dumps({"naming": [str(run) for run in runs], "rules": rows, "questions": questions}))
         return 0
     result_console().print(naming_table(rows))
     result_console().print(
         "asked for {n_there} classes that are there: {top1:.1%} of the best answers are right; present or not, with "
-        "{n_absent} others: precision {present_precision:.1%}, recall {present_recall:.1%}".format(**questions)
+        "{n_absent} others: precision {present_precision:.1%}, recall {present_recall:.1%}".format(**questions),
+        soft_wrap=True,
     )
+    print_next(*(looking_at(run) for run in runs))
     return 0
 
 
@@ -142,10 +153,12 @@ def _ablate_queries(path: Path, draws: int, json: bool) -> int:
 
     if draws < 1:
         raise BadInput(f"--draws {draws}: give at least 1")
-    rows = {name: mean_scores(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
+    with waiting_for("drawing names and asking for them"):
+        rows = {name: mean_scores(scores) for name, scores in measure_queries(Exemplars.read(path), draws).items()}
     if json:
         print(dumps({"queries": str(path), "draws": draws, "banks": rows}))
         return 0
     result_console().print(retrieval_table(rows))
     result_console().print(presence_table(rows))
+    print_next(("ablate", "--exemplars", path))
     return 0

@@ -8,7 +8,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next
 from app.console.streams import print_notes, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import viewing, viewing_both
 from app.settings.options import Assignments, Flag, TrustOptions
 
 FOLDER = "compare"
@@ -46,9 +49,11 @@ def compare(
         One line of JSON.
     """
     # Late, since these bring Open3D and torch along.
-    from app.comparison.compare_to_folder import compare_to_folder
-    from app.comparison.report import report
-    from app.evaluation.rules import choose_rules
+    with waiting_for("starting"):
+        from app.comparison.compare_to_folder import compare_to_folder
+        from app.comparison.folder import RECORDING
+        from app.comparison.report import report
+        from app.evaluation.rules import choose_rules
 
     rules = choose_rules(preset, set)
     folder = out or run_b / FOLDER
@@ -58,4 +63,5 @@ def compare(
         print(dumps(result.as_json()))
     else:
         report(result, result_console(), folder)
+        print_next(viewing(folder / RECORDING), *viewing_both(run_a, run_b))
     return 0

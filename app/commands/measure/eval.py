@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.console.outputs import Words, print_next, print_outputs
 from app.console.streams import print_notes, print_warnings, progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import looking_at
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
@@ -23,6 +26,11 @@ if TYPE_CHECKING:
 
 PLOTS = "eval"
 MAP_PICTURE = "map.png"
+PICTURES = {
+    MAP_PICTURE: "the map by what became of its instances",
+    "confusion.png": "which classes were taken for which",
+    "precision_recall.png": "precision over recall, by IoU",
+}
 
 
 @Parameter(name="*")
@@ -138,9 +146,10 @@ def evaluate(
         One line of JSON.
     """
     # Late, since these bring Open3D and torch along.
-    from app.evaluation.evaluate_run import evaluate_jobs
-    from app.evaluation.rules import choose_rules
-    from razer.storage.file_names import is_map_folder
+    with waiting_for("starting"):
+        from app.evaluation.evaluate_run import evaluate_jobs
+        from app.evaluation.rules import choose_rules
+        from razer.storage.file_names import is_map_folder
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
@@ -183,13 +192,35 @@ def _deliver(
         replace_content(run / run_folder.METRICS, dumps(content, indent=1) + "\n")
         pictures = pictures or run / PLOTS
     if pictures is not None:
-        _draw(result, pictures)
+        with waiting_for("drawing plots"):
+            _draw(result, pictures)
     if json:
         print(dumps(content))
     else:
-        report(result, result_console(), pictures)
+        report(result, result_console())
     if run is not None and pictures is not None:
-        _draw_map(result, run, pictures / MAP_PICTURE, progress_console() if json else result_console())
+        with waiting_for("drawing the map"):
+            _draw_map(result, run, pictures / MAP_PICTURE, progress_console() if json else result_console())
+    if not json:
+        _tell_outputs(run, pictures)
+        print_next(*_next_steps(jobs, run))
+
+
+def _tell_outputs(run: Path | None, pictures: Path | None) -> None:
+    if run is not None:
+        print_outputs(run, {run_folder.METRICS: "all numbers"})
+    if pictures is not None:
+        print_outputs(pictures, PICTURES)
+
+
+def _next_steps(jobs: list[tuple[str, Path, Path]], run: Path | None) -> list[Words]:
+    """To look at a run that was evaluated, or at a scene of many by itself."""
+    if run is not None:
+        return [looking_at(run)]
+    name, prediction, truth = jobs[0]
+    if len(jobs) > 1:
+        return [("eval", prediction, "--truth", truth, "-o", f"{name}_eval")]
+    return [("inspect", truth)]
 
 
 def _draw(result: Evaluation, folder: Path) -> None:

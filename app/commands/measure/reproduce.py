@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.console.outputs import print_next, print_outputs
 from app.console.streams import progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import looking_at
 from app.profiling.cores import leave_cores_to_helpers
-from app.settings.options import BOTH, Flag, RunOptions
+from app.settings.options import BOTH, Flag, PosesName, RunOptions
+
+if TYPE_CHECKING:
+    from app.reproduction.reproduce_table import Reproduced
+
+OUTPUTS = {"mesh.ply": "the map; a whole run folder", "metrics.json": "its numbers", "timings.json": "its times"}
 
 
 def reproduce(
@@ -44,14 +52,15 @@ def reproduce(
     """
     # Late, as in `razer run`.
     leave_cores_to_helpers()
-    from app.reproduction.published_tables import TABLES
-    from app.reproduction.report import report
-    from app.reproduction.reproduce_table import Reproduction
+    with waiting_for("starting"):
+        from app.reproduction.published_tables import TABLES
+        from app.reproduction.reproduce_table import Reproduction
 
     scene_names = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
     both = options.poses == "both"
+    folders: dict[PosesName | None, Path]
     folders = {name: out / name for name in BOTH} if both else {options.poses: out}
-    results = {}
+    results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
         results[name] = reproduction.run(progress_console())
@@ -59,8 +68,21 @@ def reproduce(
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}
         print(dumps(rows if both else rows[options.poses]))
         return 0
-    for name, result in results.items():
-        if both:
+    _report(table, results, folders)
+    return 0
+
+
+def _report(table: str, results: dict[PosesName | None, Reproduced], folders: dict[PosesName | None, Path]) -> None:
+    """The table of each choice of poses, the files of each scene, and what to do next."""
+    from app.reproduction.published_tables import TABLES
+    from app.reproduction.report import report
+
+    next_steps = []
+    for (name, result), folder in zip(results.items(), folders.values(), strict=True):
+        if len(results) > 1:
             result_console().print(f"poses: {name}")
         report(result, TABLES[table], result_console(), name)
-    return 0
+        for scene in result.seconds:
+            print_outputs(folder / scene, OUTPUTS)
+        next_steps.append(looking_at(folder / next(iter(result.seconds))))
+    print_next(*next_steps)

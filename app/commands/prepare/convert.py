@@ -6,7 +6,10 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.console.outputs import print_files, print_next
 from app.console.streams import progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag, RecordingOptions
 
@@ -43,15 +46,17 @@ def convert(
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
-    from app.frames.open_recording import open_recording
-    from app.frames.selection import Selection, selected_frames
-    from data_tools.truth.open_truth import has_truth, open_truth
-    from data_tools.writers.table import write_recording
+    with waiting_for("starting"):
+        from app.frames.open_recording import open_recording
+        from app.frames.selection import Selection, selected_frames
+        from data_tools.truth.open_truth import has_truth, open_truth
+        from data_tools.writers.table import write_recording
 
     settings, console = options.input_settings(), progress_console()
     sequence = open_recording(folder, settings, console)
     selection = Selection.of(sequence, selected_frames(sequence, settings), console)
-    truth = open_truth(folder) if has_truth(folder) else None
+    with waiting_for("reading the truth"):
+        truth = open_truth(folder) if has_truth(folder) else None
     try:
         skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
@@ -62,7 +67,7 @@ def convert(
     if json:
         print(dumps(result))
     else:
-        _report(result)
+        _report(result, out)
     return 0
 
 
@@ -82,7 +87,7 @@ def _summary(
     }
 
 
-def _report(result: dict[str, Any]) -> None:
+def _report(result: dict[str, Any], out: Path) -> None:
     console = result_console()
     truth = " with their ground truth" if result["truth"] else ""
     for each in result["skipped"][:MAX_NAMED]:
@@ -91,3 +96,5 @@ def _report(result: dict[str, Any]) -> None:
         console.print(f"skipped {more} more; --json names them all")
     count = f"{result['written']} of {result['frames']} frames{truth}, layout {result['layout']}"
     console.print(f"{result['out']}: {count}", soft_wrap=True)
+    print_files(out)
+    print_next(mapping(out, beside=True), ("inspect", out))

@@ -7,7 +7,10 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.console.outputs import print_next
 from app.console.streams import result_console
+from app.console.waiting import waiting_for
+from app.next_steps import mapping
 from app.settings.options import Flag, SourceOptions
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
@@ -43,12 +46,14 @@ def inspect(
         One line of JSON.
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
-    from app.frames.open_recording import open_unchecked
-    from data_tools.checks.inspection import inspect_sequence
-    from data_tools.registry import recognise
+    with waiting_for("starting"):
+        from app.frames.open_recording import open_unchecked
+        from data_tools.checks.inspection import inspect_sequence
+        from data_tools.registry import recognise
 
     settings = options.input_settings()
-    inspection = inspect_sequence(open_unchecked(folder, settings))
+    with waiting_for("looking at frames all over the recording"):
+        inspection = inspect_sequence(open_unchecked(folder, settings))
     layout = settings.reader or recognise(folder)
     if write is not None:
         _write_calibration(write, inspection.rgbd_estimate)
@@ -56,7 +61,25 @@ def inspect(
         print(dumps(inspect_json(folder, layout, inspection)))
     else:
         _report(layout, inspection)
-    return NOTHING_USABLE if len(inspection.bad) == inspection.inspected else 0
+        if write is not None:
+            result_console().print(f"output: {write}: the colour camera", soft_wrap=True)
+    if len(inspection.bad) == inspection.inspected:
+        return NOTHING_USABLE
+    if not json:
+        print_next(mapping(folder, *options.words(), *_remedies(inspection, options, write)))
+    return 0
+
+
+def _remedies(inspection: Inspection, options: SourceOptions, calibration: Path | None) -> tuple[object, ...]:
+    """Options of `razer run` that go round what is wrong."""
+    words: list[object] = []
+    if inspection.poses.wrong:
+        words += ["--poses", "slam"]
+    if inspection.depth_scale.likely is not None and options.depth_scale is None:
+        words += ["--depth-scale", f"{inspection.depth_scale.likely:g}"]
+    if calibration is not None:
+        words += ["--rgbd-calibration", calibration]
+    return tuple(words)
 
 
 def _write_calibration(path: Path, estimate: RgbdEstimate) -> None:

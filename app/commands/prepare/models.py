@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.padding import Padding
 
+from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag
@@ -115,6 +116,7 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
     console.print(_how_to_use(name, models), soft_wrap=True)
     for path in paths:
         result_console().print(str(path), soft_wrap=True)
+    print_next(("models", "info", name))
     return 0
 
 

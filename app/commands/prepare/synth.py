@@ -6,7 +6,10 @@ from json import dumps
 from pathlib import Path
 from typing import Any
 
+from app.console.outputs import print_files, print_next
 from app.console.streams import print_notes, progress_console, result_console
+from app.console.waiting import waiting_for
+from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
 from app.settings.options import Flag
 from app.settings.synthetic_options import SceneOptions
@@ -41,29 +44,29 @@ def synth(
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
-    # Late, since these bring Open3D along.
-    from app.frames.selection import Selection
-    from data_tools.writers.table import write_recording
+    with waiting_for("starting"):  # late, since these bring Open3D along
+        from app.frames.selection import Selection
+        from data_tools.writers.table import write_recording
 
     _check_arguments(out, layout, spacing)
     console = progress_console()
     try:
-        sequence = options.sequence(console.print)
+        with waiting_for("building the scene and its light"):
+            sequence = options.sequence(console.print)
         print_notes(sequence.notes)
         selection = Selection.of(sequence, range(len(sequence)), console)
-        console.print("computing which surfaces are visible")
-        truth = sequence.truth(spacing)
+        with waiting_for("computing which surfaces are visible"):
+            truth = sequence.truth(spacing)
         skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED
     selection.finish()
-    names = truth.instance_classes
-    scene = options.scene if options.mesh is None else None
+    scene, names = options.scene if options.mesh is None else None, truth.instance_classes
     result = {"format": FORMAT, "out": str(out), "scene": scene, "seed": options.seed, "layout": layout}
     result |= {"sensor": options.sensor, "frames": len(sequence), "written": len(sequence) - len(skipped)}
     result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
-    _report(result | dict(sequence.summary), json)
+    _report(result | dict(sequence.summary), out, json)
     return 0
 
 
@@ -78,9 +81,11 @@ def _check_arguments(out: Path, layout: str, spacing: float) -> None:
         raise BadInput(f"{out} exists: give a new folder, or remove it first")
 
 
-def _report(result: dict[str, Any], json: bool) -> None:
+def _report(result: dict[str, Any], out: Path, json: bool) -> None:
     if json:
         print(dumps(result))
         return
     summary = "{out}: {written} frames, {instances} instances of {classes} classes".format(**result)
     result_console().print(summary, soft_wrap=True)
+    print_files(out)
+    print_next(mapping(out, beside=True), ("inspect", out))

@@ -118,6 +118,11 @@ def _stacked(vectors: Sequence[Float32Array], files: Sequence[Path]) -> Float32A
     return np.stack(vectors)
 
 
+def _reason(error: Exception) -> str:
+    """What is wrong, but not what NumPy advises for files that it takes for pickles."""
+    return "" if "pickle" in str(error) else f": {error}"
+
+
 def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:
     """Names, unit vectors and synonyms ('' = none known); raises BadInput."""
     if not file.is_file():
@@ -127,7 +132,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:
             names, text = archive["names"], archive["text"].astype(np.float64)
             synonyms = archive.get("synonyms", names)
     except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-        raise BadInput(f"{file} is no NumPy archive with names and text: {error}") from error
+        raise BadInput(f"{file} is no NumPy archive with names and text{_reason(error)}") from error
     if text.ndim != 2 or not len(text) or names.shape != text.shape[:1] or synonyms.shape != names.shape:
         raise BadInput(f"{file}: names {names.shape}, synonyms {synonyms.shape} and text {text.shape} do not fit")
     length = np.linalg.norm(text, axis=1, keepdims=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -36,4 +37,9 @@ def open_session(file: Path, providers: Sequence[str], *, optimised: bool = True
     try:
         return onnxruntime.InferenceSession(file, options, list(providers))
     except Exception as error:  # ONNX Runtime's errors have no base class of their own
-        raise BadInput(f"{file} is no ONNX model, or is damaged: {one_line(error)}") from error
+        raise BadInput(f"{file} is no ONNX model, or is damaged: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    """What the runtime says, without its own name and number of the error."""
+    return re.sub(r"^\[ONNXRuntimeError\] : \d+ : \w+ : ", "", one_line(error))

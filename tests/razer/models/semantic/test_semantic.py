@@ -202,7 +202,7 @@ def test_open_inputs_keep_the_shape_of_the_image(tmp_path: Path, size: int | Non
         ({}, {"confidence": 2}, "confidence and score from 0 to 1"),
         ({}, {"min_pixels": 0}, "min_pixels >= 1"),
         ({}, {"ignore": 3}, "3 is no list of names"),
-        ({}, {"weigth": 3}, "unexpected keyword argument 'weigth'"),
+        ({}, {"weigth": 3}, "there is no 'weigth', its options are weights, "),
     ],
 )
 def test_what_cannot_be_used_is_refused_at_once(tmp_path: Path, export: dict, options: dict, said: str) -> None:
