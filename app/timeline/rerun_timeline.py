@@ -222,7 +222,7 @@ class Timeline:
     def _log_images(self, frame: Frame, step: StepResult, confirmed: Sequence[Track]) -> None:
         config, n, camera = self._config, self._raster_step, self._color_camera
         if self._due(config.depth_every):
-            self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]))
+            self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]), frame.stamp)
         due = [entity for entity, every in ((COLOR, config.image_every), (INSTANCE_IMAGE, config.ids_every))
                if self._due(every)]  # fmt: skip
         if not due:

@@ -37,7 +37,7 @@ def write_side_by_side(path: Path, runs: Sequence[Path]) -> None:
     chunks = [chunk for pair in zip_longest(*moved) for chunk in pair if chunk is not None]
     motions = [world_from_other(mapped[0], run) for run in mapped]
     styles = {name: RunStyle(motion, color) for name, motion, color in zip(names, motions, PATH_COLORS, strict=False)}
-    figures = pose_figures(dict(zip(names, mapped, strict=True)))
+    figures = pose_figures(dict(zip(names, mapped, strict=True)), recordings[0].depth_images())
     replace_file(path, lambda target: write_merged(target, chunks, pair_layout(views), styles, figures))
 
 

@@ -160,7 +160,7 @@ class PoseEstimationLog:
 
     def _log_trajectories(self, whole: bool) -> None:
         self._log_trajectory(entities.ESTIMATED, self._estimated, np.eye(4), whole)
-        if self._common is None:
+        if self._common not in self._estimated.poses:  # a correction may take a pose away again
             self._common = min(self._given.poses.keys() & self._estimated.poses.keys(), default=None)
         if self._common is not None:
             estimated_from_given = self._estimated.poses[self._common] @ inverse(self._given.poses[self._common])

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from app.timeline import entities
 from app.timeline.recording.ellipsoids import Ellipsoids
 from app.timeline.recording.recording_parts import RecordingParts
-from app.timeline.recording.saved_recording import open_stream
+from app.timeline.recording.saved_recording import STAMP, open_stream
 from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
@@ -88,9 +88,10 @@ class RerunLog:
         """A colour image."""
         self._log(path, rr.EncodedImage(contents=encoded, media_type="image/jpeg"))
 
-    def depth_png(self, path: str, encoded: bytes) -> None:
-        """A depth image in millimetres."""
-        self._log(path, rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0))
+    def depth_png(self, path: str, encoded: bytes, stamp_s: float) -> None:
+        """A depth image in millimetres, and when it was taken, by which poses can be found again."""
+        image = rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0)
+        self._log(path, image, rr.AnyValues(**{STAMP: stamp_s}))
 
     def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Uint8Array, labels: Sequence[str] = ()) -> None:
         """Log wire frames.

@@ -261,3 +261,17 @@ def test_given_poses_are_not_logged(tmp_path):
     timeline.finish_tracking(final.pose_update.report, final.pose_update.corrections)
     timeline.close()
     assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("poses/e", "plots/t"))]
+
+
+def test_the_given_path_hangs_on_another_frame_when_a_correction_takes_the_first_pose_away(run, tmp_path):
+    timeline = Timeline(tmp_path / "timeline.rrd", CAMERA, TimelineConfig(path_every=1))
+    for packet in run.packets[:3]:
+        track(timeline, packet)
+    timeline.finish_tracking(run.packets[2].pose_update.report, {0: None})
+    timeline.finish_tracking(run.packets[2].pose_update.report, {1: None, 2: None})
+    timeline.close()
+    rows = [row for row in chunks_of(tmp_path / "timeline.rrd")[f"{paths.GIVEN}/whole"] if row.get("strips")]
+    given = [packet.pose_update.given for packet in run.packets[:2]]
+    estimated = run.packets[1].pose_update.report.world_from_camera
+    hung = estimated @ inverse(given[1]) @ given[0]
+    np.testing.assert_allclose(rows[-1]["strips"][0][0], hung[:3, 3], atol=1e-5)

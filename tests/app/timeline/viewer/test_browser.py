@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.support.browser import chromium
-from tests.support.cli import QUICK, call, write_small_room
+from tests.support.cli import QUICK, call
 from tests.support.timeline_page import (
     OF_ONE_RUN,
     OF_TWO_RUNS,
@@ -27,12 +27,14 @@ from tests.support.timeline_page import (
 
 pytestmark = pytest.mark.full
 GEOMETRIC = ("--segmenter", "geometric", "--embedder", "appearance", *QUICK)
-N_FRAMES = 24
+FRAMES, SIZE_OF_IMAGES = "40", "320x240"
 
 
 @pytest.fixture(scope="module")
 def room(tmp_path_factory):
-    return write_small_room(tmp_path_factory.mktemp("recording") / "room", n_frames=N_FRAMES)
+    recording = tmp_path_factory.mktemp("recording") / "room"
+    assert call("synth", recording, "--frames", FRAMES, "--size", SIZE_OF_IMAGES) == 0
+    return recording
 
 
 @pytest.fixture(params=["estimated", "given", "both"])
