@@ -157,8 +157,9 @@ def _poses_tab(run: RunView) -> rrb.Horizontal:
         run.path(entities.CLOSURES): rrb.EntityBehavior(visible=False),
         run.path(entities.ELLIPSOIDS): rrb.EntityBehavior(visible=False),
     }
+    title = "Path from above" + (": given grey, estimated orange, corrections red" if run.poses_estimated else "")
     above = rrb.Spatial3DView(
-        origin=run.path(""), name="Path from above: given grey, estimated orange, corrections red",
+        origin=run.path(""), name=title,
         contents=[*_path_contents(run), *run.contents(entities.SURFACE), *_camera(run)],
         overrides=hidden, background=WHITE, line_grid=False, eye_controls=_eye(run.top),
     )  # fmt: skip
