@@ -13,7 +13,7 @@ from razer.tracking.track import Track
 INTRODUCTION = """Each detection is given to the track that costs least: `cost = w_v (1 - overlap) + w_s unlikeness`.
 One that costs more than the gate is a new instance. So look where the second one *appears*, and why it was not the
 first."""
-PAIRS_FIRST = "**Two of one name in one place**, so perhaps one thing that was mapped twice; their lives come first"
+PAIRS_FIRST = "**Two of one name in one place**, so perhaps one thing that was mapped twice; their lives come first:"
 MAX_PAIRS = 6  # that are listed
 
 
@@ -47,10 +47,15 @@ def lives_document(items: Sequence[MapObject], stories: Mapping[int, Sequence[tu
     ordered = sorted(
         items, key=lambda item: (rank[item.id], item.is_stuff, item.class_name is None, item.class_name or "", item.id)
     )
-    named = ", ".join(f"{item_label(a)} and #{b.id}" for a, b in pairs[:MAX_PAIRS])
-    opening = [f"{PAIRS_FIRST}: {named}."] if pairs else []
+    reasons = [f"- **{item_label(a)} and #{b.id}**{_birth(b, stories.get(b.id, ()))}" for a, b in pairs[:MAX_PAIRS]]
+    opening = [PAIRS_FIRST, "\n".join(reasons)] if pairs else []
     sections = [_section(item, items, stories.get(item.id, ())) for item in ordered]
     return "\n\n".join([*opening, INTRODUCTION, *sections])
+
+
+def _birth(item: MapObject, story: Sequence[tuple[int, str]]) -> str:
+    """Why it was a new instance, where that is known."""
+    return next((f": frame {frame}: {text}" for frame, text in story if f"#{item.id} appears" in text), "")
 
 
 def _section(item: MapObject, items: Sequence[MapObject], story: Sequence[tuple[int, str]]) -> str:

@@ -76,6 +76,9 @@ def test_lives_of_pairs_come_before_all_others_and_the_card_names_them():
     items = [thing(1, "armchair", 5.0), thing(2, "chair", 0.0), thing(3, "chair", 0.1), thing(4, "wall", 0, stuff=True)]
     text = lives_document(items, {3: [(7, "chair #3 appears: it is not chair #2, which is too far")]})
     assert text.startswith("**Two of one name in one place**")
+    assert (
+        text.splitlines()[2] == "- **chair #2 and #3**: frame 7: chair #3 appears: it is not chair #2, which is too far"
+    )
     headings = [line for line in text.splitlines() if line.startswith("###")]
     assert headings == ["### chair #2", "### chair #3", "### armchair #1", "### wall #4"]
     assert pair_verdict(items)[0].startswith("**Perhaps mapped twice: chair #2 and #3**")
