@@ -21,11 +21,7 @@ FRAMES = "120"
 BLIND = slice(50, 63)  # frames in which a hand covers the camera
 DRIFT_M = 0.006  # a frame, of the poses that come with a recording
 ORACLE = ("--segmenter", "oracle", "--embedder", "oracle", "--set", "segmenter.options.stuff=true")
-SPLITTING = (
-    *("--segmenter", "oracle", "--embedder", "appearance", "--poses", "given"),
-    *("--set", "segmenter.options.noise=full", "--set", "segmenter.options.split=0.6"),
-    *("--set", "segmenter.options.split_frames=20"),
-)
+SPLITTING = (*ORACLE, "--set", "segmenter.options.split=0.3", "--set", "segmenter.options.split_frames=20")
 WIDTH = 1100
 MENU_PX = 38  # of the viewer, at the top
 
@@ -59,7 +55,7 @@ def make_runs(work: Path) -> dict[str, tuple[Path, str]]:
         if not (work / name).exists():
             change(room, work / name)
     run_once(work / "covered", work / "lost_run", "--poses", "slam", *ORACLE)
-    run_once(room, work / "split_run", *SPLITTING)
+    run_once(room, work / "split_run", "--poses", "given", *SPLITTING)
     run_once(work / "drifting", work / "both_runs", "--poses", "both", *ORACLE)
     return {
         "overview": (work / "lost_run", "Overview"),

@@ -152,8 +152,10 @@ def main() -> None:
     work: Path = arguments.work
     work.mkdir(parents=True, exist_ok=True)
     razer = (sys.executable, "-m", "app.cli")
-    if not (work / "room").exists():
-        subprocess.run([*razer, "synth", work / "room", "--frames", "120"], check=True, stdout=sys.stderr)
+    for name, frames, size in (("room", "120", "640x480"), ("small_room", "80", "320x240")):
+        if not (work / name).exists():
+            command = [*razer, "synth", work / name, "--frames", frames, "--size", size]
+            subprocess.run(command, check=True, stdout=sys.stderr)
     if not (work / "run").exists():
         subprocess.run([*razer, "run", work / "room", "-o", work / "run", *OPTIONS], check=True, stdout=sys.stderr)
     for run in (work / "run", *arguments.runs):
@@ -162,7 +164,7 @@ def main() -> None:
         print(
             json.dumps({"run": str(run), "shown_s": shown_s, "load": load, **bytes_of(run, work / "s.rrd")}), flush=True
         )
-    for figures in slowdowns(work / "room", work / "timed", arguments.pairs) if arguments.pairs else []:
+    for figures in slowdowns(work / "small_room", work / "timed", arguments.pairs) if arguments.pairs else []:
         print(json.dumps(figures), flush=True)
 
 
