@@ -58,7 +58,7 @@ NEAREST = cv2.INTER_NEAREST  # ids do not mix
 PATH_COLOR = (255, 140, 0)
 RECENT_FRAMES = 60
 MAX_LABELS = 15
-WITHOUT_OUTLIERS = 3, 97  # per cent of the surface, along each axis
+MIDDLE_OF_MAP = 20, 80  # per cent of the surface, along each axis, that is in sight from above besides the path
 MAP_PX = 600  # height of the map in a window of usual size; less where two runs are shown
 
 
@@ -202,7 +202,7 @@ class Timeline:
         up = -poses[:, :3, 1].mean(axis=0) if known_up is None else known_up
         forward = poses[:, :3, 2].mean(axis=0)
         objects = overview(of_things if len(of_things) else points, up, forward)
-        above = np.concatenate([poses[:, :3, 3], np.percentile(points, WITHOUT_OUTLIERS, axis=0)])
+        above = np.concatenate([poses[:, :3, 3], np.percentile(points, MIDDLE_OF_MAP, axis=0)])
         return [overview(points, up, forward), from_above(above, up, forward), objects]
 
     def _lay_out(self, eyes: Sequence[Viewpoint], hidden: tuple[str, ...] = ()) -> None:

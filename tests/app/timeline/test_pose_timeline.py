@@ -249,7 +249,8 @@ def test_a_run_has_four_tabs_and_plots_of_the_estimation_only_where_poses_are_es
         assert [tab.name for tab in layout.contents] == ["Overview", "Objects", "Poses", "Performance"]
         assert layout.active_tab == 0
     given, estimated = map(names, layouts)
-    assert set(estimated) - set(given) == {SIGMA_TITLE, "Lost and found, closures, corrections"}
+    paths_title = "Path from above: given grey, estimated orange, corrections red"
+    assert set(estimated) - set(given) == {SIGMA_TITLE, paths_title, "Lost and found, closures, corrections"}
 
 
 def test_given_poses_are_not_logged(tmp_path):
