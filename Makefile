@@ -4,6 +4,8 @@
 # make page: the viewer of razer view --page, from app/page/viewer into app/page/bundle; needs Node 20 or newer.
 # make animation: docs/query.webp, the animation of the README, from the demo's run; needs Debian's chromium.
 # make pictures: docs/*.png but those of the timeline, from runs that it makes in pictures_work; takes some minutes.
+# make timeline-pictures: docs/timeline_*.png, as a browser shows them; needs Debian's chromium and takes ten minutes.
+# make timeline-figures: how soon the timeline's page shows something, its size, what a run loses to its viewer.
 # make docs: the site, into site/; any broken link or unknown name is an error.
 # Any of pip's own settings applies, e.g. PIP_EXTRA_INDEX_URL or PIP_FIND_LINKS to offer a CPU build of torch.
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
@@ -11,7 +13,7 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test test-full mutants lint format page animation pictures docs clean
+.PHONY: help demo test test-full mutants lint format page animation pictures timeline-pictures timeline-figures docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -47,6 +49,12 @@ animation: $(VENV)/installed-dev
 
 pictures: $(VENV)/installed-dev
 	$(BIN)/python docs/pictures.py pictures_work
+
+timeline-pictures: $(VENV)/installed-dev
+	$(BIN)/python -m docs.timeline_pictures timeline_work
+
+timeline-figures: $(VENV)/installed-dev
+	$(BIN)/python -m tests.timeline_figures timeline_work $(ARGS)
 
 docs: $(VENV)/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

@@ -9,7 +9,7 @@ import numpy as np
 
 from razer.arrays import BoolArray, Int32Array, Uint8Array
 
-_FONT, _SCALE, _OUTLINE_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.5, 4
+_FONT, _SCALE, _OUTLINE_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.5, 2
 _MARGIN_PX = 2
 _SHIFTS_LINES = (0, -1, 1)  # beside another name there may be room above or below
 _MIN_RADIUS_PX = 4  # of the largest disc within what is seen of an instance
@@ -39,9 +39,18 @@ def write_names(image: Uint8Array, instances: Int32Array, names: Mapping[int, st
             continue
         taken[window] = True
         written.append(instance)
-        for color, thickness in (((255, 255, 255), _OUTLINE_PX), ((0, 0, 0), 1)):
-            cv2.putText(image, name, corner, _FONT, _SCALE, color, thickness, cv2.LINE_AA)
+        _write(image, name, corner)
     return written
+
+
+def _write(image: Uint8Array, text: str, corner: tuple[int, int]) -> None:
+    """Dark text with a light outline; the letters of a thicker text would be wider, and not lie below it."""
+    letters = np.zeros(image.shape[:2], np.uint8)
+    cv2.putText(letters, text, corner, _FONT, _SCALE, 255, 1, cv2.LINE_AA)
+    outline = cv2.dilate(letters, np.ones((2 * _OUTLINE_PX + 1,) * 2, np.uint8))
+    for mask, color in ((outline, 255.0), (letters, 0.0)):
+        share = mask[..., None] / 255.0
+        image[:] = (1 - share) * image + share * color
 
 
 def _widest_place(mask: BoolArray) -> tuple[tuple[int, int], float]:

@@ -46,8 +46,8 @@ class GrowingMap:
         if not due:
             return
         mesh = extract_part(voxels, blocks_of(due, BLOCKS_PER_EDGE))
-        coarse = cluster_vertices(mesh, self._config.surface_cell_m)
-        parts = by_chunk(coarse, voxels.settings.voxel_size_m * BLOCK * BLOCKS_PER_EDGE)
+        edge_m = voxels.settings.voxel_size_m * BLOCK * BLOCKS_PER_EDGE
+        parts = by_chunk(cluster_vertices(mesh, self._config.surface_cell_m, edge_m), edge_m)
         for chunk in due:
             entity = f"{entities.GROWING}/{chunk.x}_{chunk.y}_{chunk.z}"
             part = parts.get(chunk)

@@ -29,6 +29,7 @@ class PerformanceLog:
         self._log = log
         self._names: list[str] = []
         self._totals: list[float] = []
+        self._any_slow = False
         log.marks(entities.SLOW, "slow frame", (214, 39, 40), "Diamond")
         log.series(entities.MEMORY, ["process", "voxels"], STAGE_COLORS[:2])
 
@@ -45,11 +46,23 @@ class PerformanceLog:
         self._mark_slow(index, stage_ms)
         self._totals.append(sum(stage_ms.values()))
 
+    def leave_out(self) -> None:
+        """A frame was not mapped: the curves break off, as a line across would be made up."""
+        for entity in (entities.STAGES, entities.MEMORY):
+            self._log.clear(entity, recursive=False)
+
+    def finish(self) -> None:
+        """Say so where nothing was slow, so that an empty list is no riddle."""
+        if not self._any_slow and self._totals:
+            text = f"none took {SLOW_FACTOR:.0f} times the usual {np.median(self._totals):.0f} ms"
+            self._log.event(entities.SLOW_EVENTS, text, "INFO")
+
     def _mark_slow(self, index: int, stage_ms: Mapping[str, float]) -> None:
         total = sum(stage_ms.values())
         usual = float(np.median(self._totals)) if len(self._totals) >= FEWEST_FRAMES else total
         if total <= SLOW_FACTOR * usual:
             return
+        self._any_slow = True
         largest = sorted(stage_ms.items(), key=lambda pair: -pair[1])[:2]
         causes = largest[:1] if largest[0][1] >= MIN_SHARE * total else largest
         why = " and ".join(f"{name} {ms:.0f} ms" for name, ms in causes)

@@ -16,28 +16,15 @@ from app.render.viewpoint import Viewpoint, behind, from_above, overview
 from app.stored_state.written_log import WrittenLog
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
-    BOXES,
-    CAMERA,
-    COLOR,
-    DECISIONS,
-    DEPTH,
-    EVENTS,
-    GROWING,
-    INSTANCE_IMAGE,
-    INSTANCES,
-    LABELS,
-    OBJECTS,
-    PATH,
-    RECENT_PATH,
-    SUMMARY,
-    SURFACE,
-)
+    BOXES, CAMERA, COLOR, DECISIONS, DEPTH, EVENTS, GROWING, INSTANCE_IMAGE, INSTANCES, LABELS, OBJECTS, PATH,
+    POSE_SUMMARY, RECENT_PATH, SUMMARY, SURFACE,
+)  # fmt: skip
 from app.timeline.growing_map import GrowingMap
 from app.timeline.images import depth_png, every_nth, instance_overlay, jpeg, resized, scaled_to, subsampling_step
 from app.timeline.objects.decision_words import decision_table
-from app.timeline.objects.lives_document import item_label
+from app.timeline.objects.lives_document import item_label, pair_verdict
 from app.timeline.objects.object_history import ObjectHistory, entity_names
-from app.timeline.objects.object_log import log_objects
+from app.timeline.objects.object_log import log_labels, log_objects
 from app.timeline.performance_log import PerformanceLog
 from app.timeline.poses.pose_estimation_log import PoseEstimationLog
 from app.timeline.recording.layout import RunView, run_layout
@@ -49,6 +36,7 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Frame, Intrinsics
 from razer.map_object import MapObject
 from razer.mapper import Mapper
+from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
@@ -58,6 +46,8 @@ NEAREST = cv2.INTER_NEAREST  # ids do not mix
 PATH_COLOR = (255, 140, 0)
 RECENT_FRAMES = 60
 MAX_LABELS = 15
+MIDDLE_OF_MAP = 20, 80  # per cent of the surface, along each axis, that is in sight from above besides the path
+MAP_PX = 600  # height of the map in a window of usual size; less where two runs are shown
 _REMEMBERED = (
     "_pose_log", "_history", "_growing", "_performance", "_summary", "_n_shown", "_last_index", "_last_images",
     "_poses",
@@ -93,7 +83,7 @@ class Timeline:
         for entity in (COLOR, INSTANCE_IMAGE):
             self._log.camera(entity, self._color_camera)
         self._log.camera(DEPTH, every_nth(intrinsics, self._raster_step))
-        self._log.series(INSTANCES, ["confirmed", "all live"], [(31, 119, 180), (160, 160, 160)])
+        self._log.series(INSTANCES, ["all live", "confirmed"], [(160, 160, 160), (31, 119, 180)])
         self._log.line_style(RECENT_PATH, PATH_COLOR, 2.0)
 
     @property
@@ -131,7 +121,7 @@ class Timeline:
         """
         self._start_frame(frame.index)
         if self._n_shown == 0:
-            self._lay_out(behind(frame.pose), behind(frame.pose))
+            self._lay_out([behind(frame.pose)] * 3)
         confirmed = [track for track in mapper.tracks if track.confirmed]
         self._poses.append(frame.pose)
         self._summary.use(frame.pose[:3, 3])
@@ -139,7 +129,7 @@ class Timeline:
         self._log_images(frame, step, confirmed)
         self._log_map(step, mapper, confirmed)
         self._log_events(frame, step, mapper)
-        self._log.scalars(INSTANCES, [len(confirmed), len(mapper.tracks)])
+        self._log.scalars(INSTANCES, [len(mapper.tracks), len(confirmed)])
         self._performance.add(frame.index, stage_ms, rss_mb(), mapper.voxels.memory_bytes / 1e6)
         self._n_shown += 1
 
@@ -178,7 +168,8 @@ class Timeline:
     def skipped(self, frame_index: int, reason: str) -> None:
         """Log that a frame was not used, and why."""
         self._start_frame(frame_index)
-        self._summary.leave_out()
+        self._summary.leave_out(frame_index, reason)
+        self._performance.leave_out()
         self._log.event(EVENTS, f"skipped frame {frame_index}: {reason}", "WARN")
 
     def finish(self, panoptic: PanopticMap) -> None:
@@ -186,19 +177,27 @@ class Timeline:
         self._start_frame(self._last_index + 1)
         mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
         with self._log.in_front():
+            eyes = [behind(self._poses[-1] if self._poses else np.eye(4))] * 3
             if len(mesh.vertices):
                 stuff = frozenset(item.id for item in panoptic.objects if item.is_stuff)
                 names = entity_names({item.id: item.class_name for item in panoptic.objects if item.is_stuff})
                 hidden = tuple(f"{OBJECTS}/{name}" for name in names.values())
-                self._lay_out(*self._eyes(mesh.vertices.astype(np.float64)), hidden)
+                eyes = self._eyes(mesh, stuff, panoptic.up)
+                self._lay_out(eyes, hidden)
                 self._log.clear(GROWING, recursive=True)
                 self._log.mesh(SURFACE, mesh, lightly_tinted(mesh, stuff))
-            self._log_finished(panoptic)
+            self._log_finished(panoptic, eyes)
 
-    def _log_finished(self, panoptic: PanopticMap) -> None:
+    def _log_finished(self, panoptic: PanopticMap, eyes: Sequence[Viewpoint]) -> None:
         things = [item for item in panoptic.objects if not item.is_stuff]
         self._log_boxes(things, {item.id: item.box for item in things})
-        self._log.document(SUMMARY, self._summary.markdown(len(things), len(panoptic.objects) - len(things)))
+        log_labels(self._log, LABELS, sorted(things, key=_importance), eyes[0], MAP_PX)
+        self._performance.finish()
+        poses = self._pose_verdict()
+        verdicts = [*poses[:2], *pair_verdict(things)]
+        card = self._summary.markdown(len(things), len(panoptic.objects) - len(things), verdicts)
+        self._log.document(SUMMARY, card)
+        self._log.document(POSE_SUMMARY, "\n\n".join(self._summary.gaps() + poses))
         for entity, image in self._last_images.items():
             self._log.jpeg(entity, image)
         if self._poses:
@@ -208,22 +207,33 @@ class Timeline:
         elif self._poses:  # it shows estimated poses as they were corrected
             self._log.line_style(PATH, PATH_COLOR)
             self._log.lines(PATH, [np.array(self._poses)[:, :3, 3]])
-        log_objects(self._log, panoptic, self._history.lives, self._growing.drawn())
+        log_objects(self._log, panoptic, self._history.lives, self._growing.drawn(), eyes[2])
+
+    def _pose_verdict(self) -> list[str]:
+        if self._pose_log is None:
+            return ["The poses are those that came with the recording."]
+        self._summary.find_late(self._pose_log.located)
+        return self._pose_log.verdict()
 
     def close(self, *, join: bool = True) -> None:
         """Write out what is still pending, for `close_timeout_s` at most, and `join` the parts of the file, unless it
         is to be gone on with; more calls do nothing."""
         self._log.close(self._config.close_timeout_s, join=join)
 
-    def _eyes(self, points: Float64Array) -> tuple[Viewpoint, Viewpoint]:
-        """Where to look at the finished map from, and at the path."""
+    def _eyes(self, mesh: LabelledMesh, stuff: frozenset[int], known_up: Float64Array | None) -> list[Viewpoint]:
+        """Where to look at the finished map from, at the path, and at the things alone."""
+        points = mesh.vertices.astype(np.float64)
+        of_things = points[~np.isin(mesh.instances, [0, *stuff])]
         poses = np.array(self._poses) if self._poses else np.eye(4)[None]
-        up, forward = -poses[:, :3, 1].mean(axis=0), poses[:, :3, 2].mean(axis=0)
-        return overview(points, up, forward), from_above(poses[:, :3, 3], up, forward)
+        up = -poses[:, :3, 1].mean(axis=0) if known_up is None else known_up
+        forward = poses[:, :3, 2].mean(axis=0)
+        objects = overview(of_things if len(of_things) else points, up, forward)
+        above = np.concatenate([poses[:, :3, 3], np.percentile(points, MIDDLE_OF_MAP, axis=0)])
+        return [overview(points, up, forward), from_above(above, up, forward), objects]
 
-    def _lay_out(self, eye: Viewpoint, top: Viewpoint, hidden: tuple[str, ...] = ()) -> None:
-        estimated = self._pose_log is not None
-        self._log.show(run_layout(RunView(eye, top, estimated, self._performance.clipped_ms, hidden)))
+    def _lay_out(self, eyes: Sequence[Viewpoint], hidden: tuple[str, ...] = ()) -> None:
+        (eye, top, objects_eye), estimated = eyes, self._pose_log is not None
+        self._log.show(run_layout(RunView(eye, top, objects_eye, estimated, self._performance.clipped_ms, hidden)))
 
     def _due(self, every: int) -> bool:
         return self._n_shown % every == 0
@@ -240,7 +250,7 @@ class Timeline:
     def _log_images(self, frame: Frame, step: StepResult, confirmed: Sequence[Track]) -> None:
         config, n, camera = self._config, self._raster_step, self._color_camera
         if self._due(config.depth_every):
-            self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]))
+            self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]), frame.stamp)
         due = [entity for entity, every in ((COLOR, config.image_every), (INSTANCE_IMAGE, config.ids_every))
                if self._due(every)]  # fmt: skip
         if not due:
@@ -274,7 +284,7 @@ class Timeline:
             return
         colors = instance_colors(np.array([item.id for item in shown]))
         self._log.boxes(BOXES, [boxes[item.id] for item in shown], colors)
-        shown.sort(key=lambda item: (item.class_name is None, -item.n_voxels))
+        shown.sort(key=_importance)
         named = shown[:MAX_LABELS]
         middles = np.array([boxes[item.id].center for item in named])
         self._log.labels(LABELS, middles, [item_label(item) for item in named])
@@ -284,3 +294,8 @@ class Timeline:
             self._log.event(EVENTS, event.text, "INFO")
         if self._config.decisions:
             self._log.document(DECISIONS, decision_table(step))
+
+
+def _importance(item: Track | MapObject) -> tuple[bool, int]:
+    """What is to be named first sorts first: the largest of those that have a name."""
+    return item.class_name is None, -item.n_voxels

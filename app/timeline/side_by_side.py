@@ -11,7 +11,8 @@ import numpy as np
 from app.render.viewpoint import from_above, overview
 from app.run_folder.mapped_run import MappedRun, read_run
 from app.run_folder.run_folder import TIMELINE
-from app.timeline.entities import POSE_EVENTS, SIGMA
+from app.timeline.entities import OBJECTS, POSE_EVENTS, SIGMA
+from app.timeline.objects.object_history import entity_names
 from app.timeline.pose_figures import pose_figures, world_from_other
 from app.timeline.recording.layout import RunView, pair_layout
 from app.timeline.recording.saved_recording import RunStyle, SavedRecording, write_merged
@@ -36,7 +37,7 @@ def write_side_by_side(path: Path, runs: Sequence[Path]) -> None:
     chunks = [chunk for pair in zip_longest(*moved) for chunk in pair if chunk is not None]
     motions = [world_from_other(mapped[0], run) for run in mapped]
     styles = {name: RunStyle(motion, color) for name, motion, color in zip(names, motions, PATH_COLORS, strict=False)}
-    figures = pose_figures(dict(zip(names, mapped, strict=True)))
+    figures = pose_figures(dict(zip(names, mapped, strict=True)), recordings[0].depth_images())
     replace_file(path, lambda target: write_merged(target, chunks, pair_layout(views), styles, figures))
 
 
@@ -50,5 +51,11 @@ def _view(mapped: MappedRun, name: str, recording: SavedRecording) -> RunView:
     poses = np.eye(4)[None] if mapped.trajectory is None else mapped.trajectory.world_from_camera.astype(np.float64)
     forward = poses[:, :3, 2].mean(axis=0)
     eye = overview(points if len(points) else poses[:, :3, 3], up, forward)
+    stuff = {item.id: item.class_name for item in mapped.panoptic.objects if item.is_stuff}
+    hidden = tuple(f"{OBJECTS}/{entity}" for entity in entity_names(stuff).values())
+    instances = mapped.panoptic.mesh.instances
+    of_things = points[~np.isin(instances, [0, *stuff])]
+    objects_eye = overview(of_things, up, forward) if len(of_things) else eye
     estimated = recording.holds(SIGMA) or recording.holds(POSE_EVENTS)
-    return RunView(eye, from_above(poses[:, :3, 3], up, forward), estimated, root=f"/{name}")
+    top = from_above(poses[:, :3, 3], up, forward)
+    return RunView(eye, top, objects_eye, estimated, hidden=hidden, root=f"/{name}")

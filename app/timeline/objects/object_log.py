@@ -9,8 +9,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from app.render.palette import instance_colors
+from app.render.viewpoint import Viewpoint
 from app.timeline import entities
 from app.timeline.images import jpeg
+from app.timeline.objects.clear_labels import clear_labels
 from app.timeline.objects.lives_document import item_label, lives_document
 from app.timeline.objects.object_history import CROP_PX, Life, entity_names
 from app.timeline.recording.rerun_log import Color, RerunLog
@@ -20,13 +22,20 @@ from razer.panoptic_map import PanopticMap
 
 MAX_POINTS = 1500  # of an instance
 SAME_PLACE_M = 0.1  # surface of a track as last drawn, and of the finished map
+CAPTION_LETTERS, CAPTION_FONT = 15, cv2.FONT_HERSHEY_SIMPLEX
 MIN_SHARE = 0.2  # of an instance's surface, for a track to be told as part of it
-MAX_LABELS = 15
-CAPTION_PX, SHEET_COLUMNS, SHEET_TILES = 14, 8, 48
+MAX_LABELS = 20
+VIEW_PX = 440  # height of the view of objects in a window of usual size
+SHEET_MARGIN_PX = 14
+CAPTION_PX, CAPTION_SCALE, SHEET_COLUMNS, SHEET_TILES = 18, 0.45, 12, 48  # as wide as the view that it fills
 
 
 def log_objects(
-    log: RerunLog, panoptic: PanopticMap, lives: Mapping[int, Life], drawn: tuple[Float32Array, Int32Array]
+    log: RerunLog,
+    panoptic: PanopticMap,
+    lives: Mapping[int, Life],
+    drawn: tuple[Float32Array, Int32Array],
+    eye: Viewpoint,
 ) -> None:
     """Log every instance of the finished map.
 
@@ -35,27 +44,39 @@ def log_objects(
         panoptic: the finished map.
         lives: of the tracks, by id.
         drawn: points (N, 3) of the surface as last drawn, and the tracks (N,) that they belonged to.
+        eye: where they are looked at from, at first.
     """
     names = entity_names({item.id: item.class_name for item in panoptic.objects})
     rows = _rows_by_instance(panoptic.mesh.instances)
     tiles: list[tuple[str, Color, Uint8Array]] = []
     stories: dict[int, list[tuple[int, str]]] = {}
     largest = sorted(panoptic.objects, key=lambda item: (item.is_stuff, -item.n_voxels))
-    for rank, item in enumerate(largest):
+    for item in largest:
         points = panoptic.mesh.vertices[rows.get(item.id, np.zeros(0, np.int64))]
         told = [(item.id, lives[item.id])] if item.id in lives else _lives_at(points, lives, drawn)
         red, green, blue = instance_colors(np.array([item.id]))[0].tolist()
         color, entity = (red, green, blue), f"{entities.OBJECTS}/{names[item.id]}"
         surface = points[:: len(points) // MAX_POINTS + 1]
-        log.item(entity, item.box, surface, color, item_label(item), show_label=rank < MAX_LABELS)
+        log.item(entity, item.box, surface, color, item_label(item))
         log.facts(entity, facts(item))
         stories[item.id] = _log_life(log, entity, names[item.id], item, told, color)
         crops = [life.crop for _, life in told if life.crop is not None]
         if crops:
             tiles.append((item_label(item), color, crops[0]))
+    log_labels(log, entities.OBJECT_LABELS, [item for item in largest if not item.is_stuff], eye, VIEW_PX)
     log.document(entities.LIVES, lives_document(panoptic.objects, stories))
     if tiles:
         log.jpeg(entities.CROPS, jpeg(_contact_sheet(tiles[:SHEET_TILES]), 80))
+
+
+def log_labels(log: RerunLog, entity: str, items: Sequence[MapObject], eye: Viewpoint, height_px: float) -> None:
+    """Log names of the first of these that leave each other readable in a view so many pixels high, in the middles of
+    their boxes."""
+    if not items:
+        return log.clear(entity, recursive=False)
+    middles, texts = np.array([item.box.center for item in items]), [item_label(item) for item in items]
+    rows = clear_labels(middles, texts, eye, height_px)[:MAX_LABELS]
+    return log.labels(entity, middles[rows], [texts[row] for row in rows])
 
 
 def facts(item: MapObject) -> dict[str, str | float]:
@@ -124,5 +145,6 @@ def _contact_sheet(tiles: Sequence[tuple[str, Color, Uint8Array]]) -> Uint8Array
         height, width = crop.shape[:2]
         sheet[y : y + height, x : x + width] = crop
         cv2.rectangle(sheet, (x - 2, y - 2), (x + width + 1, y + height + 1), color, 2)
-        cv2.putText(sheet, name[:15], (x, y - 5), cv2.FONT_HERSHEY_SIMPLEX, 0.34, (0, 0, 0), 1, cv2.LINE_AA)
-    return sheet
+        place = (x, y - 5)
+        cv2.putText(sheet, name[:CAPTION_LETTERS], place, CAPTION_FONT, CAPTION_SCALE, (0, 0, 0), 1, cv2.LINE_AA)
+    return np.pad(sheet, [(SHEET_MARGIN_PX,) * 2, (SHEET_MARGIN_PX,) * 2, (0, 0)], constant_values=255)

@@ -8,6 +8,7 @@ import numpy as np
 
 from app.timeline import entities
 from app.timeline.config import TimelineConfig
+from app.timeline.poses.pose_verdict import pose_verdict
 from app.timeline.poses.trajectory_lines import TrajectoryLines, dashed
 from app.timeline.recording.ellipsoids import position_ellipsoids
 from app.timeline.recording.rerun_log import RerunLog
@@ -47,6 +48,8 @@ class PoseEstimationLog:
         self._estimated, self._given = TrajectoryLines(), TrajectoryLines()
         self._common: int | None = None  # the first frame that has both an estimated and a given pose
         self._n_logged = 0
+        self._n_frames = 0
+        self._n_loops = 0
         self._n_lost = 0
         self._quality: TrackingQuality | None = None  # of the last frame that was tracked
         self._last_tracked: int | None = None
@@ -71,6 +74,7 @@ class PoseEstimationLog:
             report: what was estimated of it.
             given: the pose (4, 4) that the frame itself came with.
         """
+        self._n_frames += 1
         self._estimated.add(index, report.world_from_camera)
         self._given.add(index, given)
         self._log_loss(index, report)
@@ -87,6 +91,15 @@ class PoseEstimationLog:
         self._n_logged += 1
         if report.graph is not None:
             self._log_graph(report.graph)
+
+    @property
+    def located(self) -> frozenset[int]:
+        """The frames whose poses are known by now."""
+        return frozenset(self._estimated.poses)
+
+    def verdict(self) -> list[str]:
+        """Lines of Markdown: how well it went, as known by now."""
+        return pose_verdict(self._estimated.poses, self._given.poses, self._n_frames, self._n_loops)
 
     def settle(self) -> None:
         """The run is over: nothing is new any more."""
@@ -147,7 +160,7 @@ class PoseEstimationLog:
 
     def _log_trajectories(self, whole: bool) -> None:
         self._log_trajectory(entities.ESTIMATED, self._estimated, np.eye(4), whole)
-        if self._common is None:
+        if self._common not in self._estimated.poses:  # a correction may take a pose away again
             self._common = min(self._given.poses.keys() & self._estimated.poses.keys(), default=None)
         if self._common is not None:
             estimated_from_given = self._estimated.poses[self._common] @ inverse(self._given.poses[self._common])
@@ -168,6 +181,7 @@ class PoseEstimationLog:
         self._log.lines(entities.CLOSURES, ends[~graph.is_odometry])
         self._log_new_closures(graph, ends)
         self._log_uncertainty(graph)
+        self._n_loops = graph.n_loops
         counts = [len(positions), len(ends), graph.n_loops, graph.n_unanchored]
         self._log.scalars(entities.GRAPH_SIZE, counts)
 

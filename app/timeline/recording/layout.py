@@ -16,18 +16,20 @@ LOG_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["Lo
 OBJECT_COLUMNS = rrb.TextLogColumns(timeline_columns=[FRAME], text_log_columns=["EntityPath", "Body"])
 ALL_BUT_DEBUG = rrb.TextLogRows(filter_by_log_level=["INFO", "WARN", "ERROR", "CRITICAL"])
 LEGEND_BOUNDS = rrb.VisualBounds2D(x_range=(-2.0, 4.0), y_range=(-1.0, 13.0))  # rows of names below each other
-OBJECTS_TITLE = "Objects: click on one, and the panel on the right (last button at the top) tells of it"
+OBJECTS_TITLE = "Objects: click on one for its figures (last button at the top)"
 COLOR_WORDS = ("blue", "orange")
+SIGMA_TITLE = "Position uncertainty, cm (diamond: loop closed, cross: lost)"
 NO_LEGEND = rrb.PlotLegend(visible=False)
 
 
 @dataclass(frozen=True)
 class RunView:
-    """What a layout depends on: the eye of the map and the one above the path; whether poses are estimated; the
+    """What a layout depends on: eyes of the map, above the path, and of the objects; whether poses are estimated; the
     milliseconds where the plot of stages ends; objects that are hidden at first; the entity the run lies below."""
 
     eye: Viewpoint
     top: Viewpoint
+    objects_eye: Viewpoint
     poses_estimated: bool = False
     clipped_ms: float | None = None
     hidden: tuple[str, ...] = ()
@@ -92,9 +94,13 @@ def _with_panels(tabs: rrb.Tabs) -> rrb.Blueprint:
 def overview_tab(run: RunView) -> rrb.Horizontal:
     """The map, what the camera sees, and the figures of the run."""
     card = rrb.TextDocumentView(origin=run.path(entities.SUMMARY), name="Summary")
-    instances = rrb.TimeSeriesView(origin=run.path(entities.INSTANCES), name="Instances", plot_legend="LeftTop")
-    side = rrb.Vertical(_image(run), card, instances, row_shares=[5, 4, 2])
+    side = rrb.Vertical(_image(run), card, _instances(run), row_shares=[5, 4, 2])
     return rrb.Horizontal(_map(run, "Map"), side, column_shares=[3, 2], name="Overview")
+
+
+def _instances(run: RunView) -> rrb.TimeSeriesView:
+    # They grow, so that there is room below on the right.
+    return rrb.TimeSeriesView(origin=run.path(entities.INSTANCES), name="Instances", plot_legend="RightBottom")
 
 
 def _map(run: RunView, name: str) -> rrb.Spatial3DView:
@@ -117,7 +123,7 @@ def _image(run: RunView) -> rrb.Tabs:
     )
 
 
-def _objects_tab(run: RunView) -> rrb.Vertical:
+def _objects_tab(run: RunView) -> rrb.Horizontal:
     crops = rrb.Spatial2DView(origin=run.path(entities.CROPS), name="Best views")
     seen = rrb.TimeSeriesView(
         origin=run.path(entities.OBSERVATIONS), name="Times seen, each in its colour", plot_legend=NO_LEGEND
@@ -130,14 +136,14 @@ def _objects_tab(run: RunView) -> rrb.Vertical:
         origin=run.path(entities.EVENTS), name="All events", columns=LOG_COLUMNS, rows=ALL_BUT_DEBUG
     )
     frame = rrb.TextDocumentView(origin=run.path(entities.DECISIONS), name="This frame")
-    above = rrb.Horizontal(_objects(run, OBJECTS_TITLE), rrb.Vertical(crops, seen), column_shares=[3, 2])
-    return rrb.Vertical(above, rrb.Tabs(lives, log, events, frame), row_shares=[3, 2], name="Objects")
+    objects = rrb.Vertical(_objects(run, OBJECTS_TITLE), rrb.Tabs(crops, seen), row_shares=[5, 3])
+    return rrb.Horizontal(objects, rrb.Tabs(lives, log, events, frame), column_shares=[1, 1], name="Objects")
 
 
 def _objects(run: RunView, name: str) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
-        origin=run.path(""), name=name, contents=run.contents(entities.OBJECTS), background=WHITE, line_grid=False,
-        eye_controls=_eye(run.eye),
+        origin=run.path(""), name=name, contents=run.contents(entities.OBJECTS, entities.OBJECT_LABELS),
+        background=WHITE, line_grid=False, eye_controls=_eye(run.objects_eye),
         overrides={run.path(entity): rrb.EntityBehavior(visible=False) for entity in run.hidden},
     )  # fmt: skip
 
@@ -151,22 +157,24 @@ def _poses_tab(run: RunView) -> rrb.Horizontal:
         run.path(entities.CLOSURES): rrb.EntityBehavior(visible=False),
         run.path(entities.ELLIPSOIDS): rrb.EntityBehavior(visible=False),
     }
+    title = "Path from above" + (": given grey, estimated orange, corrections red" if run.poses_estimated else "")
     above = rrb.Spatial3DView(
-        origin=run.path(""), name="Path from above: given grey, estimated orange, corrections red",
+        origin=run.path(""), name=title,
         contents=[*_path_contents(run), *run.contents(entities.SURFACE), *_camera(run)],
         overrides=hidden, background=WHITE, line_grid=False, eye_controls=_eye(run.top),
     )  # fmt: skip
+    card = rrb.TextDocumentView(origin=run.path(entities.POSE_SUMMARY), name="In short")
     if not run.poses_estimated:
-        return rrb.Horizontal(above, name="Poses")
+        return rrb.Horizontal(above, card, column_shares=[2, 1], name="Poses")
     log = rrb.TextLogView(
         origin=run.path(entities.POSE_EVENTS), name="Lost and found, closures, corrections", columns=LOG_COLUMNS
     )
-    side = rrb.Vertical(_uncertainty(run, "Position uncertainty, cm"), log)
+    side = rrb.Vertical(card, _uncertainty(run, SIGMA_TITLE), log, row_shares=[2, 4, 4])
     return rrb.Horizontal(above, side, column_shares=[1, 1], name="Poses")
 
 
 def _uncertainty(run: RunView, name: str) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=run.path(entities.SIGMA), name=name, plot_legend="LeftTop")
+    return rrb.TimeSeriesView(origin=run.path(entities.SIGMA), name=name, plot_legend=NO_LEGEND)
 
 
 def _performance_tab(run: RunView) -> rrb.Vertical:
@@ -175,9 +183,8 @@ def _performance_tab(run: RunView) -> rrb.Vertical:
     )
     stages = rrb.Horizontal(_stages(run, "Milliseconds, stage upon stage"), legend, column_shares=[7, 1])
     memory = rrb.TimeSeriesView(origin=run.path(entities.MEMORY), name="Memory, MB", plot_legend="LeftTop")
-    instances = rrb.TimeSeriesView(origin=run.path(entities.INSTANCES), name="Instances", plot_legend="LeftTop")
     slow = rrb.TextLogView(origin=run.path(entities.SLOW_EVENTS), name="Slow frames, and why", columns=LOG_COLUMNS)
-    below = rrb.Horizontal(memory, instances, slow)
+    below = rrb.Horizontal(memory, _instances(run), slow)
     return rrb.Vertical(stages, below, row_shares=[3, 2], name="Performance")
 
 

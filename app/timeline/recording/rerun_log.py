@@ -22,7 +22,7 @@ from app.stored_state.written_log import WrittenLog
 from app.timeline import entities
 from app.timeline.recording.ellipsoids import Ellipsoids
 from app.timeline.recording.recording_parts import RecordingParts
-from app.timeline.recording.saved_recording import open_stream
+from app.timeline.recording.saved_recording import STAMP, open_stream
 from razer.arrays import Float32Array, Float64Array, FloatArray, Uint8Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Intrinsics
@@ -33,6 +33,8 @@ BATCH_BYTES = 4 * 2**20  # larger chunks than Rerun's own: a browser opens the r
 BATCH_S, LIVE_BATCH_S = 10.0, 1.0
 FIRST, CURVES, FRAMES = range(3)  # the parts of a recording, in the order in which a viewer reads them
 Color = tuple[int, int, int]
+DARK: Color = (30, 30, 30)
+NAMES = "names"  # of dots, below these
 
 
 class RerunLog:
@@ -94,27 +96,19 @@ class RerunLog:
         """A colour image."""
         self._log(path, rr.EncodedImage(contents=encoded, media_type="image/jpeg"))
 
-    def depth_png(self, path: str, encoded: bytes) -> None:
-        """A depth image in millimetres."""
-        self._log(path, rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0))
+    def depth_png(self, path: str, encoded: bytes, stamp_s: float) -> None:
+        """A depth image in millimetres, and when it was taken, by which poses can be found again."""
+        image = rr.EncodedDepthImage(encoded, media_type="image/png", meter=1000.0)
+        self._log(path, image, rr.AnyValues(**{STAMP: stamp_s}))
 
-    def boxes(
-        self,
-        path: str,
-        boxes: Sequence[OrientedBox],
-        colors: Uint8Array,
-        labels: Sequence[str] = (),
-        *,
-        show_labels: bool = True,
-    ) -> None:
+    def boxes(self, path: str, boxes: Sequence[OrientedBox], colors: Uint8Array, labels: Sequence[str] = ()) -> None:
         """Log wire frames.
 
         Args:
             path: of the entity.
             boxes: N boxes.
             colors: (N, 3) of the boxes.
-            labels: N texts beside them, or none.
-            show_labels: or only where one is pointed at.
+            labels: N texts, shown beside the one that is pointed at, or none.
         """
         self._log(
             path,
@@ -123,7 +117,7 @@ class RerunLog:
                 half_sizes=np.array([box.extent for box in boxes]) / 2,
                 quaternions=Rotation.from_matrix([box.rotation for box in boxes]).as_quat(),
                 fill_mode=rr.components.FillMode.MajorWireframe,
-                show_labels=show_labels,
+                show_labels=False,
                 colors=colors,
                 labels=list(labels) or None,
             ),
@@ -139,10 +133,12 @@ class RerunLog:
             positions: (N, 3) metres.
             color: of all points.
             radius_points: of every point, points on the screen.
-            labels: N texts beside them, or none.
+            labels: N texts beside them, dark as a text takes the colour of its point, or none.
         """
         radius = rr.components.Radius.ui_points(radius_points)
-        self._log(path, rr.Points3D(positions, colors=[color], radii=radius, labels=list(labels) or None))
+        self._log(path, rr.Points3D(positions, colors=[color], radii=radius))
+        if labels:
+            self.labels(f"{path}/{NAMES}", positions, labels)
 
     def mesh(self, path: str, mesh: LabelledMesh, colors: Uint8Array) -> None:
         """A surface in other colours (V, 3) than its own."""
@@ -199,14 +195,12 @@ class RerunLog:
     def labels(self, path: str, positions: Float64Array, texts: Sequence[str]) -> None:
         """Dark texts at points (N, 3)."""
         radius = rr.components.Radius.ui_points(1.5)
-        dark = [(30, 30, 30)]
-        self._log(path, rr.Points3D(positions, labels=list(texts), colors=dark, radii=radius, show_labels=True))
+        self._log(path, rr.Points3D(positions, labels=list(texts), colors=[DARK], radii=radius, show_labels=True))
 
-    def item(
-        self, path: str, box: OrientedBox, points: Float32Array, color: Color, label: str, *, show_label: bool
-    ) -> None:
-        """One thing: its box with a label, and its surface as points (N, 3) that stand for it when clicked on."""
-        self.boxes(path, [box], np.array([color], np.uint8), [label], show_labels=show_label)
+    def item(self, path: str, box: OrientedBox, points: Float32Array, color: Color, label: str) -> None:
+        """One thing: its box with a label for who points at it, and its surface as points (N, 3) that stand for it when
+        clicked on."""
+        self.boxes(path, [box], np.array([color], np.uint8), [label])
         radius = rr.components.Radius.ui_points(1.8)
         self._log(path, rr.Points3D(points, colors=[color], radii=radius))
 
@@ -229,8 +223,9 @@ class RerunLog:
         """Names beside dots of their colours, one below the other."""
         places = [(0.0, float(row)) for row in range(len(names))]
         radius = rr.components.Radius.ui_points(5)
-        dots = rr.Points2D(places, colors=list(colors), labels=list(names), radii=radius, show_labels=True)
-        self._log(path, dots, static=True)
+        self._log(path, rr.Points2D(places, colors=list(colors), radii=radius), static=True)
+        words = rr.Points2D(places, colors=[DARK], labels=list(names), radii=0.0, show_labels=True)
+        self._log(f"{path}/{NAMES}", words, static=True)
 
     def series(
         self, path: str, names: Sequence[str], colors: Sequence[Color] | None = None, *, width: float = 1.5

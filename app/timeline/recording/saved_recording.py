@@ -8,12 +8,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 from rerun.error_utils import RerunWarning
 
-from app.timeline.entities import ESTIMATED, FIGURES, PATH
-from razer.arrays import Float64Array
+from app.timeline.entities import DEPTH, ESTIMATED, FIGURES, PATH
+from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.frame import Intrinsics
+
+STAMP = "stamp_s"  # of a depth image
 
 
 def open_stream(path: Path, name: str, batches: rr.ChunkBatcherConfig | None = None) -> rr.RecordingStream:
@@ -33,6 +38,16 @@ def data_of(path: Path) -> rr.chunk.LazyChunkStream:
     return reader.stream() if reader.recordings() else rr.chunk.LazyChunkStream.from_iter([])
 
 
+def _rows(chunk: rr.chunk.Chunk) -> list[dict]:
+    """Its rows by the components' short names, those that are there."""
+    found = chunk.to_record_batch().to_pylist()
+    return [{key.split(":")[-1]: value for key, value in row.items() if value is not None} for row in found]
+
+
+def _depth_m(encoded: Uint8Array) -> Float32Array:
+    return np.asarray(cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED), np.float32) / np.float32(1000)
+
+
 class SavedRecording:
     """The data of a recording, read back."""
 
@@ -43,10 +58,33 @@ class SavedRecording:
         """Whether anything was logged at an entity."""
         return any(chunk.entity_path.lstrip("/") == path for chunk in self._chunks)
 
+    def depth_images(self) -> DepthImages | None:
+        """The depth images in it; None of a recording that does not say when they were taken."""
+        rows = [row for chunk in self._chunks if chunk.entity_path.lstrip("/") == DEPTH for row in _rows(chunk)]
+        size, matrix = (
+            next((row[key] for row in rows if key in row), None) for key in ("resolution", "image_from_camera")
+        )
+        images = {row[STAMP][0]: _depth_m(np.array(row["blob"][0], np.uint8)) for row in rows if STAMP in row}
+        if not images or size is None or matrix is None:
+            return None
+        (width, height), columns = size[0], np.array(matrix[0]).reshape(3, 3)
+        cx, cy = columns[2, :2] - 0.5  # Rerun counts from the corner of the first pixel
+        camera = Intrinsics(int(width), int(height), columns[0, 0], columns[1, 1], cx, cy)
+        return DepthImages(list(images.values()), np.array([*images]), camera)
+
     def under(self, name: str) -> list[rr.chunk.Chunk]:
         """All of it below the entity `name`."""
         ours = [chunk for chunk in self._chunks if not chunk.entity_path.startswith("/__")]
         return [chunk.with_entity_path(f"/{name}{chunk.entity_path}") for chunk in ours]
+
+
+@dataclass(frozen=True)
+class DepthImages:
+    """Depth images (H, W) in metres, 0 = none, the time of each, seconds, and the camera of all."""
+
+    images_m: list[Float32Array]
+    stamps: Float64Array
+    camera: Intrinsics
 
 
 @dataclass(frozen=True)

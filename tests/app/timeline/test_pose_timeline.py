@@ -19,7 +19,7 @@ from app.timeline import entities as paths
 from app.timeline.config import TimelineConfig
 from app.timeline.poses.trajectory_lines import dashed
 from app.timeline.recording.ellipsoids import position_ellipsoids
-from app.timeline.recording.layout import RunView, run_layout
+from app.timeline.recording.layout import SIGMA_TITLE, RunView, run_layout
 from app.timeline.rerun_timeline import Timeline
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
@@ -169,9 +169,10 @@ def test_the_places_where_the_camera_was_lost_and_found_are_marked(run):
         (paths.LOST, BLIND.start - 1, f"lost after frame {BLIND.start - 1}"),
         (paths.FOUND, found_again, f"found in frame {found_again}"),
     ):
-        row = [row for row in run.recording[entity] if row.get("positions")][-1]
-        assert row["labels"] == [label]
-        np.testing.assert_allclose(row["positions"], [trajectory[frame][:3, 3]], atol=0.01)
+        dot, name = ([row for row in run.recording[e] if row.get("positions")][-1] for e in (entity, f"{entity}/names"))
+        assert name["labels"] == [label]
+        for row in (dot, name):
+            np.testing.assert_allclose(row["positions"], [trajectory[frame][:3, 3]], atol=0.01)
 
 
 def test_how_well_a_frame_was_found_is_plotted_and_the_curves_break_where_it_was_not(run):
@@ -243,12 +244,13 @@ def names(part):
 
 def test_a_run_has_four_tabs_and_plots_of_the_estimation_only_where_poses_are_estimated():
     view = behind(np.eye(4))
-    layouts = [run_layout(RunView(view, view, estimated)).root_container for estimated in (False, True)]
+    layouts = [run_layout(RunView(view, view, view, estimated)).root_container for estimated in (False, True)]
     for layout in layouts:
         assert [tab.name for tab in layout.contents] == ["Overview", "Objects", "Poses", "Performance"]
         assert layout.active_tab == 0
     given, estimated = map(names, layouts)
-    assert set(estimated) - set(given) == {"Position uncertainty, cm", "Lost and found, closures, corrections"}
+    paths_title = "Path from above: given grey, estimated orange, corrections red"
+    assert set(estimated) - set(given) == {SIGMA_TITLE, paths_title, "Lost and found, closures, corrections"}
 
 
 def test_given_poses_are_not_logged(tmp_path):
@@ -260,3 +262,17 @@ def test_given_poses_are_not_logged(tmp_path):
     timeline.finish_tracking(final.pose_update.report, final.pose_update.corrections)
     timeline.close()
     assert not [entity for entity in chunks_of(tmp_path / "given.rrd") if entity.startswith(("poses/e", "plots/t"))]
+
+
+def test_the_given_path_hangs_on_another_frame_when_a_correction_takes_the_first_pose_away(run, tmp_path):
+    timeline = Timeline(tmp_path / "timeline.rrd", CAMERA, TimelineConfig(path_every=1))
+    for packet in run.packets[:3]:
+        track(timeline, packet)
+    timeline.finish_tracking(run.packets[2].pose_update.report, {0: None})
+    timeline.finish_tracking(run.packets[2].pose_update.report, {1: None, 2: None})
+    timeline.close()
+    rows = [row for row in chunks_of(tmp_path / "timeline.rrd")[f"{paths.GIVEN}/whole"] if row.get("strips")]
+    given = [packet.pose_update.given for packet in run.packets[:2]]
+    estimated = run.packets[1].pose_update.report.world_from_camera
+    hung = estimated @ inverse(given[1]) @ given[0]
+    np.testing.assert_allclose(rows[-1]["strips"][0][0], hung[:3, 3], atol=1e-5)

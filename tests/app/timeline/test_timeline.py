@@ -68,7 +68,7 @@ def record(path: Path, config: TimelineConfig, n_frames: int = 4) -> ScriptedMap
     for index in range(n_frames):
         timeline.show(frame(index), mapper.step(index), mapper, {"lift": 2.5, "vote": float(index)})
     timeline.skipped(n_frames, "the depth image is empty")
-    timeline.finish(SimpleNamespace(objects=mapper.tracks[:1], mesh=extract_mesh(mapper.voxels)))
+    timeline.finish(SimpleNamespace(objects=mapper.tracks[:1], mesh=extract_mesh(mapper.voxels), up=None))
     timeline.close()
     return mapper
 
@@ -94,9 +94,9 @@ def recording(recording_path) -> dict[str, list[dict]]:
         (paths.INSTANCE_IMAGE, [0, 1, 2, 3, 5]),
         (paths.CAMERA, [0, 1, 2, 3, 5]),
         (paths.DECISIONS, [0, 1, 2, 3]),
-        (paths.STAGES, [0, 1, 2, 3]),
+        (paths.STAGES, [0, 1, 2, 3, 4]),
         (paths.INSTANCES, [0, 1, 2, 3]),
-        (paths.MEMORY, [0, 1, 2, 3]),
+        (paths.MEMORY, [0, 1, 2, 3, 4]),
         (paths.SUMMARY, [0, 1, 2, 3, 5]),
         (paths.SURFACE, [5]),
         (paths.PATH, [5]),
@@ -157,8 +157,8 @@ def test_stages_are_plotted_one_upon_the_other(recording):
     assert [row["scalars"] for row in recording[paths.STAGES] if "scalars" in row] == [
         [2.5, 2.5 + index] for index in range(4)
     ]
-    assert recording[paths.STAGE_LEGEND][-1]["labels"] == ["vote", "lift"]
-    assert all(row["scalars"] == [1.0, 2.0] for row in recording[paths.INSTANCES] if "scalars" in row)
+    assert recording[f"{paths.STAGE_LEGEND}/names"][-1]["labels"] == ["vote", "lift"]
+    assert all(row["scalars"] == [2.0, 1.0] for row in recording[paths.INSTANCES] if "scalars" in row)
 
 
 def test_the_card_counts_frames_objects_and_the_way(recording):
@@ -166,6 +166,8 @@ def test_the_card_counts_frames_objects_and_the_way(recording):
     assert "**4** frames mapped, **1** left out" in text
     assert "**1** objects, **0** walls" in text
     assert "**0.0 m** walked" in text
+    assert text.startswith("**Left out: frame 4**, the depth image is empty")
+    assert recording[paths.POSE_SUMMARY][-1]["text"][0].startswith("**Left out: frame 4**")
 
 
 def test_events_tell_what_happened_and_why(recording):
@@ -271,7 +273,7 @@ def test_empty_mesh_leaves_the_points(tmp_path):
     timeline.show(frame(0), mapper.step(0), mapper, {})
     none = np.zeros((0, 3), np.int32)
     mesh = LabelledMesh(none.astype(np.float32), none.astype(np.uint8), none[:, 0], none)
-    timeline.finish(SimpleNamespace(objects=(), mesh=mesh))
+    timeline.finish(SimpleNamespace(objects=(), mesh=mesh, up=None))
     timeline.close()
     recording = chunks_of(tmp_path / "short.rrd")
     assert paths.SURFACE not in recording

@@ -146,3 +146,36 @@ def test_an_instance_is_outlined_in_its_colour_and_tinted_inside():
 def test_the_name_of_a_large_instance_is_written():
     rgb, ids = np.full((80, 120, 3), 100, np.uint8), np.ones((80, 120), np.int32)
     assert (instance_overlay(rgb, ids, {1: "chair #1"}) != instance_overlay(rgb, ids, {})).any()
+
+
+def test_parts_clustered_one_by_one_meet_in_the_same_vertices_at_their_seams():
+    mesh = grid_mesh(61, 0.02)  # 1.2 m wide
+    whole = cluster_vertices(mesh, 0.07, 0.4)
+    seam = np.isclose(whole.vertices[:, 0], 0.4, atol=1e-4)
+    assert seam.sum() > 10
+    for side in (mesh.vertices[:, 0] < 0.401, mesh.vertices[:, 0] > 0.399):
+        inside = side[mesh.triangles].all(axis=1)
+        part = cluster_vertices(
+            LabelledMesh(mesh.vertices, mesh.colors, mesh.instances, mesh.triangles[inside]), 0.07, 0.4
+        )
+        alone = cluster_vertices(cut(mesh, side), 0.07, 0.4)
+        at_seam = alone.vertices[np.isclose(alone.vertices[:, 0], 0.4, atol=1e-4)]
+        assert {*map(tuple, at_seam.tolist())} == {*map(tuple, whole.vertices[seam].tolist())}
+        assert len(part.triangles) == len(alone.triangles)
+
+
+def test_without_seams_parts_need_not_meet():
+    """The case that seams are for: a cell across the cut has a vertex on either side."""
+    mesh = grid_mesh(61, 0.02)
+    ends = [
+        cluster_vertices(cut(mesh, side), 0.07).vertices
+        for side in (mesh.vertices[:, 0] < 0.401, mesh.vertices[:, 0] > 0.399)
+    ]
+    assert not {*map(tuple, ends[0].tolist())} & {*map(tuple, ends[1].tolist())}
+
+
+def cut(mesh: LabelledMesh, kept: np.ndarray) -> LabelledMesh:
+    """The triangles whose corners are all kept (V,)."""
+    row = np.cumsum(kept) - 1
+    triangles = row[mesh.triangles[kept[mesh.triangles].all(axis=1)]].astype(np.int32)
+    return LabelledMesh(mesh.vertices[kept], mesh.colors[kept], mesh.instances[kept], triangles)

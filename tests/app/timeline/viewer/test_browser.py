@@ -1,79 +1,76 @@
-"""The page in a real browser: every tab of a recording opens, without an error and without asking another machine."""
+"""The page in a real browser: every tab of three recordings shows what it should, without an error and without asking
+another machine. RAZER_SCREENSHOTS names a folder that keeps the pictures."""
 
 from __future__ import annotations
 
-import subprocess
-import time
-import urllib.request
+import os
 from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from app.timeline.config import TimelineConfig
-from app.timeline.rerun_timeline import Timeline
-from app.timeline.viewer import rerun_viewer
-from app.timeline.viewer.free_port import HOST, free_port
-from app.timeline.viewer.rerun_process import rerun_environment
-from data_tools.synthetic.synthetic_room import SyntheticRoom
-from razer.config import MapperConfig, VoxelSettings
-from razer.mapper import Mapper
 from tests.support.browser import chromium
+from tests.support.cli import QUICK, call
+from tests.support.timeline_page import (
+    OF_ONE_RUN,
+    OF_TWO_RUNS,
+    SIZE,
+    TABS,
+    blank_panels,
+    ink,
+    opened,
+    seconds_until_shown,
+    served,
+)
 
 pytestmark = pytest.mark.full
-TABS = {"Objects": (125, 50), "Poses": (205, 50), "Performance": (305, 50)}  # where they lie, pixels
-SHOWN_S, LOAD_S = 8.0, 60.0
+GEOMETRIC = ("--segmenter", "geometric", "--embedder", "appearance", *QUICK)
+FRAMES, SIZE_OF_IMAGES = "40", "320x240"
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    """Of the page of a small recording."""
-    run = tmp_path_factory.mktemp("run")
-    room = SyntheticRoom(0, 8, 160, 120)
-    mapper = Mapper(MapperConfig(voxels=VoxelSettings(voxel_size_m=0.05)), "oracle", "oracle")
-    timeline = Timeline(run / "timeline.rrd", room.intrinsics, TimelineConfig())
-    for frame in (room[n] for n in range(len(room))):
-        timeline.show(frame, mapper.step(frame), mapper, {"lift": 1.0})
-    timeline.finish(mapper.finish())
-    timeline.close()
-    port = free_port(0)
-    server = subprocess.Popen(rerun_viewer.server_command(run, port), env=rerun_environment())
-    place = f"http://{HOST}:{port}/"
-    wait_for(place)
-    yield place
-    server.kill()
-    server.wait()
+def room(tmp_path_factory):
+    recording = tmp_path_factory.mktemp("recording") / "room"
+    assert call("synth", recording, "--frames", FRAMES, "--size", SIZE_OF_IMAGES) == 0
+    return recording
 
 
-def wait_for(address, patience_s=60.0):
-    """Until something answers there."""
-    end_s = time.monotonic() + patience_s
-    while True:
-        try:
-            return urllib.request.urlopen(address, timeout=5).close()
-        except OSError:
-            assert time.monotonic() < end_s, f"nothing answers at {address}"
-            time.sleep(0.2)
+@pytest.fixture(params=["estimated", "given", "both"])
+def run(request, tmp_path, room):
+    """A finished run: a simulated room with estimated poses, a stretch of a real kitchen with given ones, or two."""
+    recording, options = room, ["--poses", {"estimated": "slam"}.get(request.param, request.param)]
+    if request.param == "given":
+        recording, options = request.getfixturevalue("real_data") / "redkitchen", [*options, "--end", "40"]
+    assert call("run", recording, "-o", tmp_path / request.param, *options, *GEOMETRIC) == 0
+    return tmp_path / request.param
 
 
-def test_every_tab_opens_without_errors_and_without_the_network(address, tmp_path):
-    errors, elsewhere, shots = [], [], []
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
-        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("request", lambda request: request.url.startswith(address) or elsewhere.append(request.url))
-        page.goto(address)
-        page.wait_for_timeout(1000 * LOAD_S)
-        for name, place in [("Overview", (40, 50)), *TABS.items()]:
-            page.mouse.click(*place)
-            page.wait_for_timeout(1000 * SHOWN_S)
-            page.screenshot(path=tmp_path / f"{name}.png", timeout=120_000)
-            shots.append(cv2.imread(str(tmp_path / f"{name}.png")))
-    assert errors == []
-    assert [url for url in elsewhere if not url.startswith(("data:", "blob:"))] == []
-    for shot in shots:
-        assert (shot[100:800] < 200).any(axis=2).mean() > 0.005  # something is drawn
-    for one, other in pairwise(shots):
+def test_every_tab_shows_its_panels_without_errors_and_without_the_network(run, tmp_path):
+    kept = Path(os.environ.get("RAZER_SCREENSHOTS", tmp_path))
+    kept.mkdir(parents=True, exist_ok=True)
+    layout = OF_TWO_RUNS if run.name == "both" else OF_ONE_RUN
+    pictures, blank = [], {}
+    with chromium() as browser, served(run) as address, opened(browser, address) as page:
+        for tab in TABS:
+            pictures.append(page.open_tab(tab, layout[tab]))
+            cv2.imwrite(str(kept / f"{run.name}_{tab.lower()}.png"), pictures[-1])
+            blank[tab] = blank_panels(pictures[-1], layout[tab])
+        elsewhere = [url for url in page.addresses if not url.startswith((address, "data:", "blob:"))]
+        assert (page.errors, elsewhere) == ([], [])
+    assert blank == {tab: [] for tab in TABS}
+    for one, other in pairwise(pictures):
         assert np.abs(one.astype(int) - other).mean() > 0.5
+
+
+def test_an_empty_page_is_seen_to_be_blank_and_never_counts_as_shown(tmp_path):
+    page = tmp_path / "empty.html"
+    page.write_text("<title>nothing</title>")
+    paper = np.full((SIZE["height"], SIZE["width"], 3), 250, np.uint8)
+    for panels in (*OF_ONE_RUN.values(), *OF_TWO_RUNS.values()):
+        assert blank_panels(paper, panels) == list(panels)
+        assert all(ink(paper, panel) == 0 for panel in panels.values())
+    with chromium() as browser:
+        shown_s = seconds_until_shown(browser, page.as_uri(), [OF_ONE_RUN["Overview"]["map"]], patience_s=3)
+    assert shown_s == float("inf")

@@ -16,6 +16,9 @@ import psutil
 import pytest
 
 from app.timeline.recording.saved_recording import SavedRecording
+from app.timeline.viewer.free_port import HOST, free_port
+from app.timeline.viewer.rerun_process import rerun_environment
+from app.timeline.viewer.rerun_viewer import server_command
 from tests.support.cli import QUICK, RUN_FILES, write_small_room
 
 pytestmark = pytest.mark.full
@@ -80,3 +83,28 @@ def test_a_viewer_that_is_stopped_or_never_reads_does_not_hold_up_the_run(watche
         idle.sendall(b"GET /2.rrd HTTP/1.0\r\n\r\n")
         os.kill(server.pid, signal.SIGSTOP)
         finished(run, folder)
+
+
+def test_a_viewer_that_is_frozen_killed_and_opened_anew_shows_everything_from_the_beginning(watched):
+    run, url, server, folder = watched
+    until_listening(url)
+    with socket.create_connection((urlsplit(url).hostname, urlsplit(url).port)) as reader:
+        reader.sendall(b"GET /2.rrd HTTP/1.0\r\n\r\n")
+        assert reader.recv(1 << 12)
+        os.kill(server.pid, signal.SIGSTOP)
+        time.sleep(1)
+        server.kill()
+    assert run.poll() is None  # it goes on
+    port = free_port(0)
+    again = subprocess.Popen(server_command(folder, port), env=rerun_environment())
+    try:
+        url = f"http://{HOST}:{port}/"
+        until_listening(url)
+        with urlopen(f"{url}2.rrd", timeout=WAIT_S) as part:
+            assert part.read().startswith(b"RRF2")  # to the end of the run
+        finished(run, folder)
+        whole = (folder / "timeline.rrd").read_bytes()
+        assert urlopen(f"{url}0.rrd", timeout=WAIT_S).read() == whole
+    finally:
+        again.kill()
+        again.wait()
