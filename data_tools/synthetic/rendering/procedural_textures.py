@@ -242,6 +242,26 @@ def _notes(rng: np.random.Generator) -> Float32Array:
     return image
 
 
+def _print(rng: np.random.Generator) -> Float32Array:
+    """A printed page: lines of words between margins."""
+    image = 0.93 + 0.07 * _noise(rng, 1.4)
+    for top in range(44, SIZE - 50, 15):
+        left = 40 + 20 * (rng.uniform() < 0.2)
+        end = SIZE - 40 if rng.uniform() < 0.8 else int(rng.integers(150, 400))
+        while left < end:
+            right = min(left + int(rng.integers(12, 44)), end)
+            image[top : top + 6, left:right] = 0.25
+            left = right + 7
+    return image
+
+
+def _creases(rng: np.random.Generator) -> Float32Array:
+    """Cloth that lies in soft folds: ridges where slow noise crosses its middle, lit from one side."""
+    folds = 0.6 * _noise(rng, 2.8, stretch=1.6) + 0.4 * np.abs(_noise(rng, 2.4) - 0.5)
+    lit = np.roll(folds, 9, axis=0) + np.roll(folds, 6, axis=1) - 2 * folds
+    return _stretched(lit)
+
+
 PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "plaster": _plaster,
     "terrazzo": _terrazzo,
@@ -266,4 +286,6 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "cover": _cover,
     "desktop": _desktop,
     "exit": _exit,
+    "print": _print,
+    "creases": _creases,
 }

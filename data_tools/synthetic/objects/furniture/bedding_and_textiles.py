@@ -12,7 +12,8 @@ from data_tools.synthetic.shapes.transforms import fitted
 
 
 def bed(rng: np.random.Generator) -> Thing:
-    """A bed of 2 m, single or double: frame, headboard at its head (-y), mattress and duvet; pillows come apart."""
+    """A bed of 2 m, single or double: frame, headboard at its head (-y), mattress, and a duvet that hangs over the
+    sides, its upper end turned back; pillows come apart."""
     width = float(rng.choice([0.9, 1.2, 1.4, 1.6, 1.8])) + 0.06
     rail, top = rng.uniform(0.28, 0.34), rng.uniform(0.5, 0.56)
     wood, sheet, duvet = m.wood_or_lacquer(rng), m.linen(rng), m.bedding(rng)
@@ -22,10 +23,13 @@ def bed(rng: np.random.Generator) -> Thing:
     solids.append(block(0, 1.015, rail - 0.13, (width, 0.03, 0.2), wood))
     solids.append(block(0, -1.025, 0, (width, 0.05, rng.uniform(0.8, 1.15)), wood))
     cover_low, cover_high = (
-        (-width / 2 - 0.03, -rng.uniform(0.3, 0.5), rail + 0.02),
-        (width / 2 + 0.03, 0.99, top + 0.04),
+        (-width / 2 - 0.03, -rng.uniform(0.3, 0.5), rail - 0.05),
+        (width / 2 + 0.03, 0.99, top + 0.045),
     )
-    return Thing("bed", (*solids, soft_box(cover_low, cover_high, (0.05, 0.06, 0.05), duvet)))
+    fold_low = (cover_low[0] - 0.004, cover_low[1] - 0.01, top + 0.01)
+    fold_high = (cover_high[0] + 0.004, cover_low[1] + 0.26, top + 0.065)
+    solids.append(soft_box(cover_low, cover_high, (0.06, 0.07, 0.06), duvet))
+    return Thing("bed", (*solids, soft_box(fold_low, fold_high, (0.05, 0.025, 0.025), sheet)))
 
 
 def mattress(rng: np.random.Generator) -> Thing:

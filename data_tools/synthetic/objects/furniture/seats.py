@@ -5,40 +5,65 @@ from __future__ import annotations
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import beam, block, cylinder, legs, rounded, soft_box, tapered, tube
+from data_tools.synthetic.shapes.primitives import beam, block, bowed, cylinder, legs, rounded, soft_box, tapered, tube
 from data_tools.synthetic.shapes.solids import Material, Solid
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.shapes.transforms import turned
 
 
 def chair(rng: np.random.Generator) -> Thing:
-    """A dining chair: four legs, a seat, two posts and a back of slats or one panel."""
+    """A dining chair: tapered legs, rails, a padded or wooden seat, two leaning posts and a bowed back."""
     width, depth, seat = rng.uniform(0.4, 0.48), rng.uniform(0.4, 0.46), rng.uniform(0.43, 0.48)
     top = seat + rng.uniform(0.36, 0.5)
     frame = m.wood(rng)
     cloth = m.fabric(rng) if rng.uniform() < 0.5 else frame
-    solids = [*legs(width, depth, seat - 0.04, 0.04, frame), block(0, 0, seat - 0.04, (width, depth, 0.03), frame)]
-    low, high = (-width / 2, -depth / 2 + 0.05, seat - 0.01), (width / 2, depth / 2, seat + 0.02)
-    solids.append(soft_box(low, high, (0.02, 0.02, 0.01), cloth))
     lean = -depth / 2 - rng.uniform(0.02, 0.07)
+    under, half = seat - 0.05, width / 2
+    solids = [_tapered_leg(s * (half - 0.02), depth / 2 - 0.02, under, frame) for s in (-1, 1)]
+    solids += [_tapered_leg(s * (half - 0.02), -depth / 2 + 0.02, under, frame) for s in (-1, 1)]
+    solids += [block(s * (half - 0.02), 0, under - 0.055, (0.02, depth - 0.07, 0.055), frame) for s in (-1, 1)]
+    solids += [
+        block(0, y, under - 0.055, (width - 0.07, 0.02, 0.055), frame) for y in (0.02 - depth / 2, depth / 2 - 0.02)
+    ]
+    solids.append(block(0, 0, under, (width, depth, 0.03), frame))
+    thick = 0.05 if cloth is not frame else 0.022
+    low, high = (-half, -depth / 2 + 0.05, seat - 0.021), (half, depth / 2 + 0.005, seat - 0.021 + thick)
+    solids.append(soft_box(low, high, (thick * 0.5, thick * 0.5, thick * 0.4), cloth))
+    ys = (-depth / 2 + 0.02, lean)
     for side in (-1, 1):
-        x = side * (width / 2 - 0.02)
-        solids.append(beam((x, -depth / 2 + 0.02, seat - 0.01), (x, lean, top), 0.035, 0.03, frame))
-    return Thing("chair", (*solids, *_back(rng, width - 0.075, seat, top, (-depth / 2 + 0.02, lean), cloth)))
+        x = side * (half - 0.02)
+        solids.append(beam((x, ys[0], seat - 0.021), (x, lean, top), 0.035, 0.03, frame))
+    return Thing("chair", (*solids, *_back(rng, width - 0.076, (seat, top), ys, frame, cloth)))
+
+
+def _tapered_leg(x: float, y: float, height: float, material: Material) -> Solid:
+    """A leg that is thinner at the floor."""
+    foot = (x - 0.014, y - 0.014, x + 0.014, y + 0.014)
+    return tapered(foot, (x - 0.02, y - 0.02, x + 0.02, y + 0.02), 0, height, material)
 
 
 def _back(
-    rng: np.random.Generator, width: float, seat: float, top: float, y: tuple[float, float], material: Material
+    rng: np.random.Generator,
+    width: float,
+    heights: tuple[float, float],
+    ys: tuple[float, float],
+    frame: Material,
+    cloth: Material,
 ) -> list[Solid]:
-    """Slats or one panel between the posts, which lean from y[0] at the seat to y[1] at the top."""
+    """A padded panel, or three or four broad slats, bowed, between posts that lean from ys[0] at the seat to ys[1]."""
     slats = int(rng.integers(1, 5))
-    free = top - seat - 0.14
-    edges = np.linspace(seat + 0.12, top - 0.02, slats + 1)
-    height = free / slats * (1.0 if slats == 1 else 0.6)
+    seat, top = heights
+    if cloth is not frame and slats <= 2:
+        thick, made_of, spans = 0.035, cloth, [(seat + 0.03 + 0.05 * slats, top - 0.01)]
+    else:
+        slats = max(3, slats)
+        pitch = (top - seat - 0.08) / slats
+        thick, made_of = 0.018, frame
+        spans = [(top - 0.01 - (i + 0.64) * pitch, top - 0.01 - i * pitch) for i in range(slats)]
     solids = []
-    for low in edges[:-1]:
-        points = [(0.0, float(np.interp(z, [seat, top], y)), float(z)) for z in (low, low + height)]
-        solids.append(beam(points[0], points[1], width, 0.02, material))
+    for low, high in spans:
+        front = [float(np.interp(z, [seat, top], ys)) + thick / 2 for z in (low, high)]
+        solids.append(bowed(width, 0.025, thick, (low, high), (front[0], front[1]), made_of))
     return solids
 
 
