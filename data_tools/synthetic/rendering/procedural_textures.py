@@ -141,14 +141,18 @@ def _spines(rng: np.random.Generator) -> Float32Array:
 
 
 def _cover(rng: np.random.Generator) -> Float32Array:
-    """The front of a book: a plain board, its title in lines, a picture and a name."""
-    image = 0.06 * _noise(rng, 1.0)
-    for y, half, high in ((60, 190, 44), (122, 150, 44), (186, 90, 16)):
-        image[y : y + high, 256 - half : 256 + half : 2] = 0.95
-        image[y : y + high, 257 - half : 256 + half : 2] = 0.8
-    image[240:420, 130:382] = 0.35 + 0.5 * _noise(rng, 1.4)[240:420, 130:382]
-    image[452:474, 150:362] = 0.85
-    return image
+    """The front of a book: a large picture, over it a title in capital letters, a name below."""
+    image = 0.5 * _noise(rng, 1.9)
+    image[190:430, 40:472] = _landscape(rng)[::2, :432][:240]
+    for y, high, count in ((56, 44, 8), (118, 44, 6), (452, 18, 14)):
+        pitch = min(48, 420 // count) if high > 20 else 22
+        left = (SIZE - count * pitch) // 2
+        for letter in range(count):
+            x, bar = left + letter * pitch, max(3, high // 5)
+            image[y : y + high, x : x + bar] = 0.97
+            for level in rng.choice([0, high // 2 - bar // 2, high - bar], 2, replace=False):
+                image[y + level : y + level + bar, x : x + pitch - 2 * bar] = 0.97
+    return image.astype(np.float32)
 
 
 def _desktop(rng: np.random.Generator) -> Float32Array:

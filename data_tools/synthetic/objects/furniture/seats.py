@@ -10,6 +10,8 @@ from data_tools.synthetic.shapes.solids import Material, Solid
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.shapes.transforms import turned
 
+_LEAN_DEG = 10.0  # of the backs of sofas
+
 
 def chair(rng: np.random.Generator) -> Thing:
     """A dining chair: tapered legs, rails, a padded or wooden seat, two leaning posts and a bowed back."""
@@ -92,25 +94,26 @@ def office_chair(rng: np.random.Generator) -> Thing:
 
 
 def _padded(name: str, rng: np.random.Generator, width: float, seats: int) -> Thing:
-    """A sofa of any width: feet, base, loose seat and back cushions, arms."""
+    """A sofa of any width: feet, base, a leaning back, rolled arms, soft cushions on the seat and against the back."""
     depth, seat, back = rng.uniform(0.8, 0.95), rng.uniform(0.4, 0.46), rng.uniform(0.74, 0.9)
     arm, arm_top = rng.uniform(0.12, 0.2), rng.uniform(0.55, 0.66)
     cloth = m.leather(rng) if rng.uniform() < 0.25 else m.fabric(rng)
     foot = m.wood(rng)
     inner, half = width - 2 * arm, depth / 2
     solids = legs(width - 0.1, depth - 0.1, 0.08, 0.05, foot)
-    solids.append(block(0, 0, 0.07, (inner, depth - 0.02, seat - 0.2), cloth))
-    solids.append(block(0, -half + 0.1, 0.075, (inner - 0.002, 0.19, back - 0.075), cloth))
+    solids.append(block(0, 0.02, 0.07, (inner, depth - 0.08, seat - 0.2), cloth))
+    rest = rounded((-inner / 2 + 0.001, -0.075, 0), (inner / 2 - 0.001, 0.075, back - 0.2), "x", 0.04, cloth)
+    solids.append(turned(rest, "x", _LEAN_DEG, (0, -half + 0.17, 0.2)))
     for side in (-1, 1):
         low, high = sorted((side * (width / 2), side * (inner / 2)))
-        solids.append(rounded((low, -half + 0.005, 0.065), (high, half - 0.015, arm_top), "y", 0.03, cloth))
-    share = inner / seats - 0.01
+        solids.append(rounded((low, -half + 0.02, 0.065), (high, half - 0.015, arm_top), "y", 0.25 * arm, cloth))
+    share = inner / seats - 0.003
     for center in ((i + 0.5) * inner / seats - inner / 2 for i in range(seats)):
         left, right = center - share / 2, center + share / 2
-        seat_low = (left, -half + 0.19, seat - 0.14)
-        solids.append(soft_box(seat_low, (right, half, seat), (0.03, 0.03, 0.03), cloth))
-        pad = rounded((left, -0.08, 0), (right, 0.08, back - seat + 0.02), "x", 0.05, cloth)
-        solids.append(turned(pad, "x", 12, (0, -half + 0.3, seat - 0.02)))
+        low, high = (left, -half + 0.2, seat - 0.135), (right, half + 0.01, seat + 0.02)
+        solids.append(soft_box(low, high, (0.035, 0.045, 0.045), cloth))
+        pad = rounded((left, -0.085, 0), (right, 0.085, back - seat + 0.05), "x", 0.055, cloth)
+        solids.append(turned(pad, "x", _LEAN_DEG, (0, -half + 0.29, seat - 0.01)))
     return Thing(name, tuple(solids))
 
 

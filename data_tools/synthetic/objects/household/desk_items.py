@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
@@ -31,7 +33,11 @@ def _opened(width: float, depth: float, thick: float, cover: Material) -> list[S
     solids = [block(0, 0, 0, (2 * width, depth, 0.003), cover)]
     for side in (-1, 1):
         outline = np.column_stack([side * across, raised])[::side]
-        solids.append(turned(prism(outline, 0.006 - depth / 2, depth / 2 - 0.006, page), "x", 90))
+        leaf = turned(prism(outline, 0.006 - depth / 2, depth / 2 - 0.006, page), "x", 90)
+        across_page = leaf.quads[..., 0] / width + (side < 0)
+        solids.append(
+            replace(leaf, uv=page.tile_m * np.stack([across_page, 0.5 - leaf.quads[..., 1] / depth], axis=-1))
+        )
     return solids
 
 
