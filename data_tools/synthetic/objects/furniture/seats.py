@@ -110,8 +110,8 @@ def _padded(name: str, rng: np.random.Generator, width: float, seats: int) -> Th
     share = inner / seats - 0.003
     for center in ((i + 0.5) * inner / seats - inner / 2 for i in range(seats)):
         left, right = center - share / 2, center + share / 2
-        low, high = (left, -half + 0.2, seat - 0.135), (right, half + 0.01, seat + 0.02)
-        solids.append(soft_box(low, high, (0.035, 0.045, 0.045), cloth))
+        front = (right, half + 0.01, seat + 0.02)
+        solids.append(soft_box((left, -half + 0.2, seat - 0.135), front, (0.035, 0.045, 0.045), cloth))
         pad = rounded((left, -0.085, 0), (right, 0.085, back - seat + 0.05), "x", 0.055, cloth)
         solids.append(turned(pad, "x", _LEAN_DEG, (0, -half + 0.29, seat - 0.01)))
     return Thing(name, tuple(solids))
