@@ -27,23 +27,21 @@ def smoothed_over_edges(
         light: (N, 3) on the nodes.
     """
     change = _change_at_corners(grid, quads, solid_of_face, light)
-    round_faces = np.abs(change).max(axis=(1, 2)) > 0
-    face = grid.face
-    cell = grid.cell()
+    face, cell = grid.face, grid.cell()
     on_rim = ((cell == 0) | (cell == grid.counts[face] - 1)).any(axis=1)
-    node = np.flatnonzero(round_faces[face] & on_rim)
-    corners = quads[face[node]]
-    points = grid.points(quads)[node]
-    weight = 1 / (np.linalg.norm(corners - points[:, None], axis=2) + 0.05 * _size(corners)) ** 2
-    weight /= weight.sum(axis=1, keepdims=True)
+    node = np.flatnonzero(on_rim & (np.abs(change).max(axis=(1, 2)) > 0)[face])
+    weight = _nearness(grid.points(quads)[node], quads[face[node]])
     result = light.copy()
     result[node] += np.einsum("nk,nkc->nc", weight, change[face[node]]).astype(np.float32)
     return np.maximum(result, 0)
 
 
-def _size(corners: Float64Array) -> Float64Array:
-    size: Float64Array = np.ptp(corners, axis=1).max(axis=1, keepdims=True)
-    return size
+def _nearness(points: Float64Array, corners: Float64Array) -> Float64Array:
+    """How near (M, 4) each point (M, 3) is to the corners (M, 4, 3) of its face, as shares of 1."""
+    size = np.ptp(corners, axis=1).max(axis=1, keepdims=True)
+    weight = 1 / (np.linalg.norm(corners - points[:, None], axis=2) + 0.05 * size) ** 2
+    shares: Float64Array = weight / weight.sum(axis=1, keepdims=True)
+    return shares
 
 
 def _change_at_corners(

@@ -19,23 +19,25 @@ def chair(rng: np.random.Generator) -> Thing:
     top = seat + rng.uniform(0.36, 0.5)
     frame = m.wood(rng)
     cloth = m.fabric(rng) if rng.uniform() < 0.5 else frame
-    lean = -depth / 2 - rng.uniform(0.02, 0.07)
-    under, half = seat - 0.05, width / 2
-    solids = [_tapered_leg(s * (half - 0.02), depth / 2 - 0.02, under, frame) for s in (-1, 1)]
-    solids += [_tapered_leg(s * (half - 0.02), -depth / 2 + 0.02, under, frame) for s in (-1, 1)]
-    solids += [block(s * (half - 0.02), 0, under - 0.055, (0.02, depth - 0.07, 0.055), frame) for s in (-1, 1)]
-    solids += [
-        block(0, y, under - 0.055, (width - 0.07, 0.02, 0.055), frame) for y in (0.02 - depth / 2, depth / 2 - 0.02)
-    ]
+    solids = _seat_on_legs(width, depth, seat, frame, cloth)
+    ys = (-depth / 2 + 0.02, -depth / 2 - rng.uniform(0.02, 0.07))
+    for side in (-1, 1):
+        x = side * (width / 2 - 0.02)
+        solids.append(beam((x, ys[0], seat - 0.021), (x, ys[1], top), 0.035, 0.03, frame))
+    return Thing("chair", (*solids, *_back(rng, width - 0.076, (seat, top), ys, frame, cloth)))
+
+
+def _seat_on_legs(width: float, depth: float, seat: float, frame: Material, cloth: Material) -> list[Solid]:
+    """Four legs, rails between them, a board, and a cushion or a shaped seat on it."""
+    under, x, y = seat - 0.05, width / 2 - 0.02, depth / 2 - 0.02
+    solids = [_tapered_leg(s * x, y, under, frame) for s in (-1, 1)]
+    solids += [_tapered_leg(s * x, -y, under, frame) for s in (-1, 1)]
+    solids += [block(s * x, 0, under - 0.055, (0.02, depth - 0.07, 0.055), frame) for s in (-1, 1)]
+    solids += [block(0, s * y, under - 0.055, (width - 0.07, 0.02, 0.055), frame) for s in (-1, 1)]
     solids.append(block(0, 0, under, (width, depth, 0.03), frame))
     thick = 0.05 if cloth is not frame else 0.022
-    low, high = (-half, -depth / 2 + 0.05, seat - 0.021), (half, depth / 2 + 0.005, seat - 0.021 + thick)
-    solids.append(soft_box(low, high, (thick * 0.5, thick * 0.5, thick * 0.4), cloth))
-    ys = (-depth / 2 + 0.02, lean)
-    for side in (-1, 1):
-        x = side * (half - 0.02)
-        solids.append(beam((x, ys[0], seat - 0.021), (x, lean, top), 0.035, 0.03, frame))
-    return Thing("chair", (*solids, *_back(rng, width - 0.076, (seat, top), ys, frame, cloth)))
+    low, high = (-width / 2, -depth / 2 + 0.05, seat - 0.021), (width / 2, depth / 2 + 0.005, seat - 0.021 + thick)
+    return [*solids, soft_box(low, high, (thick * 0.5, thick * 0.5, thick * 0.4), cloth)]
 
 
 def _tapered_leg(x: float, y: float, height: float, material: Material) -> Solid:

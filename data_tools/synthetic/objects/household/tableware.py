@@ -8,7 +8,7 @@ import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import beam, block, cylinder
-from data_tools.synthetic.shapes.solids import Material, lathe
+from data_tools.synthetic.shapes.solids import Material, Solid, lathe
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
 
@@ -24,13 +24,17 @@ def cup(rng: np.random.Generator) -> Thing:
         (radius * foot - 0.008, 0.012),
         (0, 0.012),
     ]
-    ear = [
+    return Thing("cup", (lathe(profile, glaze, sides=16), *_ear(radius, foot, height, glaze)))
+
+
+def _ear(radius: float, foot: float, height: float, glaze: Material) -> list[Solid]:
+    """The handle of a cup, a bent bar; `foot` is the share of the radius at which its wall begins."""
+    bend = [
         (radius * (foot + (1 - foot) * z) - 0.003 + out, 0.0, height * z)
         for z, out in ((0.2, 0.0), (0.24, 0.022), (0.42, 0.034), (0.62, 0.034), (0.78, 0.022), (0.82, 0.0))
     ]
     # Neighbours differ in width, so that their sides do not lie in one plane where they meet.
-    ring = [beam(*ends, 0.012 - 0.0008 * (i % 2), 0.01, glaze) for i, ends in enumerate(pairwise(ear))]
-    return Thing("cup", (lathe(profile, glaze, sides=16), *ring))
+    return [beam(*ends, 0.012 - 0.0008 * (i % 2), 0.01, glaze) for i, ends in enumerate(pairwise(bend))]
 
 
 def bottle(rng: np.random.Generator) -> Thing:
