@@ -84,12 +84,13 @@ class MeshSequence(RenderedFrames):
             f"walk-through-{Path(mesh).stem}-{seed}",
             inverse(self._upright_from_mesh) @ walk(plan.stations, count, seed),
             CAMERA.resized(width, height),
-            # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
-            replace(sensor, shutter=min(1.0, sensor.shutter * rate / FRAMES_PER_S)),
+            sensor,
             seed,
             partial(MeshSequence, mesh, seed, n_frames, width, height, **options),
             frames_per_s=rate,
             misalignment=misalignment,
+            # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
+            earlier=inverse(self._upright_from_mesh) @ walk(plan.stations, count, seed, earlier_s=1 / FRAMES_PER_S),
         )
         self._mesh, self._truth, self._plan, self._classes = mesh, truth, plan, truth.instance_classes
         self._up: list[float] = self._upright_from_mesh[2, :3].tolist()

@@ -30,6 +30,7 @@ class RenderedFrames(FrameIteration, ABC):
         made_by: makes the same sequence again, in another process.
         frames_per_s: of the stamps.
         misalignment: how the true colour camera differs from the declared one; None = not at all.
+        earlier: (N, 4, 4) where the camera was 1/15 s before each frame, for motion blur; None = in the frame before.
     """
 
     has_poses = True
@@ -46,10 +47,12 @@ class RenderedFrames(FrameIteration, ABC):
         *,
         frames_per_s: float,
         misalignment: RgbdMisalignment | None = None,
+        earlier: Float64Array | None = None,
     ) -> None:
         self.name = name
         self.intrinsics = camera
         self._poses = poses
+        self._earlier = earlier
         self._sensor = sensor
         self._seed = seed
         self._made_by = made_by
@@ -70,7 +73,10 @@ class RenderedFrames(FrameIteration, ABC):
             raise IndexError(f"frame {index} of {len(self)}")
         pose = self._poses[index]
         rgb, depth, ids, parts = self._renderer_at(index).render(pose)
-        rgb, depth = self._sensor.observe(rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed)
+        before = None if self._earlier is None else self._earlier[index]
+        rgb, depth = self._sensor.observe(
+            rgb, depth, self.intrinsics, self._poses, index=index, seed=self._seed, before=before
+        )
         stamp = index / self._frames_per_s
         names = dict(self.classes)
         return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, names, part_ids=parts)

@@ -51,6 +51,7 @@ class RenderedSequence(RenderedFrames):
         misalignment: how the true colour camera differs from the declared one; None = not at all.
         light: the time of day.
         walkers: people who walk about; none of them is in the truth, but what they hide is not seen.
+        earlier: (N, 4, 4) where the camera was 1/15 s before each frame; None = in the frame before.
     """
 
     def __init__(
@@ -69,9 +70,18 @@ class RenderedSequence(RenderedFrames):
         misalignment: RgbdMisalignment | None = None,
         light: Light = "even",
         walkers: Sequence[Walker] = (),
+        earlier: Float64Array | None = None,
     ) -> None:
         super().__init__(
-            name, poses, camera, sensor, seed, made_by, frames_per_s=frames_per_s, misalignment=misalignment
+            name,
+            poses,
+            camera,
+            sensor,
+            seed,
+            made_by,
+            frames_per_s=frames_per_s,
+            misalignment=misalignment,
+            earlier=earlier,
         )
         self.move = move
         self._light = light

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -87,8 +86,6 @@ class SyntheticScene(RenderedSequence):
         usual = usual_frames(world.stations)
         count = n_frames or usual
         rate = FRAMES_PER_S * max(count - 1, 1) / (usual - 1)
-        # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
-        filmed_by = replace(sensor, shutter=min(1.0, sensor.shutter * rate / FRAMES_PER_S))
         options: dict[str, Any] = {"sensor": sensor, "misalignment": misalignment, "light": light}
         options |= {"extent_m": extent_m, "people": people}
         poses = walk(world.stations, count, seed)
@@ -97,7 +94,7 @@ class SyntheticScene(RenderedSequence):
             world.things,
             poses,
             CAMERA.resized(width, height),
-            filmed_by,
+            sensor,
             seed,
             partial(SyntheticScene, scene, seed, n_frames, width, height, **options),
             relations=world.relations,
@@ -105,6 +102,8 @@ class SyntheticScene(RenderedSequence):
             misalignment=misalignment,
             light=light,
             walkers=walkers(world.things, poses, rate, people, seed),
+            # The shutter stays open as long as at 15 frames/s, however far apart the frames are.
+            earlier=walk(world.stations, count, seed, earlier_s=1 / FRAMES_PER_S),
         )
 
 

@@ -16,17 +16,21 @@ _ROLL_FRAMES = 200
 _DRIFT_FRAMES = (90, 240)
 
 
-def blur_px(poses: Float64Array, index: int, camera: Intrinsics, shutter: float) -> Float64Array:
-    """Motion blur (2,) in pixels of the image's middle, by the camera's rotation since the frame before.
+def blur_px(
+    poses: Float64Array, index: int, camera: Intrinsics, shutter: float, before: Float64Array | None = None
+) -> Float64Array:
+    """Motion blur (2,) in pixels of the image's middle, by the camera's rotation since a short time before.
 
     Args:
         poses: (N, 4, 4) world_from_camera of the recording.
         index: the frame.
         camera: its intrinsics.
-        shutter: share of the time between two frames for which the shutter is open.
+        shutter: share of that time for which the shutter is open.
+        before: the pose (4, 4) at that time before; None = that of the frame before.
     """
-    before = index - 1 if index else min(1, len(poses) - 1)
-    x, y, z = (inverse(poses[index]) @ poses[before])[:3, 2]
+    if before is None:
+        before = poses[index - 1 if index else min(1, len(poses) - 1)]
+    x, y, z = (inverse(poses[index]) @ before)[:3, 2]
     flow = shutter * np.array([camera.fx * x, camera.fy * y]) / max(z, 0.1)
     return flow * min(1, _LONGEST_PX / max(float(np.hypot(*flow)), 1e-9))
 

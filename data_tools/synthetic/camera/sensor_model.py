@@ -40,7 +40,7 @@ class SensorModel:
     exposure_drift: float = 0.0
     """Largest share by which brightness slowly rises and falls along a recording."""
     shutter: float = 0.0
-    """Share of the time between two frames in which the camera's rotation blurs colour."""
+    """Share of the time between two frames at 15 a second in which the camera's rotation blurs colour."""
     misregistration_px: float = 0.0
     """By how far colour is shifted against depth, pixels; the direction slowly turns."""
 
@@ -80,7 +80,15 @@ class SensorModel:
         )
 
     def observe(
-        self, rgb: Uint8Array, depth: Float32Array, camera: Intrinsics, poses: Float64Array, *, index: int, seed: int
+        self,
+        rgb: Uint8Array,
+        depth: Float32Array,
+        camera: Intrinsics,
+        poses: Float64Array,
+        *,
+        index: int,
+        seed: int,
+        before: Float64Array | None = None,
     ) -> tuple[Uint8Array, Float32Array]:
         """What the sensor makes of a true colour and depth image; always the same for the same arguments.
 
@@ -91,15 +99,17 @@ class SensorModel:
             poses: (N, 4, 4) of the recording; only this frame's and the one before matter.
             index: the frame.
             seed: of the recording.
+            before: the pose (4, 4) from which on the camera's rotation blurs, by the share `shutter`; None = that of
+                the frame before.
         """
         rng = np.random.default_rng([seed, 3, index])
-        return self._colour(rgb, camera, poses, index, seed, rng), self._depth(depth, camera, rng)
+        flow = colour_errors.blur_px(poses, index, camera, self.shutter, before)
+        return self._colour(rgb, flow, index, seed, rng), self._depth(depth, camera, rng)
 
     def _colour(
-        self, rgb: Uint8Array, camera: Intrinsics, poses: Float64Array, index: int, seed: int, rng: np.random.Generator
+        self, rgb: Uint8Array, flow: Float64Array, index: int, seed: int, rng: np.random.Generator
     ) -> Uint8Array:
         if self.shutter or self.misregistration_px:
-            flow = colour_errors.blur_px(poses, index, camera, self.shutter)
             offset = colour_errors.rolling_offset_px(self.misregistration_px, seed, index)
             rgb = colour_errors.smear(rgb, flow, offset)
         if self.exposure_drift:

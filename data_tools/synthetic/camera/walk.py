@@ -36,11 +36,18 @@ def usual_frames(stations: Sequence[Station]) -> int:
     return int(np.ceil(_times(stations)[-1] * FRAMES_PER_S)) + 1
 
 
-def walk(stations: Sequence[Station], n_frames: int, seed: int) -> Float64Array:
+def walk(stations: Sequence[Station], n_frames: int, seed: int, *, earlier_s: float = 0.0) -> Float64Array:
     """Poses world_from_camera (n_frames, 4, 4) from the first station to the last, past those between with rounded
-    corners; fewer frames lie further apart. Pitch stays within -40 and 10 degrees."""
+    corners; fewer frames lie further apart. Pitch stays within -40 and 10 degrees.
+
+    Args:
+        stations: where the camera is in turn, and what it looks at.
+        n_frames: how many poses.
+        seed: of the hand that holds the camera.
+        earlier_s: where the camera was so many seconds before each frame; before the first it stood still.
+    """
     knots = _times(stations)
-    when = np.linspace(0, knots[-1], n_frames)
+    when = np.maximum(np.linspace(0, knots[-1], n_frames) - earlier_s, 0)
     dense = np.linspace(0, knots[-1], int(np.ceil(knots[-1] / _STEP_S)) + 1)
     signals = [np.interp(dense, knots, column) for column in (*_eyes(stations).T, *_directions(stations))]
     smooth = [gaussian_filter1d(signal, _SMOOTH_S / _STEP_S, mode="nearest") for signal in signals]

@@ -14,6 +14,7 @@ import open3d as o3d
 from data_tools.synthetic.light.emitters import LIGHTING, Light, ceiling_glow
 from data_tools.synthetic.light.face_grid import FaceGrid
 from data_tools.synthetic.light.radiosity import Surroundings, gathered, irradiance
+from data_tools.synthetic.light.smooth_shading import smoothed_over_edges
 from data_tools.synthetic.shapes.solids import quad_normals
 from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float32Array, Float64Array, Uint8Array
@@ -76,7 +77,9 @@ def _computed(things: Mapping[int, Thing], scene: o3d.t.geometry.RaycastingScene
     direct = np.where(around.buried[:, None], np.nan, direct).astype(np.float32)
     for _ in range(_PASSES):
         direct = _smoothed(grid, direct)
-    falling = rest + direct
+    solids = [solid for thing in things.values() for solid in thing.solids]
+    solid_of_face = np.repeat(np.arange(len(solids)), [len(solid.quads) for solid in solids])
+    falling = smoothed_over_edges(grid, quads, solid_of_face, rest + direct)
     shown = _exposed(falling, grid, quads)
     shown = np.where(np.isnan(looks), shown, looks)
     image = (FULL * grid.image(shown)).clip(0, 255).astype(np.uint8)

@@ -141,14 +141,18 @@ def _spines(rng: np.random.Generator) -> Float32Array:
 
 
 def _cover(rng: np.random.Generator) -> Float32Array:
-    """The front of a book: a plain board, its title in lines, a picture and a name."""
-    image = 0.06 * _noise(rng, 1.0)
-    for y, half, high in ((60, 190, 44), (122, 150, 44), (186, 90, 16)):
-        image[y : y + high, 256 - half : 256 + half : 2] = 0.95
-        image[y : y + high, 257 - half : 256 + half : 2] = 0.8
-    image[240:420, 130:382] = 0.35 + 0.5 * _noise(rng, 1.4)[240:420, 130:382]
-    image[452:474, 150:362] = 0.85
-    return image
+    """The front of a book: a large picture, over it a title in capital letters, a name below."""
+    image = 0.5 * _noise(rng, 1.9)
+    image[190:430, 40:472] = _landscape(rng)[::2, :432][:240]
+    for y, high, count in ((56, 44, 8), (118, 44, 6), (452, 18, 14)):
+        pitch = min(48, 420 // count) if high > 20 else 22
+        left = (SIZE - count * pitch) // 2
+        for letter in range(count):
+            x, bar = left + letter * pitch, max(3, high // 5)
+            image[y : y + high, x : x + bar] = 0.97
+            for level in rng.choice([0, high // 2 - bar // 2, high - bar], 2, replace=False):
+                image[y + level : y + level + bar, x : x + pitch - 2 * bar] = 0.97
+    return image.astype(np.float32)
 
 
 def _desktop(rng: np.random.Generator) -> Float32Array:
@@ -242,6 +246,26 @@ def _notes(rng: np.random.Generator) -> Float32Array:
     return image
 
 
+def _print(rng: np.random.Generator) -> Float32Array:
+    """A printed page: lines of words between margins."""
+    image = 0.93 + 0.07 * _noise(rng, 1.4)
+    for top in range(44, SIZE - 50, 15):
+        left = 40 + 20 * (rng.uniform() < 0.2)
+        end = SIZE - 40 if rng.uniform() < 0.8 else int(rng.integers(150, 400))
+        while left < end:
+            right = min(left + int(rng.integers(12, 44)), end)
+            image[top : top + 6, left:right] = 0.25
+            left = right + 7
+    return image
+
+
+def _creases(rng: np.random.Generator) -> Float32Array:
+    """Cloth that lies in soft folds: ridges where slow noise crosses its middle, lit from one side."""
+    folds = 0.6 * _noise(rng, 2.8, stretch=1.6) + 0.4 * np.abs(_noise(rng, 2.4) - 0.5)
+    lit = np.roll(folds, 9, axis=0) + np.roll(folds, 6, axis=1) - 2 * folds
+    return _stretched(lit)
+
+
 PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "plaster": _plaster,
     "terrazzo": _terrazzo,
@@ -266,4 +290,6 @@ PAINTERS: dict[str, Callable[[np.random.Generator], Float32Array]] = {
     "cover": _cover,
     "desktop": _desktop,
     "exit": _exit,
+    "print": _print,
+    "creases": _creases,
 }

@@ -22,7 +22,7 @@ from data_tools.synthetic.shapes.thing import Thing
 def living_room(room: Room, placer: Placer) -> None:
     """A table with six equal chairs, a couch, a television and shelves."""
     table = table_with_chairs(placer, room, "table", "chair", room.high[0] - 1.55, room.center[1] - 0.35)
-    load(placer, table, "bowl", "cup", "cup", "plate", "bottle", "book", "candle")
+    load(placer, table, "bowl", "cup", "cup", "plate", "bottle", "book", "candle", "plate", "plate", "plate")
     couch = against(placer, room, "west", 0.42, "couch")
     load(placer, couch, "cushion", "cushion", "blanket")
     coffee_table = placer.on_floor(room, piece("coffee table", placer), room.low[0] + 1.75, room.center[1] - 0.35, 90)
@@ -51,7 +51,7 @@ def kitchen(room: Room, placer: Placer) -> None:
     load(placer, counter, "microwave", yaw_deg=YAW_DEG["east"])
     load(placer, counter, "bowl", "water bottle", "plate", "cup")
     table = against(placer, room, "west", 0.6, "dining table", "dining table", "table")
-    load(placer, table, "bowl", "cup", "plate", "bottle")
+    load(placer, table, "bowl", "cup", "plate", "bottle", "plate", "plate", "bowl")
     stool = piece("stool", placer)
     if table is not None:
         x = float(table.bounds[1][0]) + 0.3

@@ -150,15 +150,15 @@ def stone(rng: np.random.Generator) -> Material:
 
 
 def linen(rng: np.random.Generator) -> Material:
-    """White or pale bed linen."""
-    return tinted("cloth", hue(rng, (0.0, 0.06), (0.92, 0.97)), 0.1, 0.8)
+    """White or pale bed linen, a little creased."""
+    return tinted("creases", hue(rng, (0.0, 0.06), (0.87, 0.93)), 0.2, 0.9)
 
 
 def bedding(rng: np.random.Generator) -> Material:
     """Duvets and blankets: pale, white or striped."""
     kind = int(rng.integers(3))
     if kind == 0:
-        return tinted("cloth", hue(rng, (0.06, 0.3), (0.72, 0.94)), 0.14, 0.7)
+        return tinted("creases", hue(rng, (0.06, 0.3), (0.66, 0.88)), 0.26, 1.0)
     if kind == 1:
         return linen(rng)
     return Material("stripes", around(rng, _UPHOLSTERY), hue(rng, (0.0, 0.06), (0.9, 0.97)), 1.1)

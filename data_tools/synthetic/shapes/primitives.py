@@ -14,6 +14,7 @@ from data_tools.synthetic.shapes.transforms import turned
 from razer.arrays import Float64Array
 
 Rectangle = tuple[float, float, float, float]
+_BOW_PARTS = 4
 
 
 def block(center_x: float, center_y: float, bottom: float, size: Point, material: Material) -> Solid:
@@ -80,6 +81,39 @@ def prism(outline: ArrayLike, low: float, high: float, material: Material) -> So
     cap = np.array([(0, i, i + 1, min(i + 2, len(ring) - 1)) for i in range(1, len(ring) - 1, 2)])
     caps = np.concatenate([top[cap], bottom[cap[:, ::-1]]])
     return Solid(np.concatenate([sides, caps]), np.concatenate([side_uv, caps[..., :2]]), material)
+
+
+def bowed(
+    width: float, bow: float, thick: float, heights: tuple[float, float], ys: tuple[float, float], material: Material
+) -> Solid:
+    """An upright panel that is bent in plan like the back of a chair: its middle lies behind its ends.
+
+    Args:
+        width: between its ends in x, metres.
+        bow: by how much the middle of its front lies further back (-y) than the ends, metres.
+        thick: from front to back, metres.
+        heights: of its lower and its upper edge, metres.
+        ys: of the front of its ends at these heights, metres.
+        material: of its faces.
+    """
+    x = np.linspace(-width / 2, width / 2, _BOW_PARTS + 1)
+    front = -bow * (1 - (2 * x / width) ** 2)
+    # Rings of the outline at both heights; each cell between two stations is a prism's piece.
+    edges = [
+        [np.column_stack([x, front + y - back, np.full_like(x, z)]) for back in (0.0, thick)]
+        for y, z in zip(ys, heights, strict=True)
+    ]
+    (low_front, low_back), (high_front, high_back) = edges
+    left = [np.stack([low_back[:1], low_front[:1], high_front[:1], high_back[:1]], axis=1)]
+    right = [np.stack([low_front[-1:], low_back[-1:], high_back[-1:], high_front[-1:]], axis=1)]
+    sheets = [
+        np.stack([low_front[1:], low_front[:-1], high_front[:-1], high_front[1:]], axis=1),
+        np.stack([low_back[:-1], low_back[1:], high_back[1:], high_back[:-1]], axis=1),
+        np.stack([high_back[:-1], high_back[1:], high_front[1:], high_front[:-1]], axis=1),
+        np.stack([low_front[:-1], low_front[1:], low_back[1:], low_back[:-1]], axis=1),
+    ]
+    quads = np.concatenate([*sheets, *(side[:, ::-1] for side in (*left, *right))])
+    return Solid(quads, plane_uv(quads), material)
 
 
 def layered(layers: Sequence[Point], material: Material) -> Solid:

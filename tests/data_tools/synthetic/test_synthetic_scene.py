@@ -7,7 +7,10 @@ import pickle
 import numpy as np
 import pytest
 
+from data_tools.synthetic.camera.color_errors import blur_px
 from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
+from data_tools.synthetic.rendered_sequence import CAMERA
 from data_tools.synthetic.synthetic_scene import SCENES, SyntheticScene
 from razer.errors import BadInput
 from razer.frame import Frame
@@ -42,6 +45,24 @@ def test_a_scene_sent_to_another_process_is_made_anew_and_is_the_same(name: str)
     late = again[7]
     assert same(again[1], scene[1])
     assert same(late, scene[7])
+
+
+def test_few_frames_are_as_blurred_as_those_of_their_moments_among_all() -> None:
+    stations = SCENES["room"](1).stations
+    usual = usual_frames(stations)
+    everywhere = walk(stations, usual, 1)
+    for n_frames in (5, 9, 60):
+        few, earlier = walk(stations, n_frames, 1), walk(stations, n_frames, 1, earlier_s=1 / FRAMES_PER_S)
+        for index in range(1, n_frames):
+            moment = round(index * (usual - 1) / (n_frames - 1))
+            blur = blur_px(few, index, CAMERA, 0.2, earlier[index])
+            assert np.abs(blur - blur_px(everywhere, moment, CAMERA, 0.2)).max() < 0.2
+    # The last frame is of the same moment, however many there are.
+    sensor = SensorModel(shutter=1.0)
+    last, alike = (SyntheticScene("room", 1, n, 96, 72, sensor=sensor)[n - 1].rgb.astype(float) for n in (usual, 5))
+    sharp = SyntheticScene("room", 1, 5, 96, 72)[4].rgb
+    assert np.abs(last - alike).mean() < 0.05
+    assert np.abs(last - sharp).mean() > 0.2
 
 
 def test_stamps_are_those_of_a_hand_however_many_frames_there_are() -> None:

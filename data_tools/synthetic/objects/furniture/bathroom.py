@@ -24,10 +24,10 @@ def sink(rng: np.random.Generator) -> Thing:
     """A washbasin on a pedestal, with a tap behind its hollow."""
     height, stretch = rng.uniform(0.8, 0.88), rng.uniform(1.15, 1.4)
     white, chrome = m.ceramic(rng), tinted("smooth", (205.0, 208.0, 212.0), 0.3)
-    outside = [(0, height - 0.2), (0.1, height - 0.2), (0.22, height - 0.05), (0.23, height)]
+    outside = [(0, height - 0.22), (0.12, height - 0.22), (0.215, height - 0.1), (0.23, height)]
     hollow = [(0.19, height), (0.1, height - 0.11), (0, height - 0.12)]
     basin = stretched(lathe([*outside, *hollow], white, sides=16), (stretch, 1, 1))
-    foot = tapered((-0.11, -0.09, 0.11, 0.09), (-0.07, -0.06, 0.07, 0.06), 0, height - 0.19, white)
+    foot = tapered((-0.085, -0.1, 0.085, 0.05), (-0.065, -0.09, 0.065, 0.04), 0, height - 0.21, white)
     ledge = rounded((-0.2, -0.26, height - 0.12), (0.2, -0.16, height + 0.004), "z", 0.03, white)
     drain = cylinder(0.02, height - 0.121, height - 0.116, chrome, 8)
     return Thing("sink", (foot, basin, ledge, drain, *_tap((0, -0.2, height + 0.003), 0.12, 0.11, chrome)))
@@ -36,7 +36,7 @@ def sink(rng: np.random.Generator) -> Thing:
 def toilet(rng: np.random.Generator) -> Thing:
     """A toilet: a bowl with a seat, a raised lid, a cistern with a button."""
     seat, tank = rng.uniform(0.38, 0.43), rng.uniform(0.33, 0.4)
-    white, lid = m.ceramic(rng), m.ceramic(rng) if rng.uniform() < 0.7 else m.wood(rng)
+    white, lid = m.ceramic(rng), m.ceramic(rng) if rng.uniform() < 0.92 else m.wood(rng)
     profile = [
         (0, 0),
         (0.12, 0),

@@ -6,13 +6,14 @@ import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
 from data_tools.synthetic.shapes.primitives import block, layered, legs, prism, rounded, soft_box, tube
-from data_tools.synthetic.shapes.solids import Material
+from data_tools.synthetic.shapes.solids import Material, Solid
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.shapes.transforms import fitted
 
 
 def bed(rng: np.random.Generator) -> Thing:
-    """A bed of 2 m, single or double: frame, headboard at its head (-y), mattress and duvet; pillows come apart."""
+    """A bed of 2 m, single or double: frame, headboard at its head (-y), mattress, and a duvet that hangs over the
+    sides, its upper end turned back; pillows come apart."""
     width = float(rng.choice([0.9, 1.2, 1.4, 1.6, 1.8])) + 0.06
     rail, top = rng.uniform(0.28, 0.34), rng.uniform(0.5, 0.56)
     wood, sheet, duvet = m.wood_or_lacquer(rng), m.linen(rng), m.bedding(rng)
@@ -21,11 +22,16 @@ def bed(rng: np.random.Generator) -> Thing:
     solids += [block(s * (width / 2 - 0.012), 0, rail - 0.13, (0.024, 2.0, 0.16), wood) for s in (-1, 1)]
     solids.append(block(0, 1.015, rail - 0.13, (width, 0.03, 0.2), wood))
     solids.append(block(0, -1.025, 0, (width, 0.05, rng.uniform(0.8, 1.15)), wood))
-    cover_low, cover_high = (
-        (-width / 2 - 0.03, -rng.uniform(0.3, 0.5), rail + 0.02),
-        (width / 2 + 0.03, 0.99, top + 0.04),
-    )
-    return Thing("bed", (*solids, soft_box(cover_low, cover_high, (0.05, 0.06, 0.05), duvet)))
+    start = -rng.uniform(0.3, 0.5)
+    return Thing("bed", (*solids, *_duvet(width, start, rail, top, duvet, sheet)))
+
+
+def _duvet(width: float, start: float, rail: float, top: float, duvet: Material, sheet: Material) -> list[Solid]:
+    """A duvet from y = start to the foot of a bed, over a mattress of this height, and its end turned back."""
+    low, high = (-width / 2 - 0.03, start, rail - 0.05), (width / 2 + 0.03, 0.99, top + 0.045)
+    fold_low, fold_high = (low[0] - 0.004, start - 0.01, top + 0.01), (high[0] + 0.004, start + 0.26, top + 0.065)
+    cover = soft_box(low, high, (0.06, 0.07, 0.06), duvet)
+    return [cover, soft_box(fold_low, fold_high, (0.05, 0.025, 0.025), sheet)]
 
 
 def mattress(rng: np.random.Generator) -> Thing:

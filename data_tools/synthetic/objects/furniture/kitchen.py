@@ -55,7 +55,8 @@ def mini_fridge(rng: np.random.Generator) -> Thing:
 
 
 def _cold(name: str, rng: np.random.Generator, width: float, depth: float, height: float, split: float) -> Thing:
-    skin, grip, dark = _steel_or_white(rng), m.metal(rng), m.dark_plastic(rng)
+    skin = tinted("smooth", m.around(rng, ((190, 192, 195), (236, 236, 234), (158, 160, 164)), 5), 0.12)
+    grip, dark = m.metal(rng), m.dark_plastic(rng)
     solids = [block(0, -0.01, 0, (width - 0.06, depth - 0.06, 0.05), dark)]
     solids.append(block(0, 0, 0.05, (width, depth, height - 0.05), skin))
     cut = 0.05 + split * (height - 0.05)
@@ -116,23 +117,25 @@ def oven(rng: np.random.Generator) -> Thing:
 def microwave(rng: np.random.Generator) -> Thing:
     """A microwave oven: a window and handle on one side, keys and a display on the other."""
     width, depth, height = rng.uniform(0.44, 0.54), rng.uniform(0.32, 0.4), rng.uniform(0.26, 0.31)
-    skin, dark, light = _steel_or_white(rng), m.black_glass(), m.metal(rng)
+    skin, dark, steel = _steel_or_white(rng), m.black_glass(), tinted("smooth", (206.0, 208.0, 210.0), 0.2)
     front, panel = depth / 2, width * 0.26
     solids = [
-        *legs(width - 0.04, depth - 0.04, 0.012, 0.03, dark),
         block(0, 0, 0.012, (width, depth, height - 0.012), skin),
+        *legs(width - 0.04, depth - 0.04, 0.012, 0.03, dark),
     ]
-    solids.append(block(panel / 2, front + 0.005, 0.03, (width - panel - 0.03, 0.01, height - 0.045), dark))
-    x = -width / 2 + panel / 2 + 0.012
-    solids.append(block(x, front + 0.004, 0.03, (panel - 0.02, 0.008, height - 0.045), dark))
-    solids.append(block(x, front + 0.01, height - 0.06, (panel - 0.05, 0.004, 0.03), m.display(rng)))
+    door = width - panel - 0.006
+    solids.append(block(panel / 2, front + 0.008, 0.016, (door, 0.016, height - 0.02), skin))
+    solids.append(block(panel / 2, front + 0.018, 0.055, (door - 0.1, 0.004, height - 0.1), dark))
+    x = -width / 2 + panel / 2
+    solids.append(block(x, front + 0.006, 0.016, (panel - 0.004, 0.012, height - 0.02), dark))
+    solids.append(block(x, front + 0.014, height - 0.06, (panel - 0.04, 0.004, 0.03), m.display(rng)))
     rows = np.linspace(0.05, height - 0.1, 4)
     solids += [
-        block(x + dx, front + 0.011, float(z), (0.02, 0.006, 0.018), light) for z in rows for dx in (-0.03, 0, 0.03)
+        block(x + dx, front + 0.014, float(z), (0.016, 0.004, 0.012), steel) for z in rows for dx in (-0.03, 0, 0.03)
     ]
-    handle = -width / 2 + panel + 0.035
-    solids.append(block(handle, front + 0.04, 0.05, (0.018, 0.015, height - 0.085), light))
-    solids += [block(handle, front + 0.021, z, (0.016, 0.023, 0.02), light) for z in (0.06, height - 0.065)]
+    handle = -width / 2 + panel + 0.026
+    solids.append(block(handle, front + 0.04, 0.05, (0.016, 0.012, height - 0.09), steel))
+    solids += [block(handle, front + 0.025, z, (0.014, 0.018, 0.02), steel) for z in (0.06, height - 0.07)]
     return Thing("microwave", tuple(solids))
 
 

@@ -5,40 +5,69 @@ from __future__ import annotations
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import beam, block, cylinder, legs, rounded, soft_box, tapered, tube
+from data_tools.synthetic.shapes.primitives import beam, block, bowed, cylinder, legs, rounded, soft_box, tapered, tube
 from data_tools.synthetic.shapes.solids import Material, Solid
 from data_tools.synthetic.shapes.thing import Thing
 from data_tools.synthetic.shapes.transforms import turned
 
+_LEAN_DEG = 10.0  # of the backs of sofas
+
 
 def chair(rng: np.random.Generator) -> Thing:
-    """A dining chair: four legs, a seat, two posts and a back of slats or one panel."""
+    """A dining chair: tapered legs, rails, a padded or wooden seat, two leaning posts and a bowed back."""
     width, depth, seat = rng.uniform(0.4, 0.48), rng.uniform(0.4, 0.46), rng.uniform(0.43, 0.48)
     top = seat + rng.uniform(0.36, 0.5)
     frame = m.wood(rng)
     cloth = m.fabric(rng) if rng.uniform() < 0.5 else frame
-    solids = [*legs(width, depth, seat - 0.04, 0.04, frame), block(0, 0, seat - 0.04, (width, depth, 0.03), frame)]
-    low, high = (-width / 2, -depth / 2 + 0.05, seat - 0.01), (width / 2, depth / 2, seat + 0.02)
-    solids.append(soft_box(low, high, (0.02, 0.02, 0.01), cloth))
-    lean = -depth / 2 - rng.uniform(0.02, 0.07)
+    solids = _seat_on_legs(width, depth, seat, frame, cloth)
+    ys = (-depth / 2 + 0.02, -depth / 2 - rng.uniform(0.02, 0.07))
     for side in (-1, 1):
         x = side * (width / 2 - 0.02)
-        solids.append(beam((x, -depth / 2 + 0.02, seat - 0.01), (x, lean, top), 0.035, 0.03, frame))
-    return Thing("chair", (*solids, *_back(rng, width - 0.075, seat, top, (-depth / 2 + 0.02, lean), cloth)))
+        solids.append(beam((x, ys[0], seat - 0.021), (x, ys[1], top), 0.035, 0.03, frame))
+    return Thing("chair", (*solids, *_back(rng, width - 0.076, (seat, top), ys, frame, cloth)))
+
+
+def _seat_on_legs(width: float, depth: float, seat: float, frame: Material, cloth: Material) -> list[Solid]:
+    """Four legs, rails between them, a board, and a cushion or a shaped seat on it."""
+    under, x, y = seat - 0.05, width / 2 - 0.02, depth / 2 - 0.02
+    solids = [_tapered_leg(s * x, y, under, frame) for s in (-1, 1)]
+    solids += [_tapered_leg(s * x, -y, under, frame) for s in (-1, 1)]
+    solids += [block(s * x, 0, under - 0.055, (0.02, depth - 0.07, 0.055), frame) for s in (-1, 1)]
+    solids += [block(0, s * y, under - 0.055, (width - 0.07, 0.02, 0.055), frame) for s in (-1, 1)]
+    solids.append(block(0, 0, under, (width, depth, 0.03), frame))
+    thick = 0.05 if cloth is not frame else 0.022
+    low, high = (-width / 2, -depth / 2 + 0.05, seat - 0.021), (width / 2, depth / 2 + 0.005, seat - 0.021 + thick)
+    return [*solids, soft_box(low, high, (thick * 0.5, thick * 0.5, thick * 0.4), cloth)]
+
+
+def _tapered_leg(x: float, y: float, height: float, material: Material) -> Solid:
+    """A leg that is thinner at the floor."""
+    foot = (x - 0.014, y - 0.014, x + 0.014, y + 0.014)
+    return tapered(foot, (x - 0.02, y - 0.02, x + 0.02, y + 0.02), 0, height, material)
 
 
 def _back(
-    rng: np.random.Generator, width: float, seat: float, top: float, y: tuple[float, float], material: Material
+    rng: np.random.Generator,
+    width: float,
+    heights: tuple[float, float],
+    ys: tuple[float, float],
+    frame: Material,
+    cloth: Material,
 ) -> list[Solid]:
-    """Slats or one panel between the posts, which lean from y[0] at the seat to y[1] at the top."""
+    """A padded panel, or three or four broad slats, bowed, between posts that lean from ys[0] at the seat to ys[1]."""
     slats = int(rng.integers(1, 5))
-    free = top - seat - 0.14
-    edges = np.linspace(seat + 0.12, top - 0.02, slats + 1)
-    height = free / slats * (1.0 if slats == 1 else 0.6)
+    seat, top = heights
+    if cloth is not frame and slats <= 2:
+        thick, made_of, spans = 0.035, cloth, [(seat + 0.03 + 0.05 * slats, top - 0.01)]
+    else:
+        slats = max(3, slats)
+        pitch = (top - seat - 0.08) / slats
+        thick, made_of = 0.018, frame
+        spans = [(top - 0.01 - (i + 0.64) * pitch, top - 0.01 - i * pitch) for i in range(slats)]
     solids = []
-    for low in edges[:-1]:
-        points = [(0.0, float(np.interp(z, [seat, top], y)), float(z)) for z in (low, low + height)]
-        solids.append(beam(points[0], points[1], width, 0.02, material))
+    for low, high in spans:
+        front = [float(np.interp(z, [seat, top], ys)) + thick / 2 for z in (low, high)]
+        solids.append(bowed(width, 0.025, thick, (low, high), (front[0], front[1]), made_of))
     return solids
 
 
@@ -67,25 +96,26 @@ def office_chair(rng: np.random.Generator) -> Thing:
 
 
 def _padded(name: str, rng: np.random.Generator, width: float, seats: int) -> Thing:
-    """A sofa of any width: feet, base, loose seat and back cushions, arms."""
+    """A sofa of any width: feet, base, a leaning back, rolled arms, soft cushions on the seat and against the back."""
     depth, seat, back = rng.uniform(0.8, 0.95), rng.uniform(0.4, 0.46), rng.uniform(0.74, 0.9)
     arm, arm_top = rng.uniform(0.12, 0.2), rng.uniform(0.55, 0.66)
     cloth = m.leather(rng) if rng.uniform() < 0.25 else m.fabric(rng)
     foot = m.wood(rng)
     inner, half = width - 2 * arm, depth / 2
     solids = legs(width - 0.1, depth - 0.1, 0.08, 0.05, foot)
-    solids.append(block(0, 0, 0.07, (inner, depth - 0.02, seat - 0.2), cloth))
-    solids.append(block(0, -half + 0.1, 0.075, (inner - 0.002, 0.19, back - 0.075), cloth))
+    solids.append(block(0, 0.02, 0.07, (inner, depth - 0.08, seat - 0.2), cloth))
+    rest = rounded((-inner / 2 + 0.001, -0.075, 0), (inner / 2 - 0.001, 0.075, back - 0.2), "x", 0.04, cloth)
+    solids.append(turned(rest, "x", _LEAN_DEG, (0, -half + 0.17, 0.2)))
     for side in (-1, 1):
         low, high = sorted((side * (width / 2), side * (inner / 2)))
-        solids.append(rounded((low, -half + 0.005, 0.065), (high, half - 0.015, arm_top), "y", 0.03, cloth))
-    share = inner / seats - 0.01
+        solids.append(rounded((low, -half + 0.02, 0.065), (high, half - 0.015, arm_top), "y", 0.25 * arm, cloth))
+    share = inner / seats - 0.003
     for center in ((i + 0.5) * inner / seats - inner / 2 for i in range(seats)):
         left, right = center - share / 2, center + share / 2
-        seat_low = (left, -half + 0.19, seat - 0.14)
-        solids.append(soft_box(seat_low, (right, half, seat), (0.03, 0.03, 0.03), cloth))
-        pad = rounded((left, -0.08, 0), (right, 0.08, back - seat + 0.02), "x", 0.05, cloth)
-        solids.append(turned(pad, "x", 12, (0, -half + 0.3, seat - 0.02)))
+        front = (right, half + 0.01, seat + 0.02)
+        solids.append(soft_box((left, -half + 0.2, seat - 0.135), front, (0.035, 0.045, 0.045), cloth))
+        pad = rounded((left, -0.085, 0), (right, 0.085, back - seat + 0.05), "x", 0.055, cloth)
+        solids.append(turned(pad, "x", _LEAN_DEG, (0, -half + 0.29, seat - 0.01)))
     return Thing(name, tuple(solids))
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import ball, bars, beam, block, cylinder, disc, tetrahedron
+from data_tools.synthetic.shapes.primitives import ball, bars, beam, block, cylinder, disc, prism, tetrahedron
 from data_tools.synthetic.shapes.solids import Colour, Material, Solid
 from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.shapes.transforms import fitted, shifted, stretched, turned
@@ -14,15 +16,29 @@ _COVERS: tuple[Colour, ...] = ((150, 36, 36), (34, 62, 112), (38, 92, 70), (52, 
 
 
 def book(rng: np.random.Generator) -> Thing:
-    """One to three closed books lying on each other: covers round a block of pages."""
-    bottom, solids = 0.0, []
-    for _ in range(int(rng.choice([1, 1, 2, 3]))):
-        size = rng.uniform(0.15, 0.22), rng.uniform(0.22, 0.3), rng.uniform(0.02, 0.045)
-        cover = Material("cover", m.around(rng, _COVERS, 14), m.hue(rng, (0.0, 0.25), (0.88, 0.97)), 0.5)
-        turn, (x, y) = rng.uniform(-14, 14), rng.uniform(-0.01, 0.01, 2)
-        solids += [turned(part, "z", turn, (float(x), float(y), bottom)) for part in _bound(*size, cover)]
-        bottom += size[2]
-    return Thing("book", tuple(solids))
+    """One closed book, covers round a block of pages, or one that lies open."""
+    lies_open = rng.uniform() < 0.3
+    size = rng.uniform(0.15, 0.22), rng.uniform(0.22, 0.3), rng.uniform(0.02, 0.045)
+    cover = Material("cover", m.around(rng, _COVERS, 14), m.hue(rng, (0.0, 0.25), (0.88, 0.97)), 0.5)
+    parts, turn = (_opened if lies_open else _bound)(*size, cover), rng.uniform(-14, 14)
+    return Thing("book", tuple(turned(part, "z", turn) for part in parts))
+
+
+def _opened(width: float, depth: float, thick: float, cover: Material) -> list[Solid]:
+    """Two covers flat on the table, with printed pages that swell on both sides of the fold."""
+    page = Material("print", (86.0, 84.0, 82.0), (236.0, 231.0, 218.0), 0.24)
+    width *= 0.85
+    across = width * np.array([0.01, 0.96, 0.96, 0.4, 0.12])
+    raised = 0.003 + thick * np.array([0.0, 0.0, 0.25, 0.6, 0.52])
+    solids = [block(0, 0, 0, (2 * width, depth, 0.003), cover)]
+    for side in (-1, 1):
+        outline = np.column_stack([side * across, raised])[::side]
+        leaf = turned(prism(outline, 0.006 - depth / 2, depth / 2 - 0.006, page), "x", 90)
+        across_page = leaf.quads[..., 0] / width + (side < 0)
+        solids.append(
+            replace(leaf, uv=page.tile_m * np.stack([across_page, 0.5 - leaf.quads[..., 1] / depth], axis=-1))
+        )
+    return solids
 
 
 def _bound(width: float, depth: float, thick: float, cover: Material) -> list[Solid]:

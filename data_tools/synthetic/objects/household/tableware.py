@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from data_tools.synthetic.shapes import materials as m
-from data_tools.synthetic.shapes.primitives import block, cylinder
-from data_tools.synthetic.shapes.solids import Material, lathe
+from data_tools.synthetic.shapes.primitives import beam, block, cylinder
+from data_tools.synthetic.shapes.solids import Material, Solid, lathe
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
 
@@ -22,10 +24,17 @@ def cup(rng: np.random.Generator) -> Thing:
         (radius * foot - 0.008, 0.012),
         (0, 0.012),
     ]
-    x = radius * (foot + 1) / 2 - 0.003
-    grips = [block(x + 0.015, 0, z, (0.03, 0.012, 0.011), glaze) for z in (height * 0.2, height * 0.75)]
-    grips.append(block(x + 0.035, 0, height * 0.2, (0.01, 0.012, height * 0.55 + 0.011), glaze))
-    return Thing("cup", (lathe(profile, glaze, sides=12), *grips))
+    return Thing("cup", (lathe(profile, glaze, sides=16), *_ear(radius, foot, height, glaze)))
+
+
+def _ear(radius: float, foot: float, height: float, glaze: Material) -> list[Solid]:
+    """The handle of a cup, a bent bar; `foot` is the share of the radius at which its wall begins."""
+    bend = [
+        (radius * (foot + (1 - foot) * z) - 0.003 + out, 0.0, height * z)
+        for z, out in ((0.2, 0.0), (0.24, 0.022), (0.42, 0.034), (0.62, 0.034), (0.78, 0.022), (0.82, 0.0))
+    ]
+    # Neighbours differ in width, so that their sides do not lie in one plane where they meet.
+    return [beam(*ends, 0.012 - 0.0008 * (i % 2), 0.01, glaze) for i, ends in enumerate(pairwise(bend))]
 
 
 def bottle(rng: np.random.Generator) -> Thing:
@@ -81,7 +90,8 @@ def plate(rng: np.random.Generator) -> Thing:
     """A flat plate with a raised border."""
     radius = rng.uniform(0.1, 0.14)
     profile = [(0, 0), (radius * 0.6, 0), (radius, 0.02), (radius * 0.98, 0.024), (radius * 0.6, 0.006), (0, 0.006)]
-    return Thing("plate", (lathe(profile, m.glaze(rng), sides=14),))
+    china = m.glaze(rng) if rng.uniform() < 0.25 else m.ceramic(rng)
+    return Thing("plate", (lathe(profile, china, sides=16),))
 
 
 def tray(rng: np.random.Generator) -> Thing:

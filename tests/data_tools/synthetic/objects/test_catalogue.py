@@ -138,6 +138,47 @@ def test_every_solid_is_closed_and_right_side_out(name: str) -> None:
             assert np.einsum("qk,qk->", a, np.cross(b, c)) + np.einsum("qk,qk->", a, np.cross(c, d)) > 0
 
 
+def level(thing: Thing, x: float, y: float) -> float:
+    """The height of what lies uppermost at a place."""
+    ray = np.array([[x, y, 5, 0, 0, -1]], np.float32)
+    return 5 - float(scene_of({1: thing}).cast_rays(o3d.core.Tensor(ray))["t_hit"].numpy()[0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_chair_stands_on_four_legs_with_a_seat_to_sit_on_and_a_back_behind_it(seed: int) -> None:
+    chair = made("chair", seed)
+    points = all_quads(chair).reshape(-1, 3)
+    feet = points[points[:, 2] < 1e-6]
+    assert {(bool(x > 0), bool(y > 0)) for x, y, _ in feet} == {(a, b) for a in (True, False) for b in (True, False)}
+    seat = level(chair, 0, 0.05)
+    assert 0.42 < seat < 0.53
+    above = points[points[:, 2] > seat + 0.15]
+    assert above[:, 1].max() < -0.1
+    assert above[:, 2].max() - seat > 0.3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_beds_duvet_is_level_higher_than_the_mattress_at_its_head_and_turned_back_between(seed: int) -> None:
+    bed = made("bed", seed)
+    duvet, fold, sheet = (level(bed, 0, y) for y in (0.5, -0.28, -0.75))
+    assert level(bed, 0.2, 0.7) == pytest.approx(duvet, abs=1e-4)
+    assert sheet + 0.02 < duvet < fold < sheet + 0.1
+    low, high = bed.bounds
+    assert high[2] == pytest.approx(level(bed, 0, float(low[1]) + 0.02), abs=1e-4)  # the headboard is the highest
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_book_is_one_book_closed_or_open(seed: int) -> None:
+    book = made("book", seed)
+    high = book.bounds[1]
+    assert high[2] < 0.05
+    pages = [solid for solid in book.solids if solid.material.texture == "print"]
+    assert len(pages) in (0, 2)
+    if pages:
+        assert level(book, 0.06, 0) > level(book, 0, 0) + 0.002  # pages swell on both sides of the fold
+        assert level(book, 0.06, 0) == pytest.approx(level(book, -0.06, 0), abs=4e-3)
+
+
 def rays_from_outside(thing: Thing, count: int, rng: np.random.Generator) -> np.ndarray:
     """Rays (count, 6) from all sides, above the floor and before the wall, to points in the thing's box."""
     low, high = thing.bounds

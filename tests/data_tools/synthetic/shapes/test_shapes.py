@@ -59,6 +59,19 @@ def test_a_soft_box_is_the_box_less_its_edges_and_corners() -> None:
     assert solid.quads.max(axis=(0, 1)) == pytest.approx((2, 3, 4))
 
 
+def test_a_bowed_panel_is_bent_backwards_and_leans_between_its_edges() -> None:
+    width, bow, thick = 0.4, 0.06, 0.02
+    panel = shapes.bowed(width, bow, thick, (0.5, 0.9), (0.1, -0.1), GREY)
+    # A parabola's area is sampled at the joints of its parts; shifting each height by its lean changes no volume.
+    assert signed_volume(panel) == pytest.approx(width * thick * 0.4)
+    low, high = panel.quads.min(axis=(0, 1)), panel.quads.max(axis=(0, 1))
+    assert low == pytest.approx((-0.2, -0.1 - bow - thick, 0.5))
+    assert high == pytest.approx((0.2, 0.1, 0.9))
+    points = panel.quads.reshape(-1, 3)
+    middle_above = points[(np.abs(points[:, 0]) < 1e-9) & (points[:, 2] > 0.89)]
+    assert middle_above[:, 1].max() == pytest.approx(-0.1 - bow)
+
+
 def test_a_ball_fills_its_ellipsoid_with_many_faces_and_touches_it() -> None:
     solid = shapes.ball((1, 2, 3), (0.5, 1, 2), GREY, sides=64, rings=32)
     assert signed_volume(solid) == pytest.approx(4 / 3 * np.pi, rel=0.01)
