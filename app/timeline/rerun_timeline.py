@@ -12,12 +12,26 @@ import numpy as np
 from app.profiling.memory import rss_mb
 from app.render.mesh_decimation import decimated
 from app.render.palette import instance_colors
-from app.render.viewpoint import Viewpoint, behind, from_above, overview
+from app.render.viewpoint import Viewpoint, behind
 from app.stored_state.written_log import WrittenLog
 from app.timeline.config import TimelineConfig
 from app.timeline.entities import (
-    BOXES, CAMERA, COLOR, DECISIONS, DEPTH, EVENTS, GROWING, INSTANCE_IMAGE, INSTANCES, LABELS, OBJECTS, PATH,
-    POSE_SUMMARY, RECENT_PATH, SUMMARY, SURFACE,
+    BOXES,
+    CAMERA,
+    COLOR,
+    DECISIONS,
+    DEPTH,
+    EVENTS,
+    GROWING,
+    INSTANCE_IMAGE,
+    INSTANCES,
+    LABELS,
+    OBJECTS,
+    PATH,
+    POSE_SUMMARY,
+    RECENT_PATH,
+    SUMMARY,
+    SURFACE,
 )  # fmt: skip
 from app.timeline.growing_map import GrowingMap
 from app.timeline.images import depth_png, every_nth, instance_overlay, jpeg, resized, scaled_to, subsampling_step
@@ -26,6 +40,7 @@ from app.timeline.objects.lives_document import item_label, pair_verdict
 from app.timeline.objects.object_history import ObjectHistory, entity_names
 from app.timeline.objects.object_log import log_labels, log_objects
 from app.timeline.performance_log import PerformanceLog
+from app.timeline.poses.map_eyes import map_eyes
 from app.timeline.poses.pose_estimation_log import PoseEstimationLog
 from app.timeline.recording.layout import RunView, run_layout
 from app.timeline.recording.rerun_log import RerunLog
@@ -36,7 +51,6 @@ from razer.boxes.oriented_box import OrientedBox
 from razer.frame import Frame, Intrinsics
 from razer.map_object import MapObject
 from razer.mapper import Mapper
-from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.tracking.step_result import StepResult
 from razer.tracking.track import Track
@@ -46,7 +60,6 @@ NEAREST = cv2.INTER_NEAREST  # ids do not mix
 PATH_COLOR = (255, 140, 0)
 RECENT_FRAMES = 60
 MAX_LABELS = 15
-MIDDLE_OF_MAP = 20, 80  # per cent of the surface, along each axis, that is in sight from above besides the path
 MAP_PX = 600  # height of the map in a window of usual size; less where two runs are shown
 _REMEMBERED = (
     "_pose_log", "_history", "_growing", "_performance", "_summary", "_n_shown", "_last_index", "_last_images",
@@ -182,7 +195,7 @@ class Timeline:
                 stuff = frozenset(item.id for item in panoptic.objects if item.is_stuff)
                 names = entity_names({item.id: item.class_name for item in panoptic.objects if item.is_stuff})
                 hidden = tuple(f"{OBJECTS}/{name}" for name in names.values())
-                eyes = self._eyes(mesh, stuff, panoptic.up)
+                eyes = map_eyes(mesh, stuff, np.array(self._poses), panoptic.up)
                 self._lay_out(eyes, hidden)
                 self._log.clear(GROWING, recursive=True)
                 self._log.mesh(SURFACE, mesh, lightly_tinted(mesh, stuff))
@@ -219,17 +232,6 @@ class Timeline:
         """Write out what is still pending, for `close_timeout_s` at most, and `join` the parts of the file, unless it
         is to be gone on with; more calls do nothing."""
         self._log.close(self._config.close_timeout_s, join=join)
-
-    def _eyes(self, mesh: LabelledMesh, stuff: frozenset[int], known_up: Float64Array | None) -> list[Viewpoint]:
-        """Where to look at the finished map from, at the path, and at the things alone."""
-        points = mesh.vertices.astype(np.float64)
-        of_things = points[~np.isin(mesh.instances, [0, *stuff])]
-        poses = np.array(self._poses) if self._poses else np.eye(4)[None]
-        up = -poses[:, :3, 1].mean(axis=0) if known_up is None else known_up
-        forward = poses[:, :3, 2].mean(axis=0)
-        objects = overview(of_things if len(of_things) else points, up, forward)
-        above = np.concatenate([poses[:, :3, 3], np.percentile(points, MIDDLE_OF_MAP, axis=0)])
-        return [overview(points, up, forward), from_above(above, up, forward), objects]
 
     def _lay_out(self, eyes: Sequence[Viewpoint], hidden: tuple[str, ...] = ()) -> None:
         (eye, top, objects_eye), estimated = eyes, self._pose_log is not None
