@@ -87,10 +87,7 @@ def run_to_folder(
     with waiting_for("loading the 2D models", console):
         mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
-    registration = ColorRegistration(sequence.intrinsics)  # until that of the checkpoint comes
-    if folder.checkpoint is None:
-        _note_leftovers(folder, console)
-        registration = register_color(sequence, config.input.rgbd_calibration, console)
+    registration = _registration(sequence, config, folder, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with _told_how_to_resume(folder, console), folder:
         written = _open_timeline(folder, sequence, config, watchers)
@@ -117,6 +114,14 @@ def _open_timeline(
 ) -> Timeline | NullTimeline:
     is_live = watchers.viewer is not None
     return open_timeline(folder.partial, sequence, config, before=folder.checkpoint, live=is_live)
+
+
+def _registration(sequence: RgbdSequence, config: RunConfig, folder: RunFolder, console: Console) -> ColorRegistration:
+    """How colour lies to depth; for a run that is resumed none, as its checkpoint has it."""
+    if folder.checkpoint is not None:
+        return ColorRegistration(sequence.intrinsics)
+    _note_leftovers(folder, console)
+    return register_color(sequence, config.input.rgbd_calibration, console)
 
 
 def _show_live(folder: RunFolder, watchers: Watchers, console: Console) -> None:

@@ -134,10 +134,7 @@ class RunFolder:
         try:
             self._check()
         except BadInput as error:
-            free = (self.final.with_name(f"{self.final.name}.{n}") for n in count(1))
-            place = next(path for path in free if not os.path.lexists(path))
-            self._finish_as(place)
-            raise BadInput(f"{error}; the finished run is in {place}") from None
+            raise BadInput(f"{error}; the finished run is in {self._finish_as(self._free_place())}") from None
         if not self.final.exists():
             return self._finish_as(self.final)
         old = self.final.with_name(f".{self.final.name}.old-{self._token}")
@@ -145,6 +142,11 @@ class RunFolder:
         self._finish_as(self.final)
         shutil.rmtree(old)
         return self.final
+
+    def _free_place(self) -> Path:
+        """The final place, with the first number behind its name that nothing has yet."""
+        numbered = (self.final.with_name(f"{self.final.name}.{n}") for n in count(1))
+        return next(path for path in numbered if not os.path.lexists(path))
 
     def _finish_as(self, place: Path) -> Path:
         self.partial.rename(place)

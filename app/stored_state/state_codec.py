@@ -156,11 +156,9 @@ class Decoder:
     def _plain(self, tag: str, content: list[Tree]) -> Any:
         match tag:
             case "array" | "scalar":
-                array = self._array(*content)
-                return array if tag == "array" else array[()]
+                return self._array(*content)[... if tag == "array" else ()]
             case "tensor":
-                *packed, device = content
-                return torch.from_numpy(self._array(*packed)).to(device)
+                return torch.from_numpy(self._array(*content[:-1])).to(content[-1])
             case "bytes":
                 return bytes(self._packs.get(Place(*content)))
             case "made":

@@ -80,7 +80,7 @@ class Timeline:
         written: WrittenLog | None = None,
     ) -> None:
         """A new recording, or one that goes on from what was `written` of it when its run was cut off."""
-        self._config = config
+        self.settings = config
         self._log = RerunLog(path, live=live, written=written)
         self._pose_log: PoseEstimationLog | None = None
         self._history = ObjectHistory()
@@ -105,11 +105,6 @@ class Timeline:
         return self._log
 
     @property
-    def settings(self) -> TimelineConfig:
-        """Its settings."""
-        return self._config
-
-    @property
     def state(self) -> dict[str, Any]:
         """All that it remembers of the frames so far."""
         return {name: getattr(self, name) for name in _REMEMBERED}
@@ -121,7 +116,7 @@ class Timeline:
 
     def written(self) -> WrittenLog:
         """What of it is in the file, once all that was logged is."""
-        return self._log.written(self._config.close_timeout_s)
+        return self._log.written(self.settings.close_timeout_s)
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:
         """Log one mapped frame.
@@ -166,7 +161,7 @@ class Timeline:
             return
         self._start_frame(frame_index)
         if self._pose_log is None:
-            self._pose_log = PoseEstimationLog(self._log, self._config)
+            self._pose_log = PoseEstimationLog(self._log, self.settings)
         self._pose_log.add_frame(frame_index, report, given)
         self._pose_log.correct(report, corrections)
 
@@ -188,7 +183,7 @@ class Timeline:
     def finish(self, panoptic: PanopticMap) -> None:
         """Log the finished map in place of the growing one, where a viewer reads it first."""
         self._start_frame(self._last_index + 1)
-        mesh = decimated(panoptic.mesh, self._config.mesh_max_vertices)
+        mesh = decimated(panoptic.mesh, self.settings.mesh_max_vertices)
         with self._log.in_front():
             eyes = [behind(self._poses[-1] if self._poses else np.eye(4))] * 3
             if len(mesh.vertices):
@@ -231,7 +226,7 @@ class Timeline:
     def close(self, *, join: bool = True) -> None:
         """Write out what is still pending, for `close_timeout_s` at most, and `join` the parts of the file, unless it
         is to be gone on with; more calls do nothing."""
-        self._log.close(self._config.close_timeout_s, join=join)
+        self._log.close(self.settings.close_timeout_s, join=join)
 
     def _lay_out(self, eyes: Sequence[Viewpoint], hidden: tuple[str, ...] = ()) -> None:
         (eye, top, objects_eye), estimated = eyes, self._pose_log is not None
@@ -250,7 +245,7 @@ class Timeline:
         self._log.lines(RECENT_PATH, [recent] if len(recent) > 1 else [])
 
     def _log_images(self, frame: Frame, step: StepResult, confirmed: Sequence[Track]) -> None:
-        config, n, camera = self._config, self._raster_step, self._color_camera
+        config, n, camera = self.settings, self._raster_step, self._color_camera
         if self._due(config.depth_every):
             self._log.depth_png(DEPTH, depth_png(frame.depth[::n, ::n]), frame.stamp)
         due = [entity for entity, every in ((COLOR, config.image_every), (INSTANCE_IMAGE, config.ids_every))
@@ -270,7 +265,7 @@ class Timeline:
         if step.rebuilt:
             self._log.event(EVENTS, "the map was rebuilt at corrected poses", "INFO")
         self._growing.observe(step.changed_blocks, rebuilt=step.rebuilt)
-        if not step.rebuilt and not self._due(self._config.surface_every):
+        if not step.rebuilt and not self._due(self.settings.surface_every):
             return
         self._growing.draw(mapper.voxels)
         things = [track for track in confirmed if not track.is_stuff]
@@ -294,7 +289,7 @@ class Timeline:
     def _log_events(self, frame: Frame, step: StepResult, mapper: Mapper) -> None:
         for event in self._history.add(frame, step, mapper.tracks):
             self._log.event(EVENTS, event.text, "INFO")
-        if self._config.decisions:
+        if self.settings.decisions:
             self._log.document(DECISIONS, decision_table(step))
 
 

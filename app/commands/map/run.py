@@ -90,7 +90,7 @@ def run(
 
 def _required(folder: Path | None, out: Path | None) -> tuple[Path, Path]:
     if folder is None or out is None:
-        raise BadInput("a recording and a folder to write are needed: razer run FOLDER -o OUT")
+        raise BadInput(f"{'FOLDER' if folder is None else '--out'} needs a value. (see razer run --help)")
     return folder, out
 
 
