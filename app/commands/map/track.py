@@ -19,6 +19,8 @@ from razer.storage.atomic_files import replace_content
 if TYPE_CHECKING:
     from app.pipeline.track_only import TrackedPath
 
+MIN_LOCATED = 0.5  # share of the frames: with fewer a map is not worth making
+
 
 def track(
     folder: Path,
@@ -65,7 +67,8 @@ def track(
     else:
         _report(tracked, out, live_poses)
         choice = "both" if tracked.given else "slam"  # both compares them
-        print_next(mapping(folder, "--poses", choice, *options.words()))
+        is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
+        print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
     return INTERRUPTED if tracked.interrupted else 0
 
 

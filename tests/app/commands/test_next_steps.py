@@ -34,10 +34,7 @@ def advised(err: str) -> list[list[str]]:
     [
         ("inspect", "recording"),
         ("convert", "recording", "other", "--layout", "tum"),
-        pytest.param(
-            ("track", "recording", "-o", "path.txt", "--frames", "8"),
-            marks=pytest.mark.xfail(strict=True, reason="run --poses both ends with 2 on this room: not explained yet"),
-        ),
+        ("track", "recording", "-o", "path.txt", "--frames", "8"),  # where the camera is lost nearly always
         ("query", "run", "chair"),
         ("query", "run", "--render", "hits.png", "chair"),
         ("label", "run", "--vocabulary", "nyu40"),
