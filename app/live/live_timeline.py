@@ -52,6 +52,6 @@ class LiveTimeline(NullTimeline):
         """Show the finished map."""
         self._timeline.finish(panoptic)
 
-    def close(self, *, join: bool = True) -> None:
+    def close(self, *, join: bool = True, keep_parts: bool = False) -> None:
         """Write out what is still pending."""
-        self._timeline.close(join=join)
+        self._timeline.close(join=join, keep_parts=keep_parts)

@@ -156,13 +156,13 @@ def _told_how_to_resume(folder: RunFolder, console: Console) -> Iterator[None]:
 
 @contextmanager
 def _closed_in_the_end(timeline: Timeline | NullTimeline, folder: RunFolder) -> Iterator[Timeline | NullTimeline]:
-    """Close a timeline after this context; what a run may be resumed with is left in its parts."""
+    """Close a timeline after this context; its parts stay until the folder is complete, if the run can be resumed."""
     try:
         yield timeline
     except BaseException:
-        timeline.close(join=not folder.is_resumable)
+        timeline.close(join=not folder.is_resumable, keep_parts=folder.is_resumable)
         raise
-    timeline.close()
+    timeline.close(keep_parts=folder.is_resumable)
 
 
 def _checkpoints(

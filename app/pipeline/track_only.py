@@ -25,6 +25,8 @@ from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
 from slam.system import SlamSystem
 
+ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
+
 
 @dataclass
 class TrackedPath:
@@ -65,9 +67,7 @@ class TrackedPath:
         if self.given and self.final:
             numbers = trajectory_metrics(self._timed(self.given), self._timed(self.final))
         if numbers is None:
-            return dict.fromkeys(
-                ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
-            )
+            return dict.fromkeys(ERRORS)
         rpe, alignment = numbers.per_frame, numbers.by_positions
         values = {
             "ate_rmse_m": numbers.ate_rmse_m,

@@ -31,6 +31,7 @@ MESH_GLB = "mesh.glb"
 TIMINGS = "timings.json"
 CAMERA = "camera.json"
 TIMELINE = "timeline.rrd"
+TIMELINE_PARTS = "timeline.*.rrd"  # until the run is finished
 PANOPTIC_PLY = "panoptic.ply"
 PANOPTIC = "panoptic.json"
 SCENE_GRAPH = "scene_graph.json"
@@ -97,25 +98,26 @@ class RunFolder:
         return [path for path in sorted(self.final.parent.glob(pattern)) if path != self.partial]
 
     def __enter__(self) -> RunFolder:
-        missing = [parent for parent in self.final.parents if not parent.exists()]
         try:
-            for parent in reversed(missing):
-                parent.mkdir()
-                self._created_parents.append(parent)
+            self._make_parents()
             self._lock.__enter__()
             if self.checkpoint is None:
                 self.partial.mkdir()
-            elif not self.partial.is_dir():
-                raise BadInput(f"{self.partial} is gone: the run was resumed elsewhere, or removed")
+            else:
+                self._require_unfinished()
         except OSError as error:
             self._leave()
-            raise BadInput(
-                f"{self.final} cannot be written ({error.strerror}); choose another folder with -o"
-            ) from error
+            raise BadInput(f"{self.final} cannot be written ({error.strerror}); choose another with -o") from error
         except BadInput:
             self._leave()
             raise
         return self
+
+    def _make_parents(self) -> None:
+        missing = [parent for parent in self.final.parents if not parent.exists()]
+        for parent in reversed(missing):
+            parent.mkdir()
+            self._created_parents.append(parent)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -148,9 +150,21 @@ class RunFolder:
         numbered = (self.final.with_name(f"{self.final.name}.{n}") for n in count(1))
         return next(path for path in numbered if not os.path.lexists(path))
 
+    def _require_unfinished(self) -> None:
+        """Leave of an unfinished run what it is resumed from: others of its files may be half-written."""
+        if not self.is_resumable:
+            raise BadInput(f"{self.partial} is gone: the run was resumed elsewhere, or removed")
+        kept = {CHECKPOINT, CONFIG, *(path.name for path in self.partial.glob(TIMELINE_PARTS))}
+        for path in self.partial.iterdir():
+            if path.name not in kept:
+                path.unlink()
+
     def _finish_as(self, place: Path) -> Path:
+        """Give the folder a name; a kill before that can be resumed, and one after it leaves no more than is needed."""
         self.partial.rename(place)
         shutil.rmtree(place / CHECKPOINT, ignore_errors=True)
+        for part in place.glob(TIMELINE_PARTS):
+            part.unlink()
         return place
 
     def _leave(self) -> None:

@@ -37,9 +37,7 @@ def save_run(
 ) -> None:
     """Write every file of a run but the timeline and the timings."""
     save_config(folder, config, name)
-    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(accounting.stamps, accounting.poses)))
-    if (graph := accounting.graph) is not None:
-        folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
+    save_poses(folder, accounting)
     folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
     stamps = dict(zip(accounting.indices, accounting.stamps, strict=True))
     folder.write(names.MESH_GLB, lambda path: write_map_glb(path, panoptic))
@@ -49,6 +47,13 @@ def save_run(
     if (vertex_parts := panoptic.vertex_parts) is not None:
         folder.write(names.PARTS, lambda path: write_parts_npz(path, vertex_parts))
     folder.write(names.VOXELS, lambda path: save_voxels(path, mapper.voxels))
+
+
+def save_poses(folder: RunFolder, accounting: FrameAccounting) -> None:
+    """Write trajectory.txt, and pose_covariances.npz where poses were estimated to the end."""
+    folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(accounting.stamps, accounting.poses)))
+    if (graph := accounting.graph) is not None:
+        folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
 
 
 def save_config(folder: RunFolder, config: RunConfig, name: str) -> None:

@@ -37,5 +37,5 @@ class NullTimeline:
     def finish(self, panoptic: PanopticMap) -> None:
         """Nothing."""
 
-    def close(self, *, join: bool = True) -> None:
+    def close(self, *, join: bool = True, keep_parts: bool = False) -> None:
         """Nothing."""

@@ -223,10 +223,10 @@ class Timeline:
         self._summary.find_late(self._pose_log.located)
         return self._pose_log.verdict()
 
-    def close(self, *, join: bool = True) -> None:
-        """Write out what is still pending, for `close_timeout_s` at most, and `join` the parts of the file, unless it
-        is to be gone on with; more calls do nothing."""
-        self._log.close(self.settings.close_timeout_s, join=join)
+    def close(self, *, join: bool = True, keep_parts: bool = False) -> None:
+        """Write out what is still pending, for `close_timeout_s` at most, `join` the parts of the file, and remove them
+        unless the run may still have to be gone on with; more calls do nothing."""
+        self._log.close(self.settings.close_timeout_s, join=join, keep_parts=keep_parts)
 
     def _lay_out(self, eyes: Sequence[Viewpoint], hidden: tuple[str, ...] = ()) -> None:
         (eye, top, objects_eye), estimated = eyes, self._pose_log is not None

@@ -13,9 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from app.run_folder.run_folder import TIMELINE
+from app.run_folder.run_folder import TIMELINE, TIMELINE_PARTS
 
-PART = "timeline.{}.rrd"
 READ_BYTES = 1 << 18
 POLL_S = 0.2
 
@@ -33,7 +32,7 @@ def recordings_at(place: Path) -> list[Path]:
 def live_parts(run: Path) -> list[Path]:
     """The parts that are being written by a run that will be `run`, first what is to be read first."""
     final = Path(os.path.abspath(run))
-    return [part for part in sorted(final.parent.glob(f".{final.name}.partial-*/timeline.*.rrd")) if is_written(part)]
+    return [part for part in sorted(final.parent.glob(f".{final.name}.partial-*/{TIMELINE_PARTS}")) if is_written(part)]
 
 
 def lock(path: Path) -> BinaryIO:

@@ -44,7 +44,7 @@ class RecordingParts:
             file.close()
 
     def join(self, name: str, layout: rrb.Blueprint | None) -> None:
-        """Write the recording, layout and finished map first, the bulk last, and remove the parts."""
+        """Write the recording, layout and finished map first, the bulk last."""
         joined = self._path.with_name(f".{self._path.name}.joined")
         stream = open_stream(joined, name)
         if layout is not None:
@@ -57,7 +57,10 @@ class RecordingParts:
         stream.flush()
         stream.disconnect()
         joined.replace(self._path)
-        for part in parts:
+
+    def remove(self) -> None:
+        """Remove the parts, which are joined by now."""
+        for part in (*self._earlier, *self.paths):
             part.unlink()
 
 

@@ -243,18 +243,24 @@ class RerunLog:
         self._layout = layout
         self._streams[FIRST].send_blueprint(layout)
 
-    def close(self, timeout_s: float, *, join: bool = True) -> None:
-        """Write out what is still pending, for `timeout_s` at most, and `join` the parts; more calls do nothing."""
+    def close(self, timeout_s: float, *, join: bool = True, keep_parts: bool = False) -> None:
+        """Write out what is still pending, for `timeout_s` at most, `join` the parts, and remove them; more calls do
+        nothing."""
         if not self._open:
             return
         self._open = False
         try:
-            for stream in self._streams:
-                stream.flush(timeout_sec=timeout_s)
-                stream.disconnect()
+            self._disconnect(timeout_s)
             if join:
                 self._parts.join(self._name, self._layout)
+            if not keep_parts:
+                self._parts.remove()
         except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
             warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
         finally:
             self._parts.unlock()
+
+    def _disconnect(self, timeout_s: float) -> None:
+        for stream in self._streams:
+            stream.flush(timeout_sec=timeout_s)
+            stream.disconnect()

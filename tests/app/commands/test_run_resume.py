@@ -125,7 +125,7 @@ def test_what_cannot_be_resumed_is_refused_in_one_line_and_left_as_it_is(recordi
     assert "nothing to resume" in refused(capsys, "--resume", tmp_path / "other")
     assert "leave FOLDER out" in refused(capsys, recording, "--resume", out)
     assert "leave them out" in refused(capsys, "--resume", out, "--stride", "2")
-    assert "needed: razer run FOLDER" in refused(capsys)
+    assert "FOLDER needs a value" in refused(capsys)
 
     picture = next((moving / "color").iterdir())
     original = picture.read_bytes()
