@@ -36,6 +36,7 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     print_instances(panoptic, console)
     print_speed(timings, console)
     print_frames(accounting, console)
+    _print_cuts(timings, console)
     print_outputs(folder, console=console)
 
 
@@ -108,6 +109,14 @@ def print_frames(accounting: FrameAccounting, console: Console) -> None:
     if len(accounting.skipped) > _MAX_REASONS:
         console.print(f"  and {len(accounting.skipped) - _MAX_REASONS} more")
     _print_notes(accounting.notes, console)
+
+
+def _print_cuts(timings: dict[str, Any], console: Console) -> None:
+    """Whether the run was ended early, and where it went on after it had been cut off."""
+    if timings["interrupted"]:
+        console.print("ended early: the map holds what was mapped until then")
+    if timings["resumed_at"]:
+        console.print(f"resumed after frame {', '.join(map(str, timings['resumed_at']))} of those asked for")
 
 
 def _print_lost(accounting: FrameAccounting, account: FrameAccount, console: Console) -> None:
