@@ -95,7 +95,7 @@ def test_a_recording_without_parts_is_said_in_one_line(parted, tmp_path):
     shutil.rmtree(folder / "parts")
     command = [sys.executable, "-m", "app.cli", "bench", folder, "--masks", "--oracle", "sam", "--max-frames", "2"]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
-    said = [line for line in process.stderr.splitlines() if "parts" in line]
+    said = [line for line in process.stderr.splitlines() if "no parts/" in line]
     assert len(said) == 1
     assert said[0].startswith("WARNING: the recording has no parts/")
 

@@ -61,7 +61,10 @@ def test_stride_and_max_frames_choose_frames(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, out, _ = razer(capsys, "convert", recording, tmp_path / "a", "--stride", 2, "--max-frames", 1)
-    assert (code, out) == (0, f"{tmp_path / 'a'}: 1 of 1 frames with their ground truth, layout own\n")
+    assert code == 0
+    assert out.startswith(
+        f"{tmp_path / 'a'}: 1 of 1 frames with their ground truth, layout own\noutputs in {tmp_path / 'a'}:"
+    )
     code, out, _ = razer(capsys, "convert", recording, tmp_path / "b", "--stride", 3, "--json")
     assert json.loads(out)["written"] == 2
     sequence, source = open_sequence(tmp_path / "b"), open_sequence(recording)
@@ -76,7 +79,7 @@ def test_skipped_frames_are_counted_and_named_by_their_place_in_the_recording(
     (folder / "frame-000006.depth.png").unlink()
     code, out, _ = razer(capsys, "convert", folder, tmp_path / "out", "--stride", 2)
     assert code == 0
-    assert out.splitlines() == [
+    assert out.splitlines()[:3] == [
         "skipped frame 4: in/frame-000004.pose.txt: the pose is not finite",
         "skipped frame 6: in/frame-000006.depth.png is missing",
         f"{tmp_path / 'out'}: 3 of 5 frames, layout own",
@@ -92,8 +95,9 @@ def test_many_skipped_frames_are_not_all_listed(tmp_path: Path, capsys: pytest.C
     for i in range(1, 9):
         (folder / f"frame-{i:06d}.pose.txt").write_text("0 " * 16)
     code, out, _ = razer(capsys, "convert", folder, tmp_path / "out")
-    assert (code, len(out.splitlines())) == (0, 7)
-    assert "skipped 3 more" in out
+    told = out.partition("outputs in")[0]
+    assert (code, len(told.splitlines())) == (0, 7)
+    assert "skipped 3 more" in told
 
 
 def test_a_recording_without_poses_and_with_a_declared_camera(
