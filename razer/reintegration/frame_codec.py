@@ -9,9 +9,7 @@ world.
 
 from __future__ import annotations
 
-import pickle
 import zlib
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -19,40 +17,17 @@ from numpy.typing import NDArray
 
 from razer.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Uint8Array, Uint16Array
 from razer.config import LiftingSettings, VoxelSettings
-from razer.detection.best_views import Region
 from razer.detection.detection_parts import fit_box
 from razer.detection.lifting import Detection, Lifted, occupied_cells
 from razer.detection.observed_surface import ObservedSurface
 from razer.detection.perception import Observation
 from razer.detection.view_sector import view_sector
 from razer.frame import Frame, Intrinsics
+from razer.reintegration.packed_frame import PackedFrame
 
 INVERSE_DEPTH_STEP = 0.0005  # 1/m: the error is at most 0.00025 z^2, a tenth of a Kinect's own step
 JPEG_QUALITY = 90
 DEFAULT_LIFTING = LiftingSettings()
-
-
-@dataclass(frozen=True)
-class _Packed:
-    """An observation without its pose.
-
-    `pixels` are the detections' readings as pixels of the strided images, and `properties` what else is known of each
-    detection: mask, number of readings, score, quality, class name, region, whether it is stuff. `has_color` are packed
-    bits, None = all true. `leftover_masks` (M,) and `leftover_pixels` (M,) are what masks hold besides their
-    detections, a pixel in each cell.
-    """
-
-    index: int
-    stamp: float
-    intrinsics: Intrinsics
-    color: bytes
-    has_color: bytes | None
-    depth: bytes
-    pixels: bytes
-    properties: list[tuple[int, int, float, float, str | None, Region | None, bool]]
-    embeddings: NDArray[np.int8]
-    leftover_masks: Int32Array
-    leftover_pixels: Int32Array
 
 
 def pack(observation: Observation) -> bytes:
@@ -64,7 +39,7 @@ def pack(observation: Observation) -> bytes:
     pixel = surface.rows * width + surface.columns
     pixels = pixel[np.concatenate([np.zeros(0, np.int32), *(d.pixels for d in detections)])]
     leftover_masks, leftover_readings = _leftovers(surface, observation.lifted)
-    packed = _Packed(
+    packed = PackedFrame(
         index=frame.index,
         stamp=frame.stamp,
         intrinsics=Intrinsics(width, height, matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]),
@@ -79,7 +54,7 @@ def pack(observation: Observation) -> bytes:
         leftover_masks=leftover_masks,
         leftover_pixels=pixel[leftover_readings],
     )
-    return pickle.dumps(packed)
+    return packed.to_bytes()
 
 
 def _leftovers(surface: ObservedSurface, lifted: Lifted) -> tuple[Int32Array, Int32Array]:
@@ -99,7 +74,7 @@ def unpack(
     """The observation that `pack` compressed, at a pose (4, 4); depth is within 0.00025 z^2 metres, embeddings within
     half a degree. The frame is the strided one."""
     packed, world_from_camera = packed_at
-    kept: _Packed = pickle.loads(packed)
+    kept = PackedFrame.from_bytes(packed)
     shape = (kept.intrinsics.height, kept.intrinsics.width)
     rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(kept.color, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
     depth = _depth_m(_delta_decoded(kept.depth, shape))
@@ -118,7 +93,7 @@ def unpack(
     return Observation(frame, surface.prepared(settings.truncation_m), _lifted(kept, surface, lifting))
 
 
-def _lifted(kept: _Packed, surface: ObservedSurface, lifting: LiftingSettings) -> Lifted:
+def _lifted(kept: PackedFrame, surface: ObservedSurface, lifting: LiftingSettings) -> Lifted:
     """The detections and what else masks hold, where their readings lie now."""
     reading = np.zeros(surface.depth.size, np.int32)
     reading[surface.rows * surface.depth.shape[1] + surface.columns] = np.arange(len(surface.rows), dtype=np.int32)
