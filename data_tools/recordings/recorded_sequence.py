@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -16,7 +16,7 @@ from data_tools.recordings.images import size_of
 from data_tools.recordings.local_origin import HERE, Origin, local_origin, moved_origin
 from data_tools.recordings.plausibility import implausible_frames, positions_of
 from data_tools.recordings.rgbd_alignment import RgbdAlignment, Size, make_rgbd_alignment
-from data_tools.recordings.sequence import FrameIteration
+from data_tools.recordings.sequence import FrameIteration, RgbdSequence
 from data_tools.recordings.trajectories import PoseSource, PoseWithNotes
 from razer.arrays import Float32Array, Int32Array, Uint8Array, Uint16Array
 from razer.errors import BadInput, UnusableFrame
@@ -191,6 +191,11 @@ def recorded_sequence(
         implausible=implausible_frames(path, stamps, positions, recorded_stamps=recorded_stamps),
         origin=HERE if positions is None else local_origin(positions),
     )
+
+
+def in_world(sequence: RgbdSequence) -> RgbdSequence:
+    """The recording with its poses as they are written, and not as seen from a local origin."""
+    return replace(sequence, origin=HERE) if isinstance(sequence, RecordedSequence) else sequence
 
 
 def _image_sizes(path: Path, images: ImageSource) -> tuple[Size, Size]:

@@ -49,11 +49,12 @@ def convert(
     with waiting_for("starting"):
         from app.frames.open_recording import open_recording
         from app.frames.selection import Selection, selected_frames
+        from data_tools.recordings.recorded_sequence import in_world
         from data_tools.truth.open_truth import has_truth, open_truth
         from data_tools.writers.table import write_recording
 
     settings, console = options.input_settings(), progress_console()
-    sequence = open_recording(folder, settings, console)
+    sequence = in_world(open_recording(folder, settings, console))
     selection = Selection.of(sequence, selected_frames(sequence, settings), console)
     with waiting_for("reading the truth"):
         truth = open_truth(folder) if has_truth(folder) else None
