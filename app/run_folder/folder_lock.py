@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO
 
+from app.console.no_room import NO_ROOM
 from razer.errors import BadInput
 
 
@@ -78,7 +79,8 @@ def writing(target: Path) -> Iterator[None]:
     """Be the only writer of a file or folder, which other processes are refused while this lasts; folders around it are
     made, and those that were made for nothing go again.
 
-    Raises BadInput, before any work is done, while another process writes it, and where nothing can be written there.
+    Raises BadInput, before any work is done, while another process writes it, and where nothing can be written there;
+    and where there is no room left for what is written.
     """
     target = Path(os.path.abspath(target))
     made: list[Path] = []
@@ -86,6 +88,11 @@ def writing(target: Path) -> Iterator[None]:
         _make_parents(target, made)
         with FolderLock(target):
             yield
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        why = f"{target} could not be written ({error.strerror})"
+        raise BadInput(f"{why}: free some space, or choose another place") from error
     finally:
         for parent in reversed(made):
             with suppress(OSError):  # something is in it
