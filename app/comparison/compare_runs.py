@@ -131,8 +131,7 @@ def compare_runs(
         BadInput: naming the folder that cannot be read or aligned.
     """
     with waiting_for("opening both maps"):
-        a, origin = read_run(folder_a), map_origin(folder_a)
-        b = _seen_from(origin, read_run(folder_b), map_origin(folder_b))
+        a, b = (_seen_from(map_origin(folder_a), folder) for folder in (folder_a, folder_b))
     with waiting_for("aligning the maps"):
         pose, errors = _aligned(a, b, folder_a, folder_b)
         alignment = align_maps(a, b, pose)
@@ -140,7 +139,7 @@ def compare_runs(
     with waiting_for("measuring how far their surfaces are apart"):
         surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
     with waiting_for("reading the truth"):
-        scene = None if truth is None else open_posed_truth(truth, preset, origin)
+        scene = None if truth is None else open_posed_truth(truth, preset, map_origin(folder_a))
     with waiting_for("evaluating the first run against the truth"):
         truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     with waiting_for("evaluating the second run against the truth"):
@@ -164,8 +163,9 @@ def compare_runs(
     )
 
 
-def _seen_from(origin: Origin, run: MappedRun, own: Origin) -> MappedRun:
-    """A run whose map has an origin of its own, in the frame of a map with another one."""
+def _seen_from(origin: Origin, folder: Path) -> MappedRun:
+    """A run, whose map may have an origin of its own, in the frame of a map with another one."""
+    run, own = read_run(folder), map_origin(folder)
     if own == origin:
         return run
     target_from_own = np.eye(4)
