@@ -11,6 +11,7 @@ from app.evaluation.evaluate_run import true_poses, truth_for, truth_scene, with
 from app.evaluation.frame_accounts import with_accounts
 from app.evaluation.prediction import read_prediction
 from app.run_folder.mapped_run import MappedRun
+from data_tools.recordings.local_origin import HERE, Origin
 from razer.errors import BadInput
 from razer.metrics.preset import Preset
 from razer.metrics.protocol.evaluation import Evaluation, evaluate
@@ -45,13 +46,16 @@ class EvaluatedRun:
         return with_accounts(self.evaluation.as_json(), [(name, self.folder) for name in self.evaluation.scenes])
 
 
-def open_posed_truth(folder: Path, preset: Preset) -> PosedTruth:
-    """The truth in a folder; raises BadInput where it holds none, or no camera poses in its frame."""
+def open_posed_truth(folder: Path, preset: Preset, origin: Origin = HERE) -> PosedTruth:
+    """The truth in a folder, as seen from an origin; raises BadInput where it holds none, or no camera poses in its
+    frame."""
     truth = truth_for(folder, preset)
     trajectory = true_poses(folder)
     if trajectory is None:
         raise BadInput(f"{folder} has no camera poses to align the runs by: give the recording's folder, or no --truth")
-    return PosedTruth(truth_scene(truth, trajectory), trajectory, tuple(truth.notes))
+    scene = truth_scene(truth, trajectory, origin)
+    assert scene.trajectory is not None
+    return PosedTruth(scene, scene.trajectory, tuple(truth.notes))
 
 
 def evaluate_run(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from app.comparison.against_truth import (
     EvaluatedRun,
     PosedTruth,
@@ -19,6 +21,8 @@ from app.comparison.map_alignment import MapAlignment, align_maps
 from app.comparison.matched_instances import Matching, match_instances
 from app.console.waiting import waiting_for
 from app.run_folder.mapped_run import MappedRun, moved_poses, read_run
+from app.run_folder.world_frame import map_origin
+from data_tools.recordings.local_origin import Origin
 from razer.arrays import FloatArray
 from razer.geometry import inverse
 from razer.mesh.labelled_mesh import LabelledMesh
@@ -127,7 +131,7 @@ def compare_runs(
         BadInput: naming the folder that cannot be read or aligned.
     """
     with waiting_for("opening both maps"):
-        a, b = read_run(folder_a), read_run(folder_b)
+        a, b = (_seen_from(map_origin(folder_a), folder) for folder in (folder_a, folder_b))
     with waiting_for("aligning the maps"):
         pose, errors = _aligned(a, b, folder_a, folder_b)
         alignment = align_maps(a, b, pose)
@@ -135,7 +139,7 @@ def compare_runs(
     with waiting_for("measuring how far their surfaces are apart"):
         surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
     with waiting_for("reading the truth"):
-        scene = None if truth is None else open_posed_truth(truth, preset)
+        scene = None if truth is None else open_posed_truth(truth, preset, map_origin(folder_a))
     with waiting_for("evaluating the first run against the truth"):
         truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
     with waiting_for("evaluating the second run against the truth"):
@@ -157,6 +161,16 @@ def compare_runs(
         truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),
         notes=(*_notes(a, b, pose, truth_a, truth_b), *_overlap_notes(surface), *(scene.notes if scene else ())),
     )
+
+
+def _seen_from(origin: Origin, folder: Path) -> MappedRun:
+    """A run, whose map may have an origin of its own, in the frame of a map with another one."""
+    run, own = read_run(folder), map_origin(folder)
+    if own == origin:
+        return run
+    target_from_own = np.eye(4)
+    target_from_own[:3, 3] = np.subtract(own, origin)
+    return run.moved(target_from_own)
 
 
 def _aligned(

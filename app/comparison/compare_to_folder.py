@@ -7,6 +7,7 @@ from pathlib import Path
 from app.comparison.compare_runs import Comparison, compare_runs
 from app.comparison.folder import check_folder, write_comparison
 from app.console.waiting import waiting_for
+from app.run_folder.folder_lock import writing
 from razer.metrics.preset import Preset
 from razer.plugins import NO_TRUST, Trust
 
@@ -28,7 +29,8 @@ def compare_to_folder(
         BadInput: where the runs cannot be compared, or `out` cannot be written.
     """
     check_folder(out)
-    comparison = compare_runs(run_a, run_b, truth, rules, trust)
-    with waiting_for("drawing what was compared"):
-        write_comparison(comparison, out)
+    with writing(out):
+        comparison = compare_runs(run_a, run_b, truth, rules, trust)
+        with waiting_for("drawing what was compared"):
+            write_comparison(comparison, out)
     return comparison

@@ -18,9 +18,11 @@ from app.evaluation.prediction import LabelMeaning, Naming, read_prediction
 from app.evaluation.view_counts import view_counter
 from app.run_folder.run_folder import CONFIG
 from app.run_folder.timed_poses import timed_poses
+from app.run_folder.world_frame import map_origin
 from app.settings.config_file import read_run_config
 from data_tools import open_sequence
 from data_tools.recordings.image_files import ImageFiles
+from data_tools.recordings.local_origin import HERE, Origin, local_origin, moved_origin
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.open_truth import open_truth
@@ -73,7 +75,7 @@ def evaluate_jobs(
             truth = truth_for(truth_folder, preset, scene)
             notes.extend(f"{name}: {note}" for note in truth.notes)
             predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
-            true_scene = truth_scene(truth, true_poses(truth_folder))
+            true_scene = truth_scene(truth, true_poses(truth_folder), map_origin(prediction))
             if export is not None:
                 notes.append(export.write(name, true_scene, predicted, preset))
             yield name, true_scene, with_map(predicted, prediction, true_scene, preset)
@@ -111,10 +113,15 @@ def truth_for(folder: Path, preset: Preset, scene: str | None = None) -> GroundT
     return open_truth(folder, vocabulary=vocabulary, scene=scene)
 
 
-def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None) -> TruthScene:
-    """A ground truth as the evaluator takes it; surface outside the view of all frames does not count."""
+def truth_scene(truth: GroundTruth, trajectory: TimedPoses | None = None, origin: Origin = HERE) -> TruthScene:
+    """A ground truth as the evaluator takes it, as seen from the origin of a run's map, or from one of its own where it
+    lies far from zero; surface outside the view of all frames does not count."""
+    origin = local_origin(truth.vertices) if origin == HERE else origin
+    if trajectory is not None:
+        poses = trajectory.world_from_camera.astype(np.float64)
+        trajectory = replace(trajectory, world_from_camera=moved_origin(poses, origin))
     return TruthScene(
-        truth.vertices,
+        truth.vertices if origin == HERE else (truth.vertices - np.array(origin)).astype(np.float32),
         truth.instances,
         truth.classes,
         truth.class_names,

@@ -31,11 +31,13 @@ from app.pipeline.stored_masks import note_stored_masks
 from app.pipeline.watchers import NOBODY, Watchers
 from app.run_folder.run_folder import RunFolder
 from app.run_folder.save_run import save_camera, save_config, save_registration, save_run, save_timings
+from app.run_folder.world_frame import save_world
 from app.settings.run_config import RunConfig
 from app.stored_state.checkpoint import FILE
 from app.stored_state.checkpoint import FOLDER as CHECKPOINT
 from app.timeline.null_timeline import NullTimeline
 from app.timeline.viewer.live_viewer import open_live
+from data_tools.recordings.local_origin import origin_of
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.panoptic_map import PanopticMap
@@ -189,6 +191,8 @@ def _save(
     """Write all files of a run but its timeline; returns the contents of timings.json."""
     save_run(folder, config, sequence.name, run.mapper, panoptic, run.accounting)
     save_camera(folder, sequence.intrinsics)
+    if config.input.poses == "given":
+        save_world(folder, origin_of(sequence))
     save_registration(folder, run.registration)
     reintegrator, accounting = run.mapper.reintegrator, run.accounting
     timings = run.recorder.timings() | {"account": accounting.account().as_json()}

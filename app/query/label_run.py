@@ -7,6 +7,7 @@ from pathlib import Path
 from app.console.streams import print_notes
 from app.query.labelled_run import LabelledRun
 from app.query.queryable_map import open_queryable_map
+from app.run_folder.folder_lock import FolderLock
 from razer.errors import BadInput
 from razer.models import embedder_of
 from razer.plugins import NO_TRUST, EmbedderSettings, Trust
@@ -33,8 +34,16 @@ def label_run(
         trust: which outside code may be loaded besides what the command line names.
 
     Raises:
-        BadInput: naming what is missing or damaged, or where the embedder knows no name of the vocabulary.
+        BadInput: naming what is missing or damaged, while another process writes the folder, or where the embedder
+            knows no name of the vocabulary.
     """
+    with FolderLock(folder):
+        return _label_run(folder, vocabulary, embedder, assignments, trust)
+
+
+def _label_run(
+    folder: Path, vocabulary: Vocabulary, embedder: str | None, assignments: tuple[str, ...], trust: Trust
+) -> LabelledRun:
     queryable = open_queryable_map(folder, embedder, assignments, by_text=True, trust=trust)
     known = known_categories(queryable.panoptic, vocabulary)
     if n_unknown := len(vocabulary.categories) - len(known):

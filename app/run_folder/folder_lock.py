@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO
 
+from app.console.no_room import NO_ROOM
 from razer.errors import BadInput
 
 
@@ -69,3 +72,44 @@ class FolderLock:
             self._path.unlink(missing_ok=True)
             self._file.close()
             self._file = None
+
+
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Be the only writer of a file or folder, which other processes are refused while this lasts; folders around it are
+    made, and those that were made for nothing go again.
+
+    Raises BadInput, before any work is done, while another process writes it, and where nothing can be written there;
+    and where there is no room left for what is written.
+    """
+    target = Path(os.path.abspath(target))
+    made: list[Path] = []
+    try:
+        _make_parents(target, made)
+        with FolderLock(target):
+            yield
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        why = f"{target} could not be written ({error.strerror})"
+        raise BadInput(f"{why}: free some space, or choose another place") from error
+    finally:
+        for parent in reversed(made):
+            with suppress(OSError):  # something is in it
+                parent.rmdir()
+
+
+def _make_parents(target: Path, made: list[Path]) -> None:
+    """Make the folders around a target, and note which; raises BadInput where they cannot be written to."""
+    try:
+        for parent in reversed([parent for parent in target.parents if not parent.exists()]):
+            parent.mkdir(exist_ok=True)
+            made.append(parent)
+        # What is written has a longer name until it is whole.
+        os.lstat(target.with_name(f".{target.name}.partial-00000000"))
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise BadInput(f"{target} cannot be written ({error.strerror}): choose another place") from None
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise BadInput(f"{target} cannot be written ({target.parent} is read-only): choose another place")

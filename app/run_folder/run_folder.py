@@ -30,6 +30,7 @@ POSE_COVARIANCES = "pose_covariances.npz"
 MESH_GLB = "mesh.glb"
 TIMINGS = "timings.json"
 CAMERA = "camera.json"
+WORLD = "world.json"
 TIMELINE = "timeline.rrd"
 TIMELINE_PARTS = "timeline.*.rrd"  # until the run is finished
 PANOPTIC_PLY = "panoptic.ply"

@@ -43,7 +43,8 @@ def read_folder(folder: Path, declared: Declared, use_poses: bool) -> RecordedSe
     recorded = read_camera_file(camera_file) if camera_file.exists() else Declared()
     declared = declared.or_else(recorded).or_else(Declared(depth_scale=MILLIMETRES))
     pose_of = _poses(folder, [pair.key for pair in pairs], stamps, clocked) if use_poses else None
-    return file_sequence(folder, paths, declared, pose_of, _class_names(folder))
+    is_recorded = clocked or (folder / "stamps.txt").exists()
+    return file_sequence(folder, paths, declared, pose_of, _class_names(folder), recorded_stamps=is_recorded)
 
 
 def _images(folder: Path) -> dict[str, Path]:

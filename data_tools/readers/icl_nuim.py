@@ -58,7 +58,8 @@ def read_icl_nuim(folder: Path, declared: Declared, use_poses: bool) -> Recorded
     poses = None
     if truth:
         poses = MirroredPoses(NearestPoses(read_trajectory(truth), tuple(stamp for stamp, _, _ in rows)))
-    return file_sequence(folder, paths, declared.or_else(Declared(CAMERA, depth_scale=DEPTH_SCALE)), poses)
+    defaults = Declared(CAMERA, depth_scale=DEPTH_SCALE)
+    return file_sequence(folder, paths, declared.or_else(defaults), poses, recorded_stamps=not counted)
 
 
 def _associations(folder: Path) -> list[tuple[float, str, str]]:

@@ -70,13 +70,14 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> Recorded
     except (KeyError, TypeError, ValueError) as error:
         raise BadInput(f"{folder}: its metadata is not that of a Record3D export (problem: {error!r})") from None
     numbers = _numbers(folder)
-    if len(stamps) <= max(numbers, default=0):
+    is_recorded = len(stamps) > max(numbers, default=0)
+    if not is_recorded:
         stamps = tuple(i / rate for i in range(max(numbers, default=0) + 1))
     images = FolderImages if (folder / "metadata.json").is_file() else ArchiveImages
     source = images(folder, numbers, tuple(stamps[n] for n in numbers), depth_size)
     source.require_packages()
     pose_of = ArkitPoses(tuple(poses[n] if n < len(poses) else () for n in numbers)) if use_poses and poses else None
-    return recorded_sequence(folder, source, declared.or_else(recorded), pose_of)
+    return recorded_sequence(folder, source, declared.or_else(recorded), pose_of, recorded_stamps=is_recorded)
 
 
 def _metadata(path: Path) -> dict[str, Any]:

@@ -44,7 +44,7 @@ def read_scenenn(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
     poses = _poses(log, numbers) if log else None
     path = folder / "intrinsic.txt"
     defaults = Declared(read_camera_matrix(path) if path.is_file() else CAMERA, depth_scale=MILLIMETRES)
-    return file_sequence(folder, paths, declared.or_else(defaults), poses)
+    return file_sequence(folder, paths, declared.or_else(defaults), poses, recorded_stamps=bool(stamps))
 
 
 def _numbered(folder: Path, kind: str) -> dict[int, Path]:

@@ -51,16 +51,17 @@ def read_tum(folder: Path, declared: Declared, use_poses: bool) -> RecordedSeque
     beside = folder / "intrinsics.json"
     recorded = read_camera_file(beside) if beside.is_file() else Declared(_known_camera(folder))
     defaults = recorded.or_else(Declared(depth_scale=DEPTH_SCALE))
-    return file_sequence(folder, paths, declared.or_else(defaults), poses)
+    return file_sequence(folder, paths, declared.or_else(defaults), poses, recorded_stamps=True)
 
 
 def associate(a: Float64Array, b: Float64Array, max_difference: float) -> list[tuple[int, int]]:
     """Index pairs (i, j), ascending in i, of stamps a_i and b_j at most `max_difference` apart: the closest
-    pair first, each stamp used once."""
+    pair first, each stamp used once. Stamps that are no finite numbers have no partner."""
     order = np.argsort(b, kind="stable")
     first = np.searchsorted(b[order], a - max_difference, side="left")
     last = np.searchsorted(b[order], a + max_difference, side="right")
-    candidates = [(abs(a[i] - b[j]), i, int(j)) for i in range(len(a)) for j in order[first[i] : last[i]]]
+    finite = np.flatnonzero(np.isfinite(a)).tolist()
+    candidates = [(abs(a[i] - b[j]), i, int(j)) for i in finite for j in order[first[i] : last[i]]]
     used_a: set[int] = set()
     used_b: set[int] = set()
     pairs = []

@@ -15,6 +15,8 @@ from razer.errors import BadInput
 from razer.frame import Intrinsics
 from razer.geometry import is_rigid
 
+MIN_DEPTH_SCALE = 1e-6  # units per metre, of which one would be a thousand kilometres
+_FOCAL_LENGTHS = (0.1, 10.0)  # in widths of the image: from 157 degrees of view to 6
 HOW_TO_DECLARE = "--intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3] or --intrinsics FILE.json"
 
 
@@ -39,13 +41,20 @@ class Camera:
             raise BadInput(f"distortion needs the five numbers k1,k2,p1,p2,k3, not {len(self.distortion)}")
 
     def at(self, size: tuple[int, int]) -> Intrinsics:
-        """The pinhole part for images of `size`; raises BadInput for one of another aspect."""
+        """The pinhole part for images of `size`; raises BadInput for one of another aspect, and for focal lengths that
+        no lens has."""
         width, height = self.size or size
         declared = Intrinsics(width, height, self.fx, self.fy, self.cx, self.cy)
         if declared.width * size[1] != declared.height * size[0]:
             raise BadInput(
                 f"the intrinsics are for {width}x{height} but the images are {size[0]}x{size[1]}: "
                 f"correct width and height"
+            )
+        low, high = (share * declared.width for share in _FOCAL_LENGTHS)
+        if not (low <= declared.fx <= high and low <= declared.fy <= high):
+            raise BadInput(
+                f"focal lengths of {self.fx:g}, {self.fy:g} pixels are impossible for images {declared.width} pixels "
+                f"wide: correct them, or give {HOW_TO_DECLARE}"
             )
         return declared.resized(*size)
 
@@ -64,8 +73,11 @@ class Declared:
     color_from_depth: Float64Array | None = None
 
     def __post_init__(self) -> None:
-        if self.depth_scale is not None and not (np.isfinite(self.depth_scale) and self.depth_scale > 0):
-            raise BadInput(f"the depth scale must be positive units per metre, not {self.depth_scale:g}")
+        if self.depth_scale is not None and not MIN_DEPTH_SCALE <= self.depth_scale < np.inf:
+            raise BadInput(
+                f"the depth scale must be positive units per metre, at least {MIN_DEPTH_SCALE:g}, not "
+                f"{self.depth_scale:g}: 1000 where depth is in millimetres, 1 where it is in metres"
+            )
 
     def or_else(self, fallback: Declared) -> Declared:
         """These declarations, with the gaps filled from `fallback`; a camera brings its own partner."""

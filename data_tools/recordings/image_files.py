@@ -72,6 +72,8 @@ def file_sequence(
     declared: Declared,
     pose_of: PoseSource | None,
     class_names: Mapping[int, str] | None = None,
+    *,
+    recorded_stamps: bool = False,
 ) -> RecordedSequence:
     """The sequence of image files.
 
@@ -81,6 +83,7 @@ def file_sequence(
         declared: the cameras, the scale of depth, and how colour lies to depth.
         pose_of: where the poses come from; None = there are none.
         class_names: the class of each instance id.
+        recorded_stamps: whether stamps are those of a clock, and not made up by the reader.
 
     Raises:
         BadInput: where the camera or the scale of depth is unknown, colour and depth do not fit together, or no
@@ -90,5 +93,12 @@ def file_sequence(
         raise BadInput(f"{folder} does not say what camera took it: give {HOW_TO_DECLARE}, and --depth-scale")
     images = ImageFiles(paths, declared.depth_scale)
     return recorded_sequence(
-        folder, images, declared, pose_of, name=folder.name, depth_scale=declared.depth_scale, class_names=class_names
+        folder,
+        images,
+        declared,
+        pose_of,
+        name=folder.name,
+        depth_scale=declared.depth_scale,
+        class_names=class_names,
+        recorded_stamps=recorded_stamps,
     )

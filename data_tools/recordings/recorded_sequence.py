@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -13,9 +13,11 @@ import numpy as np
 from data_tools.recordings.camera import HOW_TO_DECLARE, Declared
 from data_tools.recordings.color_grid_ids import ids_on_depth_grid
 from data_tools.recordings.images import size_of
+from data_tools.recordings.local_origin import HERE, Origin, local_origin, moved_origin
+from data_tools.recordings.plausibility import implausible_frames, positions_of
 from data_tools.recordings.rgbd_alignment import RgbdAlignment, Size, make_rgbd_alignment
-from data_tools.recordings.sequence import FrameIteration
-from data_tools.recordings.trajectories import PoseSource
+from data_tools.recordings.sequence import FrameIteration, RgbdSequence
+from data_tools.recordings.trajectories import PoseSource, PoseWithNotes
 from razer.arrays import Float32Array, Int32Array, Uint8Array, Uint16Array
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
@@ -64,7 +66,8 @@ class ColorGridIds(Protocol):
 @dataclass(frozen=True)
 class RecordedSequence(FrameIteration):
     """The frames of an image source; pose_of is None for a recording without poses; color_ids are instance ids where
-    the source itself has none on the grid of depth."""
+    the source itself has none on the grid of depth; frames that no camera can have taken are `implausible`, with the
+    reason; poses are given as seen from `origin`, which pose_of knows nothing of."""
 
     name: str
     images: ImageSource
@@ -73,6 +76,8 @@ class RecordedSequence(FrameIteration):
     pose_of: PoseSource | None = None
     class_names: Mapping[int, str] = field(default_factory=dict)
     color_ids: ColorGridIds | None = None
+    implausible: Mapping[int, str] = field(default_factory=dict)
+    origin: Origin = HERE
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -91,8 +96,10 @@ class RecordedSequence(FrameIteration):
         """The frame at `index`; raises UnusableFrame with the reason, or IndexError past the end."""
         if not 0 <= index < len(self.images):
             raise IndexError(index)
+        if index in self.implausible:
+            raise UnusableFrame(self.implausible[index])
         # The pose comes first: a frame that has none need not be decoded.
-        pose, notes = (None, ()) if self.pose_of is None else self.pose_of(index)
+        pose, notes = (None, ()) if self.pose_of is None else self._pose(self.pose_of, index)
         depth = self._depth(index)
         rgb = self.images.color(index)
         self._check_size(index, "colour", size_of(rgb), self.rgbd_alignment.color_size)
@@ -101,6 +108,10 @@ class RecordedSequence(FrameIteration):
         names = self.class_names if ids is not None else {}
         stamp, parts = self.images.stamp(index), self._part_ids(index)
         return Frame(index, stamp, rgb, depth, self.intrinsics, pose, ids, names, notes, has_color, parts, recorded)
+
+    def _pose(self, pose_of: PoseSource, index: int) -> PoseWithNotes:
+        pose, notes = pose_of(index)
+        return moved_origin(pose, self.origin), notes
 
     def _depth(self, index: int) -> Float32Array:
         depth = self.images.depth(index)
@@ -141,6 +152,7 @@ def recorded_sequence(
     name: str | None = None,
     depth_scale: float = 1.0,
     class_names: Mapping[int, str] | None = None,
+    recorded_stamps: bool = False,
 ) -> RecordedSequence:
     """The sequence of an image source, with everything checked that one look at the recording can check.
 
@@ -152,9 +164,11 @@ def recorded_sequence(
         name: what to call the recording; None = the path without its suffix.
         depth_scale: units per metre in which depth is on disk.
         class_names: the class of each instance id.
+        recorded_stamps: whether stamps are those of a clock, and not made up by the reader.
 
     Raises:
-        BadInput: where the camera is unknown, colour and depth do not fit together, or no pair can be read.
+        BadInput: where the camera is unknown, colour and depth do not fit together, no pair can be read, or stamps and
+            poses are those of no camera.
     """
     if not len(images):
         raise BadInput(f"{path} holds no frames")
@@ -165,9 +179,23 @@ def recorded_sequence(
         rgbd_alignment = make_rgbd_alignment(declared, color_size, depth_size)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
+    stamps = np.array([images.stamp(index) for index in range(len(images))], dtype=np.float64)
+    positions = None if pose_of is None else positions_of(pose_of, len(images))
     return RecordedSequence(
-        path.stem if name is None else name, images, rgbd_alignment, depth_scale, pose_of, dict(class_names or {})
+        path.stem if name is None else name,
+        images,
+        rgbd_alignment,
+        depth_scale,
+        pose_of,
+        dict(class_names or {}),
+        implausible=implausible_frames(path, stamps, positions, recorded_stamps=recorded_stamps),
+        origin=HERE if positions is None else local_origin(positions),
     )
+
+
+def in_world(sequence: RgbdSequence) -> RgbdSequence:
+    """The recording with its poses as they are written, and not as seen from a local origin."""
+    return replace(sequence, origin=HERE) if isinstance(sequence, RecordedSequence) else sequence
 
 
 def _image_sizes(path: Path, images: ImageSource) -> tuple[Size, Size]:

@@ -80,7 +80,7 @@ class Trajectory:
         if not len(self.stamps):
             raise UnusableFrame(f"{self.source} holds no pose")
         i = int(np.abs(self.stamps - stamp).argmin())
-        if abs(self.stamps[i] - stamp) > _SAME_STAMP_S:
+        if not abs(self.stamps[i] - stamp) <= _SAME_STAMP_S:  # also refuses nan
             raise UnusableFrame(f"{self.source} has no pose at {stamp:.6f}")
         return checked_pose(_matrix(self._rotation(i).as_matrix(), self.positions[i]), self.source)
 

@@ -8,19 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
-from razer.arrays import BoolArray, Float32Array, Int32Array, Uint8Array
+from razer.arrays import BoolArray, FloatArray, Int32Array, Uint8Array
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """A labelled surface: vertices (V, 3) float32 in metres, triangles (T, 3) int32, instances (V,) int32 with
-    0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled, visible (V,) bool: seen often
-    enough to count; notes say in words what a reader could not make out; rgbd_calibration, where the recording's
-    declared camera is not that of its colour, which one is; vocabulary: the list whose numbers the classes have, empty
-    where they are numbered by the truth itself; colors (V, 3) uint8 where the surface has any; relations: (instance,
-    relation, instance), such as what is "on" what; None where the truth does not state them."""
+    """A labelled surface: vertices (V, 3) in metres, float32, or float64 where they lie far from zero, triangles (T, 3)
+    int32, instances (V,) int32 with 0 = nobody's, classes (V,) int32 with class_names naming them and 0 = unlabelled,
+    visible (V,) bool: seen often enough to count; notes say in words what a reader could not make out;
+    rgbd_calibration, where the recording's declared camera is not that of its colour, which one is; vocabulary: the
+    list whose numbers the classes have, empty where they are numbered by the truth itself; colors (V, 3) uint8 where
+    the surface has any; relations: (instance, relation, instance), such as what is "on" what; None where the truth does
+    not state them."""
 
-    vertices: Float32Array
+    vertices: FloatArray
     triangles: Int32Array
     instances: Int32Array
     classes: Int32Array

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import Float32Array, Float64Array, Int32Array
+from data_tools.recordings.local_origin import HERE, local_origin
+from razer.arrays import Float64Array, FloatArray, Int32Array
 from razer.errors import BadInput
 
 _TYPES = {
@@ -32,9 +33,12 @@ class Ply:
     of_face: Mapping[str, NDArray]
     faces: Int32Array
 
-    def points(self, path: Path) -> Float32Array:
-        """x, y, z of the vertices, (V, 3); raises BadInput naming `path` where they are missing."""
-        return np.stack([self.column(name, path) for name in "xyz"], axis=1).astype(np.float32)
+    def points(self, path: Path) -> FloatArray:
+        """x, y, z of the vertices, (V, 3) float32, or float64 as they are where they lie too far from zero for that;
+        raises BadInput naming `path` where they are missing."""
+        points = np.stack([self.column(name, path) for name in "xyz"], axis=1)
+        is_far = points.dtype == np.float64 and local_origin(points) != HERE
+        return points if is_far else points.astype(np.float32)
 
     def column(self, name: str, path: Path) -> NDArray:
         """One property of the vertices; raises BadInput naming `path` where it is missing."""

@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import Float32Array, Int32Array, IntArray, Uint8Array
+from data_tools.recordings.local_origin import HERE, local_origin
+from razer.arrays import FloatArray, Int32Array, IntArray, Uint8Array
 
 _TYPES = {"<f4": "float", "<f8": "double", "<i4": "int", "<u4": "uint", "<u2": "ushort", "|u1": "uchar"}
 
 
 def write_ply(
     path: Path,
-    points: Float32Array,
+    points: FloatArray,
     properties: Mapping[str, NDArray],
     triangles: Int32Array,
     of_face: Mapping[str, NDArray] | None = None,
@@ -24,12 +25,13 @@ def write_ply(
 
     Args:
         path: the file.
-        points: (V, 3) metres, written as float32.
+        points: (V, 3) metres, written as float32, or as float64 where they are that and lie far from zero.
         properties: further columns (V,) by name.
         triangles: (T, 3) numbers of vertices.
         of_face: columns (T,) by name; None = none.
     """
-    columns = {name: points[:, i].astype("<f4") for i, name in enumerate("xyz")} | dict(properties)
+    is_far = points.dtype == np.float64 and local_origin(points) != HERE
+    columns = {name: points[:, i].astype("<f8" if is_far else "<f4") for i, name in enumerate("xyz")} | dict(properties)
     corners = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
     corners["count"], corners["corners"] = 3, triangles
     faces = {"corners": corners} | dict(of_face or {})

@@ -44,7 +44,9 @@ def write_tum(folder: Path, color_stamps: list[float], depth_stamps: list[float]
     for kind, stamps in (("rgb", color_stamps), ("depth", depth_stamps)):
         lines = ["# freiburg3 made by hand"]
         for i, stamp in enumerate(stamps):
-            write_image(folder / kind / f"{i}.png", colour(i) if kind == "rgb" else depth(5000 + i))
+            # Wide enough for the focal length of the published camera.
+            size = 8 * WIDTH, 8 * HEIGHT
+            write_image(folder / kind / f"{i}.png", colour(i, *size) if kind == "rgb" else depth(5000 + i, *size))
             lines.append(f"{stamp:.6f} {kind}/{i}.png")
         (folder / f"{kind}.txt").write_text("\n".join(lines) + "\n")
     if truth:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, ExitStack
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +14,9 @@ from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
+from app.run_folder.folder_lock import writing
 from app.settings.options import Flag, TrackOptions
+from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
@@ -56,12 +59,15 @@ def track(
         from app.pipeline.track_only import tracked_path
         from app.run_folder.save_run import tum_text
 
-    tracked = tracked_path(open_unchecked(folder, config.input), config, progress_console())
-    for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
-            replace_content(path, text)
+    with ExitStack() as files:
+        for path in dict.fromkeys([out, live_poses]):
+            if path is not None:
+                files.enter_context(_written(path))
+        tracked = tracked_path(open_unchecked(folder, config.input), config, progress_console())
+        for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
+            if path is not None:
+                text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
+                replace_content(path, text)
     if json:
         print(dumps(tracked.as_json()))
     else:
@@ -70,6 +76,12 @@ def track(
         is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
         print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
     return INTERRUPTED if tracked.interrupted else 0
+
+
+def _written(path: Path) -> AbstractContextManager[None]:
+    if path.is_dir():
+        raise BadInput(f"{path} is a folder: give a file for the poses")
+    return writing(path)
 
 
 def _report(tracked: TrackedPath, out: Path | None, live_poses: Path | None) -> None:

@@ -14,6 +14,7 @@ from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import looking_at
 from app.profiling.cores import leave_cores_to_helpers
+from app.run_folder.folder_lock import writing
 from app.settings.options import BOTH, Flag, PosesName, RunOptions
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ def reproduce(
     results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
-        results[name] = reproduction.run(progress_console())
+        with writing(folder):
+            results[name] = reproduction.run(progress_console())
     if json:
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}
         print(dumps(rows if both else rows[options.poses]))

@@ -11,10 +11,12 @@ from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
+from app.run_folder.folder_lock import writing
 from app.settings.options import Flag, RecordingOptions
 
 if TYPE_CHECKING:
     from app.frames.selection import Selection
+    from app.settings.run_config import InputSettings
 
 FORMAT = 1
 MAX_NAMED = 5
@@ -45,15 +47,22 @@ def convert(
     json:
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
+    settings = options.input_settings()
+    with writing(out):
+        return _convert(folder, out, layout, settings, lossless=lossless, as_json=json)
+
+
+def _convert(folder: Path, out: Path, layout: str, settings: InputSettings, *, lossless: bool, as_json: bool) -> int:
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     with waiting_for("starting"):
         from app.frames.open_recording import open_recording
         from app.frames.selection import Selection, selected_frames
+        from data_tools.recordings.recorded_sequence import in_world
         from data_tools.truth.open_truth import has_truth, open_truth
         from data_tools.writers.table import write_recording
 
-    settings, console = options.input_settings(), progress_console()
-    sequence = open_recording(folder, settings, console)
+    console = progress_console()
+    sequence = in_world(open_recording(folder, settings, console))
     selection = Selection.of(sequence, selected_frames(sequence, settings), console)
     with waiting_for("reading the truth"):
         truth = open_truth(folder) if has_truth(folder) else None
@@ -64,7 +73,7 @@ def convert(
         return INTERRUPTED
     selection.finish()
     result = _summary(selection, out, layout, skipped, truth is not None)
-    if json:
+    if as_json:
         print(dumps(result))
     else:
         _report(result, out)

@@ -11,6 +11,7 @@ from app.console.streams import print_notes, progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
+from app.run_folder.folder_lock import writing
 from app.settings.options import Flag
 from app.settings.synthetic_options import SceneOptions
 from razer.errors import BadInput
@@ -51,13 +52,14 @@ def synth(
     _check_arguments(out, layout, spacing)
     console = progress_console()
     try:
-        with waiting_for("building the scene and its light"):
-            sequence = options.sequence(console.print)
-        print_notes(sequence.notes)
-        selection = Selection.of(sequence, range(len(sequence)), console)
-        with waiting_for("computing which surfaces are visible"):
-            truth = sequence.truth(spacing)
-        skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
+        with writing(out):
+            with waiting_for("building the scene and its light"):
+                sequence = options.sequence(console.print)
+            print_notes(sequence.notes)
+            selection = Selection.of(sequence, range(len(sequence)), console)
+            with waiting_for("computing which surfaces are visible"):
+                truth = sequence.truth(spacing)
+            skipped = write_recording(selection, out, layout, truth=truth, lossless=lossless)
     except KeyboardInterrupt:
         console.print(f"interrupted: {out} is not written")
         return INTERRUPTED

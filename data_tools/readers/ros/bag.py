@@ -82,7 +82,7 @@ def read_ros_bag(folder: Path, declared: Declared, use_poses: bool) -> RecordedS
         recorded = replace(recorded, color_from_depth=fixed_between(links, color_frame, depth_frame))
     stamps = tuple(entry.stamp for _, entry in pairs)
     poses = camera_poses(bag, links, depth_frame, stamps) if use_poses else None
-    return recorded_sequence(folder, source, declared.or_else(recorded), poses)
+    return recorded_sequence(folder, source, declared.or_else(recorded), poses, recorded_stamps=True)
 
 
 def _image_topics(bag: Bag) -> tuple[str, str]:

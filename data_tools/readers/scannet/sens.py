@@ -100,7 +100,8 @@ def read_sens(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequ
     index = read_index(path, header)
     if not len(index.heads):
         raise BadInput(f"{path} holds no whole frame of {header.n_frames}: copy or download it again")
-    images = SensImages(path, header, index, _stamps(index))
+    stamps, is_recorded = _stamps(index)
+    images = SensImages(path, header, index, stamps)
     has_poses = use_poses and bool(np.isfinite(index.heads["pose"]).all(axis=(1, 2)).any())
     poses = SensPoses(path.name, index) if has_poses else None
     try:
@@ -109,7 +110,9 @@ def read_sens(folder: Path, declared: Declared, use_poses: bool) -> RecordedSequ
         if declared.depth_camera is None:
             raise BadInput(f"{path}: {error}") from None
         recorded = Declared()
-    sequence = recorded_sequence(path, images, declared.or_else(recorded), poses, depth_scale=header.depth_shift)
+    sequence = recorded_sequence(
+        path, images, declared.or_else(recorded), poses, depth_scale=header.depth_shift, recorded_stamps=is_recorded
+    )
     return annotated(sequence, (path.absolute().parent,), path.stem, range(len(images)))
 
 
@@ -128,12 +131,13 @@ def _cameras(header: SensHeader) -> Declared:
     return two_cameras(depth, color, inverse(header.color_extrinsic) @ header.depth_extrinsic)
 
 
-def _stamps(index: SensIndex) -> Float64Array:
-    """Seconds for each frame, and for the one that stands for those that are missing."""
+def _stamps(index: SensIndex) -> tuple[Float64Array, bool]:
+    """Seconds for each frame, and for the one that stands for those that are missing; and whether a clock says so."""
     seconds = index.heads["depth_us"].astype(np.float64) / 1e6
-    if len(seconds) > 1 and (np.diff(seconds) <= 0).any():
+    is_recorded = bool((np.diff(seconds) > 0).all())
+    if not is_recorded:
         seconds = np.arange(len(seconds)) / FRAMES_PER_SECOND
-    return np.append(seconds, seconds[-1])
+    return np.append(seconds, seconds[-1]), is_recorded
 
 
 def _inflated(data: bytes, name: str, expected: int) -> bytes:

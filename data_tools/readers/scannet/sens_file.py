@@ -17,6 +17,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from data_tools.recordings.camera import MIN_DEPTH_SCALE
 from data_tools.recordings.rgbd_alignment import Size
 from razer.arrays import Float64Array, Int64Array
 from razer.errors import BadInput
@@ -102,7 +103,12 @@ def _header(path: Path, body: tuple[float, ...], start: int) -> SensHeader:
     matrices = np.array(body[:64], np.float64).reshape(4, 4, 4)
     color_kind, depth_kind, *sizes = (int(number) for number in body[64:70])
     shift, n_frames = body[70], int(body[71])
-    if color_kind not in COLOR_KINDS or depth_kind not in DEPTH_KINDS or not all(sizes) or not 0 < shift < np.inf:
+    if (
+        color_kind not in COLOR_KINDS
+        or depth_kind not in DEPTH_KINDS
+        or not all(sizes)
+        or not MIN_DEPTH_SCALE <= shift < np.inf
+    ):
         raise BadInput(f"{path} is damaged: its header names no known compression, image size or depth scale")
     if DEPTH_KINDS[depth_kind] == "occi_ushort":
         raise BadInput(f"{path} has depth in the closed occi_ushort code: export it with the sensor's own tools")

@@ -40,7 +40,7 @@ def test_tum_frames_pair_colour_with_depth_and_interpolate_poses(tmp_path: Path)
     write_tum(tmp_path, [1.00, 1.04, 1.08, 1.20], [1.01, 1.045, 1.09, 1.30], TRUTH)
     sequence = open_sequence(tmp_path)
     assert (len(sequence), sequence.depth_scale) == (3, 5000)  # 1.20 and 1.30 find nobody
-    assert sequence.intrinsics == CAMERAS["3"].at((WIDTH, HEIGHT))  # "freiburg3" in a comment
+    assert sequence.intrinsics == CAMERAS["3"].at((8 * WIDTH, 8 * HEIGHT))  # "freiburg3" in a comment
     for i, stamp in enumerate((1.01, 1.045, 1.09)):
         frame = sequence[i]
         assert frame.stamp == stamp
