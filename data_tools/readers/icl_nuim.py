@@ -20,6 +20,7 @@ from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import NearestPoses, PoseWithNotes, read_trajectory
 from razer.errors import BadInput
+from razer.files import read_lines
 
 DEPTH_SCALE = 5000.0
 FRAMES_PER_SECOND = 30.0
@@ -67,7 +68,7 @@ def _associations(folder: Path) -> list[tuple[float, str, str]]:
     if not path.is_file():
         return _same_names(folder)
     rows = []
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
+    for number, line in enumerate(read_lines(path), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:

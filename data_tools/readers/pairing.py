@@ -11,6 +11,7 @@ import numpy as np
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
 from razer.arrays import Float64Array
 from razer.errors import BadInput
+from razer.files import read_numbers
 
 FRAMES_PER_SECOND = 30.0
 _LONGEST_NUMBER = 7  # digits of a number that counts frames
@@ -87,10 +88,7 @@ def _listed(folder: Path, color: Images, depth: Images) -> tuple[Stamps, Stamps]
 
 def _stamps_of(path: Path, files: Images) -> Stamps:
     names = sorted(files, key=lambda stem: (_last_number(stem) or 0, stem))
-    try:
-        stamps = [float(line) for line in path.read_text().split()]
-    except ValueError:
-        raise BadInput(f"{path} must hold one number of seconds a line") from None
+    stamps = read_numbers(path, "one number of seconds a line").tolist()
     if len(stamps) != len(names):
         raise BadInput(f"{path} has {len(stamps)} stamps for {len(names)} images: it needs one each")
     return dict(zip(names, stamps, strict=True))

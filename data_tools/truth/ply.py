@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.errors import BadInput
+from razer.files import read_bytes
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -54,10 +55,7 @@ class _Element:
 
 def read_ply(path: Path) -> Ply:
     """A mesh or a cloud, ascii or binary; raises BadInput naming the file if it is none or is cut short."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
+    data = read_bytes(path)
     try:
         order, elements, start = _header(data)
         tables = (_ascii if order == "=" else _binary)(data, start, elements, order)

@@ -66,12 +66,12 @@ def _array(file: IO[bytes], size: int, name: str) -> NDArray:
 
 
 def _fill(values: NDArray, file: IO[bytes], name: str) -> None:
-    target = memoryview(values.view(np.uint8)).cast("B") if values.nbytes else memoryview(b"")
+    target = values.view(np.uint8) if values.nbytes else np.empty(0, np.uint8)
     at = 0
     while at < len(target):
         piece = file.read(min(_PIECE_BYTES, len(target) - at))
         if not piece:
             raise BadInput(f"{name} is cut short: make it again")
-        target[at : at + len(piece)] = piece
+        target[at : at + len(piece)] = np.frombuffer(piece, np.uint8)
         at += len(piece)
     file.read(1)  # at its end an archive compares what it read with the checksum

@@ -6,8 +6,8 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from razer.errors import BadInput
 
@@ -27,14 +27,18 @@ class MissingFile(BadInput):
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
+def opened(path: Path) -> Iterator[BufferedReader]:
     """A regular file, open for reading bytes; raises BadInput for anything else, without waiting for one who writes to
     a pipe, and for an OSError in the block."""
     try:
         # Opening a pipe to read would wait for its writer, and looking first would leave time to put one there.
         descriptor = os.open(path, _WITHOUT_WAITING)
-        with os.fdopen(descriptor, "rb", closefd=True) as file:
-            _require_regular(path, os.fstat(file.fileno()).st_mode)
+        try:
+            _require_regular(path, os.fstat(descriptor).st_mode)
+        except BadInput:
+            os.close(descriptor)
+            raise
+        with os.fdopen(descriptor, "rb") as file:
             yield file
     except FileNotFoundError:
         raise MissingFile(f"{path} does not exist: give a file that is there") from None

@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from razer.arrays import BoolArray
 from razer.errors import BadInput
 
 MAX_PIXELS = 100_000_000  # 300 MB in colour, while it is decoded
@@ -18,7 +17,7 @@ _PNG_END, _JPEG_END = b"IEND", b"\xff\xd9"
 _ENDING_BYTES = 1024  # some cameras pad their files
 _FRAME_HEADERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _LONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
-_BLOCK_PX = 16  # side of the largest unit of a JPEG
+_BLOCK_PX = 8  # side of the smallest unit of a JPEG
 _NOTHING_DECODED = 128  # grey, which a JPEG's decoder gives to units whose data has ended
 _MORE_DATA = b"\x55" * 64
 
@@ -80,9 +79,8 @@ def _decoded(data: bytes, flags: int) -> NDArray | None:
 
 def _ends_grey(image: NDArray) -> bool:
     """Whether the last block is what a decoder makes of nothing; turned images end at another corner."""
-    corners = (image[y, x] for y in (slice(-_BLOCK_PX // 2, None), slice(_BLOCK_PX // 2)) for x in (slice(-8, None), slice(8)))
-    grey: list[BoolArray] = [np.asarray(corner == _NOTHING_DECODED) for corner in corners]
-    return any(bool(corner.all()) for corner in grey)
+    ends = (slice(-_BLOCK_PX, None), slice(_BLOCK_PX))
+    return any(bool((image[y, x] == _NOTHING_DECODED).all()) for y in ends for x in ends)
 
 
 def _depends_on_more(data: bytes, image: NDArray, flags: int) -> bool:

@@ -15,11 +15,14 @@ from razer.arrays import Float64Array
 from razer.errors import BadInput, one_line
 from razer.files.file_bytes import read_bytes
 
+# What reading values out of parsed content raises where it is of another form than expected.
+MALFORMED = (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError)
 MAX_TEXT_BYTES = 256 * 2**20  # the segments of a scan in full resolution have 20 MB
 MAX_TOML_BYTES = 2**20
-MAX_TOML_LINE = 2**14  # characters; what dotted keys cost grows with the square of their length
 MAX_DEPTH = 64  # of sections, objects and lists in one another
 MAX_DIGITS = 24  # of a whole number; more than 64 bits have, fewer than overflow anything
+# The time that tomllib takes for one key grows with the square of how many parts it has.
+_MANY_PARTS = re.compile(rf"""(?:(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MAX_DEPTH}}}""")
 # What may be too large for a float, or a whole number that nothing holds; only then each number is looked at.
 _LARGE_NUMBERS = re.compile(rf"\d{{{MAX_DIGITS + 1}}}|[eE]\+?\d{{3}}")
 
@@ -80,11 +83,10 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str, name: str) -> dict[str, Any]:
-    """What a TOML text says; raises BadInput naming it, also for lines of more than 16,384 characters, for deep
-    nesting, and for whole numbers of more than 24 digits."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        if len(line) > MAX_TOML_LINE:
-            raise BadInput(f"{name}, line {number} has {len(line):,} characters: break it into lines of {MAX_TOML_LINE:,}")
+    """What a TOML text says; raises BadInput naming it, also for sections or lists that lie more than 64
+    deep in one another, and for whole numbers of more than 24 digits."""
+    if _MANY_PARTS.search(text):
+        _refuse_depth(name, MAX_DEPTH)
     try:
         content = tomllib.loads(text)
     except RecursionError:
@@ -102,7 +104,9 @@ def _decoded(data: bytes, name: str, replace_errors: bool = False) -> str:
         text = data.decode("utf-8-sig", "replace" if replace_errors else "strict")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise BadInput(f"{name}, line {line} is no UTF-8 text (byte {data[error.start]:#04x}): save it as UTF-8") from None
+        raise BadInput(
+            f"{name}, line {line} is no UTF-8 text (byte {data[error.start]:#04x}): save it as UTF-8"
+        ) from None
     if "\0" in text and not replace_errors:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise BadInput(f"{name}, line {line} has a NUL character: it is no text file, or a damaged one")

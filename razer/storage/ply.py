@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Int32Array
 from razer.errors import BadInput
+from razer.files import read_bytes
 from razer.mesh.labelled_mesh import LabelledMesh
 
 VERTEX = np.dtype(
@@ -57,7 +58,7 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
     """Read a mesh that `write_mesh_ply` wrote; raises BadInput if it is another kind of file."""
     if not path.is_file():
         raise BadInput(f"{path} does not exist: give the mesh.ply of a run")
-    data = path.read_bytes()
+    data = read_bytes(path)
     start = data.find(b"end_header\n") + len(b"end_header\n")
     header = data[:start].decode("ascii", "replace")
     counts = [int(n) for n in re.findall(r"^element (?:vertex|face) (\d+)$", header, re.MULTILINE)]

@@ -24,6 +24,7 @@ from data_tools.recordings.rgbd_alignment import Size
 from data_tools.recordings.trajectories import PoseFiles
 from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
+from razer.files import read_numbers
 from razer.frame import Intrinsics
 from razer.geometry import inverse, is_rigid
 
@@ -142,10 +143,9 @@ def _matrix_file(frames: Path, places: tuple[str, ...], kind: str) -> Path | Non
 
 
 def _matrix(path: Path) -> Float64Array:
-    try:
-        matrix = np.loadtxt(path, dtype=np.float64, ndmin=2)
-    except ValueError:
-        matrix = np.empty((0, 0))
-    if matrix.shape not in ((3, 3), (4, 4)):
-        raise BadInput(f"{path} must hold a 4x4 matrix, row by row; or give --intrinsics fx,fy,cx,cy")
-    return matrix
+    what = "a 4x4 matrix, row by row; or give --intrinsics fx,fy,cx,cy"
+    numbers = read_numbers(path, what)
+    side = {9: 3, 16: 4}.get(numbers.size)
+    if side is None:
+        raise BadInput(f"{path} must hold {what}")
+    return numbers.reshape(side, side)

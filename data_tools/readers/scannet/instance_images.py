@@ -8,7 +8,6 @@ https://github.com/ScanNet/ScanNet, "2D annotation projections"
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,11 +16,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from data_tools.recordings.images import decode
+from data_tools.recordings.images import decode, read_member, unusable_frame
 from data_tools.truth.label_map import find_label_map
 from data_tools.truth.scannet_truth import OBJECTS, read_objects
 from razer.arrays import Uint16Array
-from razer.errors import UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.files import Archive
 from razer.vocabulary import vocabulary
 
 _FOLDERS = ("instance-filt", "instance")
@@ -50,12 +50,10 @@ class InstanceImages:
         return f"{self.place.name}/{self.names[index]}"
 
     def _data(self, name: str) -> bytes:
-        try:
+        with unusable_frame():
             if self.place.is_dir():
-                return (self.place / name).read_bytes()
+                return read_member(self.place / name)
             return _archive(self.place, os.getpid()).read(name)
-        except (OSError, KeyError, zipfile.BadZipFile) as error:
-            raise UnusableFrame(f"{self.place.name}/{name} cannot be read: {error}") from error
 
 
 def find_instance_images(places: Sequence[Path], scene: str, numbers: Sequence[int]) -> InstanceImages | None:
@@ -93,8 +91,8 @@ def _numbered(source: Path) -> dict[int, str]:
         names = [path.name for path in source.iterdir()]
     elif source.is_file():
         try:
-            names = _archive(source, os.getpid()).namelist()
-        except (OSError, zipfile.BadZipFile):
+            names = list(_archive(source, os.getpid()).names)
+        except BadInput:
             return {}
     else:
         return {}
@@ -103,6 +101,6 @@ def _numbered(source: Path) -> dict[int, str]:
 
 
 @lru_cache(maxsize=4)
-def _archive(path: Path, process: int) -> zipfile.ZipFile:
+def _archive(path: Path, process: int) -> Archive:
     """An archive opened once in each process, as those that share a file share the place where they read it."""
-    return zipfile.ZipFile(path)
+    return Archive(path)
