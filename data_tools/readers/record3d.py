@@ -80,10 +80,15 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> Recorded
 
 
 def _metadata(path: Path) -> dict[str, Any]:
-    if path.is_file():
-        content = parse_json(opened(path).read("metadata"), f"{path}, its metadata")
+    # Poses that are not finite cost their frames alone.
+    if not path.is_file():
+        content = read_json(_metadata_file(path), only_finite=False)
     else:
-        content = read_json(_metadata_file(path))
+        try:
+            text = opened(path).read("metadata")
+        except BadInput as error:
+            raise BadInput(f"{error}: it is no whole .r3d archive, copy it from the phone again") from None
+        content = parse_json(text, f"{path}, its metadata", only_finite=False)
     if not isinstance(content, dict):
         raise BadInput(f"{path}: its metadata is not that of a Record3D export")
     return content

@@ -94,8 +94,9 @@ def _camera(folder: Path) -> Declared:
     path = next((p for place in (folder, folder.parent) if (p := place / "cam_params.json").is_file()), None)
     if path is None:
         return Declared(CAMERA, depth_scale=DEPTH_SCALE)
+    known = read_json(path)
     try:
-        content = read_json(path)["camera"]
+        content = known["camera"]
         fx, fy, cx, cy, scale = (float(content[name]) for name in ("fx", "fy", "cx", "cy", "scale"))
         return Declared(Camera(fx, fy, cx, cy, size=(int(content["w"]), int(content["h"]))), depth_scale=scale)
     except BadInput as error:

@@ -93,10 +93,11 @@ def read_camera_file(path: Path) -> Declared:
     metre), and "color" with a camera of its own; raises BadInput naming the file."""
     try:
         content = read_json(path)
-        color = content.get("color")
-        return Declared(_camera_from(content), _camera_from(color) if color else None, content.get("depth_scale"))
     except MissingFile:
         raise BadInput(f"{path} does not exist; give {HOW_TO_DECLARE}") from None
+    try:
+        color = content.get("color")
+        return Declared(_camera_from(content), _camera_from(color) if color else None, content.get("depth_scale"))
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     except MALFORMED as error:

@@ -41,9 +41,9 @@ def opened(path: Path) -> Iterator[BufferedReader]:
         with os.fdopen(descriptor, "rb") as file:
             yield file
     except FileNotFoundError:
-        raise MissingFile(f"{path} does not exist: give a file that is there") from None
+        raise MissingFile(f"{path} cannot be read: No such file, give one that is there") from None
     except OSError as error:
-        raise BadInput(f"{path} cannot be read ({error.strerror or error}): give a file that can be read") from None
+        raise BadInput(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:
         if "null byte" not in str(error):
             raise
