@@ -134,14 +134,14 @@ def _override(tree: dict[str, Any], other: Mapping[str, Any]) -> None:
 def _plain_line(error: ValidationError, file: Path | None) -> str:
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"])
+    where = f" (from {file}, --set or an option)" if file else ""
     if first["type"] == "extra_forbidden":
         name = _down_to_leaf(name, first["input"])
         if name in RENAMED:
             return f"setting {name} is called {RENAMED[name]} now"
         if name in REMOVED:
             return f"setting {name} is gone: {REMOVED[name]}"
-        return f"unknown setting {name}{_nearest(name)}; `razer config` lists all settings"
-    where = f" (from {file}, --set or an option)" if file else ""
+        return f"unknown setting {name}{where}{_nearest(name)}; `razer config` lists all settings"
     given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
     return f"setting {name}{given}{where}: {problem_of(error)}"
 

@@ -14,6 +14,7 @@ from razer.errors import BadInput
 MAX_PIXELS = 100_000_000  # 300 MB in colour, while it is decoded
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
 _PNG_END, _JPEG_END = b"IEND", b"\xff\xd9"
+_MAX_DEFLATION = 1032  # no more bytes come of one
 _ENDING_BYTES = 1024  # some cameras pad their files
 _FRAME_HEADERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _LONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
@@ -32,6 +33,8 @@ def decode_image(data: bytes, name: str, flags: int) -> NDArray:
         raise BadInput(f"{name} has {width} x {height} pixels where {MAX_PIXELS // 10**6} million are the most")
     if (_PNG_END if data.startswith(_PNG) else _JPEG_END) not in data[-_ENDING_BYTES:]:
         raise BadInput(f"{name} is truncated")
+    if data.startswith(_PNG) and width * height * data[24] > 8 * _MAX_DEFLATION * len(data):
+        raise BadInput(f"{name} is damaged: it is too short for {width} x {height} pixels")
     image = _decoded(data, flags)
     if image is None or image.shape[0] * image.shape[1] != width * height:
         raise BadInput(f"{name} is no image, or a damaged one")

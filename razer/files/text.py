@@ -20,9 +20,10 @@ MALFORMED = (ValueError, KeyError, TypeError, AttributeError, IndexError, Overfl
 MAX_TEXT_BYTES = 256 * 2**20  # the segments of a scan in full resolution have 20 MB
 MAX_TOML_BYTES = 2**20
 MAX_DEPTH = 64  # of sections, objects and lists in one another
-MAX_DIGITS = 24  # of a whole number; more than 64 bits have, fewer than overflow anything
+MAX_DIGITS = 40  # of a whole number; tokenizers write 10^30 for no limit, and a float holds 10^308
 # The time that tomllib takes for one key grows with the square of how many parts it has.
 _MANY_PARTS = re.compile(rf"""(?:(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MAX_DEPTH}}}""")
+_SURROGATES = re.compile(r"\\u[dD][89a-fA-F]")  # halves of characters, written as escapes
 # What may be too large for a float, or a whole number that nothing holds; only then each number is looked at.
 _LARGE_NUMBERS = re.compile(rf"\d{{{MAX_DIGITS + 1}}}|[eE]\+?\d{{3}}")
 
@@ -55,7 +56,7 @@ def read_json(path: Path, *, only_finite: bool = True, max_depth: int = MAX_DEPT
 
 def parse_json(text: str | bytes, name: str, *, only_finite: bool = True, max_depth: int = MAX_DEPTH) -> Any:
     """What a JSON text says; raises BadInput naming it, also for more than `max_depth` lists and objects in one
-    another, for whole numbers of more than 24 digits and, if `only_finite`, for numbers that are not finite."""
+    another, for whole numbers of more than 40 digits and, if `only_finite`, for numbers that are not finite."""
     text = _decoded(text, name) if isinstance(text, bytes) else text
     hooks: dict[str, Any] = {}
     if only_finite:
@@ -68,12 +69,14 @@ def parse_json(text: str | bytes, name: str, *, only_finite: bool = True, max_de
         content = json.loads(text, **hooks)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
-        raise BadInput(f"{name}, {where} is not JSON ({error.msg}): correct or write it anew") from None
+        raise BadInput(f"{name} cannot be read: {where} is not JSON ({error.msg}), correct or write it anew") from None
     except RecursionError:
         _refuse_depth(name, max_depth)
     except ValueError as error:
-        raise BadInput(f"{name} is not JSON that can be used: {one_line(error)}") from None
+        raise BadInput(f"{name} cannot be read: {one_line(error)}") from None
     _require_depth(content, name, max_depth)
+    if _SURROGATES.search(text):
+        _require_characters(content, name)
     return content
 
 
@@ -84,7 +87,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def parse_toml(text: str, name: str) -> dict[str, Any]:
     """What a TOML text says; raises BadInput naming it, also for sections or lists that lie more than 64
-    deep in one another, and for whole numbers of more than 24 digits."""
+    deep in one another, and for whole numbers of more than 40 digits."""
     if _MANY_PARTS.search(text):
         _refuse_depth(name, MAX_DEPTH)
     try:
@@ -103,13 +106,12 @@ def _decoded(data: bytes, name: str, replace_errors: bool = False) -> str:
     try:
         text = data.decode("utf-8-sig", "replace" if replace_errors else "strict")
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise BadInput(
-            f"{name}, line {line} is no UTF-8 text (byte {data[error.start]:#04x}): save it as UTF-8"
-        ) from None
+        line, byte = data.count(b"\n", 0, error.start) + 1, data[error.start]
+        where = f"line {line} is no UTF-8 text (byte {byte:#04x})"
+        raise BadInput(f"{name} cannot be read: {where}, save it as UTF-8") from None
     if "\0" in text and not replace_errors:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise BadInput(f"{name}, line {line} has a NUL character: it is no text file, or a damaged one")
+        raise BadInput(f"{name} cannot be read: line {line} has a NUL character, it is no text file or a damaged one")
     return text
 
 
@@ -149,6 +151,13 @@ def _children(level: list[Any]) -> list[Any]:
         for value in (each.values() if isinstance(each, dict) else each)
         if isinstance(value, dict | list)
     ]
+
+
+def _require_characters(content: Any, name: str) -> None:
+    try:
+        json.dumps(content, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        raise BadInput(f"{name} has half a character, such as \\ud800, in a text: correct it") from None
 
 
 def _require_small_integers(content: dict[str, Any], name: str) -> None:

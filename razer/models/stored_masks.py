@@ -105,7 +105,7 @@ def _described(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
     """The masks with the scores, names and flags of stuff in the file."""
     scores = np.asarray(arrays.get("scores", masks.scores))
     names, stuff = arrays.get("names"), arrays.get("stuff")
-    if scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
+    if scores.dtype.kind not in "fiub" or scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
         raise UnusableFrame(f"{file} has {len(masks)} masks: scores must be as many numbers from 0 to 1")
     if names is not None and names.shape != (len(masks),):
         raise UnusableFrame(f"{file} has {len(masks)} masks but names of shape {names.shape}")

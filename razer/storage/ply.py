@@ -65,13 +65,18 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
     names = re.findall(r"^property (?!list)\w+ (\w+)$", header, re.MULTILINE)
     if len(counts) != 2 or tuple(names) != VERTEX.names:
         raise BadInput(f"{path} is no mesh of a run: expected vertices with {', '.join(VERTEX.names or ())}")
-    if len(data) - start != counts[0] * VERTEX.itemsize + counts[1] * FACE.itemsize:
+    if max(counts) > len(data) or len(data) - start != counts[0] * VERTEX.itemsize + counts[1] * FACE.itemsize:
         raise BadInput(f"{path} is cut short: run again to write it anew")
     vertices = np.frombuffer(data, VERTEX, counts[0], start)
     faces = np.frombuffer(data, FACE, counts[1], start + vertices.nbytes)
+    points, triangles = (
+        np.stack([rows[n] for n in names], axis=1) for rows, names in ((vertices, "xyz"), (faces, "abc"))
+    )
+    if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
+        raise BadInput(f"{path} is damaged: a vertex is nowhere, or a face has corners that are no vertices; run again")
     return LabelledMesh(
-        np.stack([vertices[n] for n in "xyz"], axis=1),
+        points,
         np.stack([vertices[n] for n in ("red", "green", "blue")], axis=1),
         vertices["instance"].astype(np.int32),
-        np.stack([faces[n] for n in "abc"], axis=1),
+        triangles,
     )

@@ -90,7 +90,7 @@ def _restored(path: Path, device: str) -> VoxelMap:
     arrays = read_npz(path, ["format", "settings", "keys", "used", "newest_id", *ATTRIBUTES])
     if int(arrays["format"]) != FORMAT:
         raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
-    voxels = VoxelMap(_settings_of(str(arrays["settings"])), device)
+    voxels = VoxelMap(_settings_of(str(arrays["settings"]), path), device)
     voxels.allocate(arrays["keys"])
     rows = voxels.rows_of(arrays["keys"])
     used = np.unpackbits(arrays["used"], count=len(rows) * BLOCK_VOXELS).astype(bool).reshape(-1, BLOCK_VOXELS)
@@ -102,8 +102,8 @@ def _restored(path: Path, device: str) -> VoxelMap:
     return voxels
 
 
-def _settings_of(saved: str) -> VoxelSettings:
+def _settings_of(saved: str, path: Path) -> VoxelSettings:
     """The settings that a volume was made with, by those that were saved as JSON."""
-    settings = FORMER_SETTINGS | parse_json(saved, "settings")
+    settings = FORMER_SETTINGS | parse_json(saved, f"{path}, member settings")
     settings["surface_weight"] = max(1.0, settings["surface_weight"])  # it was less where all that was seen is surface
     return VoxelSettings.model_validate(settings)

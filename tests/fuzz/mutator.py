@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 MAX_BYTES = 2**21
 TOKENS = (
-    b"\xff\xfe", b"\x80", b"\0", b"[" * 100_000, b'{"a":' * 20_000, b"9" * 5_000, b"-" + b"9" * 400, b"1e999", b"-1e308",
-    b"NaN", b"nan", b"Infinity", b"-Infinity", b"inf", b"null", b"true", b"0", b"-1", b"1.5", b"2147483648",
-    b"18446744073709551616", b'""', b"[]", b"{}", b"[[]]", b"../../../etc/passwd", b"/dev/zero", b"a" * 70_000, b"\n" * 3000,
-    b"a." * 5_000, b"\x1b[31m", b"\r\n\r\n", b"\xe2\x80\xa8", b"%s%n", b"__class__", b"builtins:eval",
+    b"\xff\xfe", b"\x80", b"\0", b"[" * 100_000, b'{"a":' * 20_000, b"9" * 5_000, b"-" + b"9" * 400, b"1e999",
+    b"-1e308", b"NaN", b"nan", b"Infinity", b"-Infinity", b"inf", b"null", b"true", b"0", b"-1", b"1.5", b"2147483648",
+    b"18446744073709551616", b'""', b"[]", b"{}", b"[[]]", b"../../../etc/passwd", b"/dev/zero", b"a" * 70_000,
+    b"\n" * 3000,    b"a." * 5_000, b"\x1b[31m", b"\r\n\r\n", b"\xe2\x80\xa8", b"%s%n", b"__class__", b"builtins:eval",
 )  # fmt: skip
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\"[^\"\n]{0,40}\"")
 _SIZES = (0, 1, 255, 65535, 2**31 - 1, 2**31, 2**32 - 1)
@@ -84,8 +84,8 @@ def _emptied(_data: bytes, _others: Sequence[bytes], _rng: random.Random) -> byt
 
 
 _CHANGES = (
-    _bits, _bits, _header_bits, _cut, _doubled, _dropped, _with_token, _with_value, _with_value, _with_value, _with_size,
-    _swapped, _emptied,
+    _bits, _bits, _header_bits, _cut, _doubled, _dropped, _with_token, _with_value, _with_value, _with_value,
+    _with_size,    _swapped, _emptied,
 )  # fmt: skip
 
 
