@@ -44,7 +44,10 @@ def load_state(folder: Path, saved: SavedState, known: KnownObjects) -> Any:
         tree = read_json(path, only_finite=False, max_depth=_MAX_DEPTH)
     except BadInput as error:
         raise BadInput(f"{error}; the checkpoint cannot be used") from None
-    return Decoder(known, PackReader(folder, saved.name)).decode(tree)
+    try:
+        return Decoder(known, PackReader(folder, saved.name)).decode(tree)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def _write_safely(path: Path, data: bytes) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 
 import cv2
@@ -33,6 +34,8 @@ def decode_image(data: bytes, name: str, flags: int) -> NDArray:
         raise BadInput(f"{name} has {width} x {height} pixels where {MAX_PIXELS // 10**6} million are the most")
     if (_PNG_END if data.startswith(_PNG) else _JPEG_END) not in data[-_ENDING_BYTES:]:
         raise BadInput(f"{name} is truncated")
+    if data.startswith(_PNG) and not _has_whole_chunks(data):
+        raise BadInput(f"{name} is no image, or a damaged one")
     if data.startswith(_PNG) and width * height * data[24] > 8 * _MAX_DEFLATION * len(data):
         raise BadInput(f"{name} is damaged: it is too short for {width} x {height} pixels")
     image = _decoded(data, flags)
@@ -54,6 +57,23 @@ def image_size(data: bytes, name: str) -> tuple[int, int]:
                 height, width = struct.unpack(">HH", data[start + 1 : start + 5])
                 return width, height
     raise BadInput(f"{name} is no image, or a damaged one: give a PNG or JPEG file")
+
+
+def _has_whole_chunks(data: bytes) -> bool:
+    """Whether the chunks of a PNG lie one behind the other to the last one, with the sums that they should have. Decoders
+    make room for as much as a chunk says that it holds."""
+    at = len(_PNG)
+    while at + 12 <= len(data):
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        end = at + 8 + length
+        if end + 4 > len(data) or zlib.crc32(memoryview(data)[at + 4 : end]) != int.from_bytes(
+            data[end : end + 4], "big"
+        ):
+            return False
+        if data[at + 4 : at + 8] == _PNG_END:
+            return True
+        at = end + 4
+    return False
 
 
 def _segments(data: bytes) -> Iterator[tuple[int, int, int]]:

@@ -18,6 +18,7 @@ from app.query.query_image import embed_query_image
 from app.query.queryable_map import open_map
 from app.run_folder.mapped_run import read_run
 from app.settings.config_file import read_config
+from app.settings.run_config import RunConfig
 from app.stored_state.checkpoint import Checkpoint, read_checkpoint
 from app.stored_state.saved_state import SavedState
 from app.stored_state.state_codec import KnownObjects
@@ -37,6 +38,8 @@ from razer.errors import UnusableFrame
 from razer.models import make_embedder
 from razer.models.stored_masks import StoredMasks
 from razer.saved_map import load_map
+from razer.storage.settings_list import list_settings
+from razer.storage.toml_text import toml_text
 from razer.vocabulary import vocabulary
 from tests.support.edited_maps import CHAIR, TABLE, do, hand_made, saved, session_of
 from tests.support.labelled_meshes import furnished_room
@@ -163,7 +166,7 @@ def _read_state(folder: Path) -> None:
 def _write_texts(folder: Path) -> None:
     folder.mkdir()
     (folder / "set.txt").write_text('input.depth_max_m=3.5\nsegmenter.name="geometric"\nvoxels.voxel_size_m = 0.02\n')
-    (folder / "config.toml").write_text((RUN / "config.toml").read_text())
+    (folder / "config.toml").write_text(toml_text(list_settings(RunConfig())))
 
 
 def _read_texts(folder: Path) -> None:
