@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.errors import BadInput
-from razer.files import read_bytes
+from razer.files import MALFORMED, read_bytes
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -59,7 +59,7 @@ def read_ply(path: Path) -> Ply:
     try:
         order, elements, start = _header(data)
         tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
-    except (ValueError, KeyError, IndexError) as error:
+    except (*MALFORMED, MemoryError) as error:
         raise BadInput(f"{path} is no PLY file, or is cut short (problem: {error})") from None
     corners, faces, of_face = _triangles(tables.get("face", {}))
     vertices = tables.get("vertex", {})

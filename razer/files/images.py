@@ -60,15 +60,14 @@ def image_size(data: bytes, name: str) -> tuple[int, int]:
 
 
 def _has_whole_chunks(data: bytes) -> bool:
-    """Whether the chunks of a PNG lie one behind the other to the last one, with the sums that they should have. Decoders
-    make room for as much as a chunk says that it holds."""
+    """Whether the chunks of a PNG lie one behind the other to the last one, with the sums that they should have.
+    Decoders make room for as much as a chunk says that it holds."""
     at = len(_PNG)
     while at + 12 <= len(data):
-        (length,) = struct.unpack(">I", data[at : at + 4])
-        end = at + 8 + length
-        if end + 4 > len(data) or zlib.crc32(memoryview(data)[at + 4 : end]) != int.from_bytes(
-            data[end : end + 4], "big"
-        ):
+        end = at + 8 + int.from_bytes(data[at : at + 4], "big")
+        if end + 4 > len(data):
+            return False
+        if zlib.crc32(memoryview(data)[at + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
             return False
         if data[at + 4 : at + 8] == _PNG_END:
             return True

@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -37,6 +38,7 @@ from data_tools.writers.table import WRITERS, write_recording
 from razer.errors import UnusableFrame
 from razer.models import make_embedder
 from razer.models.stored_masks import StoredMasks
+from razer.panoptic_map import PanopticMap
 from razer.saved_map import load_map
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
@@ -74,6 +76,20 @@ def _recording(layout: str) -> Kind:
     return Kind(
         lambda folder: write_recording(room, folder / layout, layout, truth=truth), lambda f: read_frames(f / layout)
     )
+
+
+def _scenenn(folder: Path) -> None:
+    write_recording(SyntheticRoom(0, 1, 32, 24), folder / "scene", "scenenn", truth=furnished_room(0.6))
+
+
+def _write_ascii_ply(folder: Path) -> None:
+    folder.mkdir()
+    corners = "\n".join(f"{x} {y} 0 {x + y} 1" for x in range(3) for y in range(3))
+    properties = "".join(f"property float {name}\n" for name in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex 9\n{properties}property int instance\nproperty int class\n"
+    faces = "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
+    (folder / "mesh.ply").write_text(f"{head}{faces}{corners}\n3 0 1 3\n3 1 4 3\n4 4 5 8 7\n")
+    (folder / "classes.json").write_text('{"1": "chair"}')
 
 
 def _write_r3d(folder: Path) -> None:
@@ -227,7 +243,12 @@ def _read_masks(folder: Path) -> None:
 def _query(folder: Path) -> None:
     """What razer query asks of a folder with a text of its own."""
     text = (folder / "query.txt").read_bytes().decode("utf-8", "surrogateescape")
-    hand_made().query(text)
+    _map_to_ask().query(text)
+
+
+@cache
+def _map_to_ask() -> PanopticMap:
+    return hand_made()
 
 
 def _write_query(folder: Path) -> None:
@@ -241,6 +262,8 @@ KINDS: dict[str, Kind] = {
     "ros1": Kind(_write_bag("ros1"), lambda f: _read_bag(f / "bag.bag")),
     "ros2": Kind(_write_bag("sqlite3"), lambda f: _read_bag(f / "bag")),
     "truth": Kind(lambda f: write_truth(furnished_room(0.6), f), open_truth),
+    "ascii truth": Kind(_write_ascii_ply, open_truth),
+    "scenenn truth": Kind(_scenenn, lambda f: open_truth(f / "scene")),
     "scannet truth": Kind(lambda f: (f.mkdir(), write_scannet_truth(furnished_room(0.6), f, "s")), open_truth),
     "run": Kind(lambda f: shutil.copytree(RUN, f), read_run, ("*.json", "*.npz", "*.ply", "*.txt", "*.toml")),
     "opened run": Kind(lambda f: shutil.copytree(RUN, f), lambda f: open_map(f)[0].volume, ("config.toml", "map.npz")),
