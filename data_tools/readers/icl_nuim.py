@@ -91,6 +91,6 @@ def _same_names(folder: Path) -> list[tuple[float, str, str]]:
         int(path.stem)
         for kind in ("rgb", "depth")
         for path in (folder / kind).iterdir()
-        if path.stem.isdigit() and path.suffix.lower() in IMAGE_SUFFIXES
+        if path.stem.isdecimal() and path.suffix.lower() in IMAGE_SUFFIXES
     }
     return [(float(n), f"rgb/{n}.png", f"depth/{n}.png") for n in sorted(numbers)]

@@ -60,8 +60,8 @@ def pair_images(folder: Path, color: Images, depth: Images) -> tuple[list[Pair],
 
 
 def _same_names(color: Images, depth: Images) -> list[Pair]:
-    keys = sorted(color.keys() | depth.keys(), key=lambda key: (int(key) if key.isdigit() else 0, key))
-    numbered = all(key.isdigit() and len(key) <= _LONGEST_NUMBER for key in keys)
+    keys = sorted(color.keys() | depth.keys(), key=lambda key: (int(key) if key.isdecimal() else 0, key))
+    numbered = all(key.isdecimal() and len(key) <= _LONGEST_NUMBER for key in keys)
     stamps = [(int(key) if numbered else i) / FRAMES_PER_SECOND for i, key in enumerate(keys)]
     return [Pair(key, color.get(key), depth.get(key), stamp) for key, stamp in zip(keys, stamps, strict=True)]
 
@@ -105,7 +105,7 @@ def _named(color: Images, depth: Images) -> tuple[Stamps, Stamps] | None:
 def _clock(stem: str) -> float | None:
     if _SECONDS.fullmatch(stem):
         return float(stem)
-    return int(stem) / _UNITS_PER_S[len(stem)] if stem.isdigit() and len(stem) in _UNITS_PER_S else None
+    return int(stem) / _UNITS_PER_S[len(stem)] if stem.isdecimal() and len(stem) in _UNITS_PER_S else None
 
 
 def _numbers(files: Images) -> Stamps:

@@ -24,6 +24,7 @@ from razer.files import MALFORMED, beginning, parse_json, read_json
 
 _FRAMES_PER_SECOND = 60.0  # where neither stamps nor fps are there; the app's default
 _BEGINNING_BYTES = 2**24
+_LONGEST_NUMBER = 9  # digits
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -115,4 +116,4 @@ def _numbers(path: Path) -> tuple[int, ...]:
     else:
         names = [file.name for part in ("rgbd", "rgb", "depth") for file in (path / part).glob("*")]
     stems = {name.rpartition(".")[0] for name in names if not name.endswith(".conf")}
-    return tuple(sorted(int(stem) for stem in stems if stem.isdigit()))
+    return tuple(sorted(int(stem) for stem in stems if stem.isdecimal() and len(stem) <= _LONGEST_NUMBER))

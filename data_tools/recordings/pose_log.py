@@ -19,7 +19,7 @@ from razer.errors import BadInput, UnusableFrame
 from razer.files import beginning, read_text
 
 _BEGINNING_BYTES = 4096
-_HEADER = re.compile(r"\s*(-?\d+)\s+-?\d+\s+-?\d+\s*")
+_HEADER = re.compile(r"\s*(-?\d{1,18})\s+-?\d+\s+-?\d+\s*")
 
 
 @dataclass(frozen=True, slots=True)

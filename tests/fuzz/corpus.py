@@ -181,7 +181,7 @@ def _read_state(folder: Path) -> None:
 
 def _write_texts(folder: Path) -> None:
     folder.mkdir()
-    (folder / "set.txt").write_text('input.depth_max_m=3.5\nsegmenter.name="geometric"\nvoxels.voxel_size_m = 0.02\n')
+    (folder / "set.txt").write_text('input.depth_scale=1000\nsegmenter.name="geometric"\nvoxels.voxel_size_m = 0.02\n')
     (folder / "config.toml").write_text(toml_text(list_settings(RunConfig())))
 
 

@@ -97,19 +97,26 @@ def _frames(folder: Path) -> Path | None:
 
 
 def _numbered(folder: Path) -> dict[int, Path]:
-    return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdigit()}
+    return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdecimal()}
 
 
 def _cameras(frames: Path, paths: tuple[ImagePaths, ...], declared: Declared) -> Declared:
     """The cameras of the matrices beside the images, and how colour lies to depth."""
-    depth = pinhole(_matrix(_matrix_file(frames, _INTRINSICS, "depth") or frames))
+    depth = _pinhole_in(_matrix_file(frames, _INTRINSICS, "depth") or frames)
     file = _matrix_file(frames, _INTRINSICS, "color")
     if file is None:
         return Declared(depth)
-    color = _fitted(pinhole(_matrix(file)), paths)
+    color = _fitted(_pinhole_in(file), paths)
     if declared.color_from_depth is not None:
         return Declared(depth, color)
     return two_cameras(depth, color, inverse(_extrinsic(frames, "color")) @ _extrinsic(frames, "depth"))
+
+
+def _pinhole_in(file: Path) -> Camera:
+    try:
+        return pinhole(_matrix(file))
+    except BadInput as error:
+        raise error if str(file) in str(error) else BadInput(f"{file}: {error}") from None
 
 
 def _fitted(camera: Camera, paths: tuple[ImagePaths, ...]) -> Camera:

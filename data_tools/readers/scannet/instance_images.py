@@ -26,6 +26,7 @@ from razer.vocabulary import vocabulary
 
 _FOLDERS = ("instance-filt", "instance")
 _CLASSES = "scannet200"
+_LONGEST_NUMBER = 9  # digits
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,9 @@ def _numbered(source: Path) -> dict[int, str]:
     else:
         return {}
     paths = [Path(name) for name in names if name.endswith(".png")]
-    return {int(path.stem): path.as_posix() for path in paths if path.stem.isdecimal()}
+    return {
+        int(path.stem): path.as_posix() for path in paths if path.stem.isdecimal() and len(path.stem) <= _LONGEST_NUMBER
+    }
 
 
 @lru_cache(maxsize=4)
