@@ -15,7 +15,7 @@ from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.edits.apply import apply_edits
 from razer.edits.log import EditLog
 from razer.errors import BadInput, one_line
-from razer.files import MALFORMED, parse_toml, read_text
+from razer.files import MALFORMED, parse_toml, plain_os_errors, read_text
 from razer.map_object import MapObject
 from razer.models import Embedder, embedder_of, make_embedder
 from razer.panoptic_map import PanopticMap
@@ -56,7 +56,9 @@ def load_map(
         BadInput: naming what is missing or damaged.
     """
     folder = Path(folder)
-    if not is_map_folder(folder):
+    with plain_os_errors(folder):
+        is_map = is_map_folder(folder)
+    if not is_map:
         raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
     trust = FULL_TRUST if trust_plugins else NO_TRUST
     encoder = TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust))

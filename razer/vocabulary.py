@@ -78,7 +78,10 @@ def vocabulary(name: str) -> Vocabulary:
         raise BadInput(
             f"{path} needs the columns id and name, with a name in each row, and numbers in id and nyu40"
         ) from None
-    return Vocabulary(path.stem, categories)
+    try:
+        return Vocabulary(path.stem, categories)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def _numbered(text: str) -> list[dict[str, str]]:

@@ -58,7 +58,8 @@ def read_ply(path: Path) -> Ply:
     data = read_bytes(path)
     try:
         order, elements, start = _header(data)
-        tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers that no vertex has are found below
+            tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
     except (*MALFORMED, MemoryError) as error:
         raise BadInput(f"{path} is no PLY file, or is cut short (problem: {error})") from None
     corners, faces, of_face = _triangles(tables.get("face", {}))

@@ -5,7 +5,7 @@ Each failure is a `BadInput` of one line that names the file, the place in it wh
 
 from razer.files.archives import Archive, MissingMember
 from razer.files.arrays import read_npy, read_npz
-from razer.files.file_bytes import MissingFile, beginning, is_there, opened, read_bytes
+from razer.files.file_bytes import MissingFile, beginning, opened, plain_os_errors, read_bytes
 from razer.files.images import decode_image, image_size
 from razer.files.text import (
     MALFORMED,
@@ -28,10 +28,10 @@ __all__ = [
     "beginning",
     "decode_image",
     "image_size",
-    "is_there",
     "opened",
     "parse_json",
     "parse_toml",
+    "plain_os_errors",
     "read_bytes",
     "read_json",
     "read_lines",

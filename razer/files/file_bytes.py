@@ -69,12 +69,14 @@ def beginning(path: Path, n_bytes: int) -> bytes:
         return b""
 
 
-def is_there(path: Path) -> bool:
-    """Whether something is at a path, of whatever kind; not where the path is none, or in a folder that is closed."""
+@contextmanager
+def plain_os_errors(path: Path) -> Iterator[None]:
+    """What the system refuses in the block, such as to look into a closed folder, is bad input that names `path`, or
+    the file that the system names."""
     try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False
+        yield
+    except OSError as error:
+        raise BadInput(f"{error.filename or path} cannot be read: {error.strerror or error}") from None
 
 
 def _require_regular(path: Path, mode: int) -> None:

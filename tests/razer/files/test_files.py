@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import struct
 import zipfile
 from pathlib import Path
@@ -12,11 +13,14 @@ import cv2
 import numpy as np
 import pytest
 
-from razer.errors import BadInput, RazerError
+from data_tools.registry import open_sequence
+from data_tools.truth.open_truth import open_truth
+from razer.errors import BadInput, RazerError, UnusableFrame
 from razer.files import (
     Archive,
     decode_image,
     image_size,
+    plain_os_errors,
     read_bytes,
     read_json,
     read_lines,
@@ -26,7 +30,11 @@ from razer.files import (
     read_text,
     read_toml,
 )
+from razer.saved_map import load_map
+from razer.vocabulary import vocabulary
+from tests.support.recordings import camera_json, write_folder
 
+RUN = Path(__file__).resolve().parents[2] / "fixtures" / "run_format_1"
 RNG = np.random.default_rng(0)
 
 
@@ -234,3 +242,46 @@ def test_every_message_is_one_line_whatever_it_quotes() -> None:
     assert str(RazerError("a\nb\x1b[31m\u2028c")) == "a\\nb\\x1b[31m\\u2028c"
     assert str(RazerError("ä 漢")) == "ä 漢"
     assert len(str(RazerError("x" * 10**6))) < 3000
+
+
+def test_what_the_system_refuses_names_its_file(tmp_path: Path) -> None:
+    def look() -> None:
+        with plain_os_errors(tmp_path):
+            raise PermissionError(13, "Permission denied", str(tmp_path / "closed"))
+
+    refused(look, match=r"closed cannot be read: Permission denied")
+
+
+@pytest.mark.parametrize("path", ["a\0b", "x" * 5000, "/dev/zero", "none"])
+@pytest.mark.parametrize("door", [load_map, open_sequence, open_truth, vocabulary])
+def test_paths_that_are_none_are_one_line(door, path: str) -> None:
+    refused(door, path, match=".")
+
+
+@pytest.mark.parametrize("name", ["instances.json", "mesh.ply", "embeddings.npz", "config.toml"])
+def test_pipes_and_folders_in_place_of_files_of_a_map_are_one_line(tmp_path: Path, name: str) -> None:
+    for make in (os.mkfifo, os.mkdir):
+        folder = tmp_path / make.__name__
+        shutil.copytree(RUN, folder)
+        (folder / name).unlink()
+        make(folder / name)
+        try:
+            load_map(folder)  # a map needs no config.toml
+        except BadInput as error:
+            assert str(error).isprintable() and folder.name in str(error)
+        else:
+            assert name == "config.toml"
+
+
+def test_a_frame_of_a_recording_with_a_hostile_image_is_left_out(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "a", 3, camera_json())
+    data = bytearray((folder / "color" / "000001.png").read_bytes())
+    data[16:24] = struct.pack(">II", 40_000, 40_000)
+    (folder / "color" / "000001.png").write_bytes(data)
+    (folder / "depth" / "000002.png").unlink()
+    os.mkfifo(folder / "depth" / "000002.png")
+    sequence = open_sequence(folder)
+    assert sequence[0].depth.any()
+    for index, match in ((1, "40000 x 40000"), (2, "is a pipe")):
+        with pytest.raises(UnusableFrame, match=match):
+            sequence[index]
