@@ -1,5 +1,6 @@
 # make demo: install into .venv and run the built-in example. make test, make lint: the same for contributors;
 # make test-full: also what takes long (kills, long walks, many seeds, mutants).
+# make fuzz: random changes of everything that is read, for hours (N=1000000 SEED=2); what fails is kept in fuzz_findings.
 # make mutants: whether the tests of the method's core notice changed code (ARGS="--seed 1": another draw).
 # make page: the viewer of razer view --page, from app/page/viewer into app/page/bundle; needs Node 20 or newer.
 # make animation: docs/query.webp, the animation of the README, from the demo's run; needs Debian's chromium.
@@ -12,8 +13,10 @@
 
 VENV ?= .venv
 BIN := $(VENV)/bin
+N ?= 100000
+SEED ?= 1
 
-.PHONY: help demo test test-full mutants lint format page animation pictures timeline-pictures timeline-figures docs clean
+.PHONY: help demo test test-full fuzz mutants lint format page animation pictures timeline-pictures timeline-figures docs clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -27,6 +30,9 @@ test: $(VENV)/installed-dev
 test-full: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(ARGS)
 	$(BIN)/python -m tests.mutation
+
+fuzz: $(VENV)/installed-dev
+	$(BIN)/python -m tests.fuzz -n $(N) --seed $(SEED) $(ARGS)
 
 mutants: $(VENV)/installed-dev
 	$(BIN)/python -m tests.mutation $(ARGS)

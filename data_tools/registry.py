@@ -9,6 +9,7 @@ from pathlib import Path
 from data_tools.recordings.camera import Declared, declare
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
+from razer.files import plain_os_errors
 from razer.plugins import Trust, load
 
 # By layout, in the order in which they are tried: the module with a function is_LAYOUT(folder) -> bool, and
@@ -59,16 +60,17 @@ def open_sequence(
         BadInput: where there is no recording, or it cannot be read.
     """
     folder = Path(folder).absolute()
-    if not folder.exists():
-        raise BadInput(f"{folder} does not exist: give a folder with a recording")
-    if not callable(reader):
-        _require_layout(folder, reader)
-    declared = declare(camera, depth_scale, depth_to_color)
-    if callable(reader):
-        return reader(folder, declared, use_poses)
-    options = {"folder": folder, "declared": declared, "use_poses": use_poses}
-    sequence: RgbdSequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
-    return sequence
+    with plain_os_errors(folder):
+        if not folder.exists():
+            raise BadInput(f"{folder} does not exist: give a folder with a recording")
+        if not callable(reader):
+            _require_layout(folder, reader)
+        declared = declare(camera, depth_scale, depth_to_color)
+        if callable(reader):
+            return reader(folder, declared, use_poses)
+        options = {"folder": folder, "declared": declared, "use_poses": use_poses}
+        sequence: RgbdSequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
+        return sequence
 
 
 def recognise(folder: Path) -> str:

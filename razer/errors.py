@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+_MAX_CHARACTERS = 2000
+
 
 class RazerError(ValueError):
     """Anything this project says in one plain line instead of a traceback."""
+
+    def __str__(self) -> str:
+        """The message as one line that a terminal can show, whatever names of files and values it quotes: line ends and
+        control characters become escapes, and the middle of what is very long is left out."""
+        text = super().__str__()
+        if not text.isprintable():
+            text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+        half = _MAX_CHARACTERS // 2
+        return text if len(text) <= _MAX_CHARACTERS else f"{text[:half]} ... {text[-half:]}"
 
 
 class BadInput(RazerError):

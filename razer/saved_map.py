@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,6 +15,7 @@ from razer.arrays import Float32Array, Float64Array, Int32Array
 from razer.edits.apply import apply_edits
 from razer.edits.log import EditLog
 from razer.errors import BadInput, one_line
+from razer.files import MALFORMED, parse_toml, plain_os_errors, read_text
 from razer.map_object import MapObject
 from razer.models import Embedder, embedder_of, make_embedder
 from razer.panoptic_map import PanopticMap
@@ -29,7 +28,6 @@ from razer.storage.parts_npz import read_parts_npz
 from razer.storage.ply import read_mesh_ply
 
 Bank = tuple[Float32Array, Float64Array]
-_DAMAGED = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile)
 
 
 def load_map(
@@ -58,7 +56,9 @@ def load_map(
         BadInput: naming what is missing or damaged.
     """
     folder = Path(folder)
-    if not is_map_folder(folder):
+    with plain_os_errors(folder):
+        is_map = is_map_folder(folder)
+    if not is_map:
         raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
     trust = FULL_TRUST if trust_plugins else NO_TRUST
     encoder = TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust))
@@ -74,7 +74,7 @@ def _as_saved(folder: Path) -> PanopticMap:
         banks = read_embeddings_npz(folder / EMBEDDINGS)
         parts = read_parts_json(folder / INSTANCES)
         vertex_parts = read_parts_npz(folder / PARTS, len(mesh.vertices)) if parts else None
-    except (*_DAMAGED, AttributeError, RecursionError) as error:
+    except MALFORMED as error:
         problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({one_line(error)})"
         raise BadInput(f"{folder}: {problem}; run again") from error
     known = np.isin(mesh.instances, [item.id for item in objects])
@@ -113,18 +113,15 @@ def _embedder(
 def _saved_embedder(folder: Path) -> EmbedderSettings:
     """The embedder that a map was made with, `appearance` where nothing says; raises BadInput."""
     try:
-        section = tomllib.loads(_config_text(folder)).get("embedder", {})
+        section = parse_toml(_config_text(folder), str(folder / CONFIG)).get("embedder", {})
         return EmbedderSettings.model_validate({"name": "appearance", **section})
-    except (ValueError, RecursionError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{folder / CONFIG} is damaged ({one_line(error)}): name the embedder yourself") from error
 
 
 def _config_text(folder: Path) -> str:
     path = folder / CONFIG
-    try:
-        return path.read_text(encoding="utf-8") if path.is_file() else ""
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path} cannot be read: {error}") from error
+    return read_text(path) if path.is_file() else ""
 
 
 def _open_volume(folder: Path, device: str) -> Any:

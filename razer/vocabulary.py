@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_text
 
 MAX_ID = 2**31 - 1  # what meshes hold
 FOLDER = Path(__file__).with_name("vocabularies")
@@ -66,17 +67,21 @@ def vocabulary(name: str) -> Vocabulary:
     the categories of their annotations (LVIS v1), all of them things."""
     path = FOLDER / f"{name}.csv" if name in VOCABULARIES else Path(name)
     try:
-        text = path.read_text(encoding="utf-8-sig")  # spreadsheets begin files with a mark
-    except (OSError, UnicodeDecodeError):
-        raise BadInput(f"{name} is no vocabulary: give one of {', '.join(VOCABULARIES)}, or a file") from None
-    rows = list(csv.DictReader(text.splitlines())) if path.suffix == ".csv" else _numbered(text)
+        text = read_text(path)
+    except BadInput as error:
+        problem = f"{name} is no vocabulary ({error})"
+        raise BadInput(f"{problem}: give one of {', '.join(VOCABULARIES)}, or a file") from None
     try:
+        rows = list(csv.DictReader(text.splitlines())) if path.suffix == ".csv" else _numbered(text)
         categories = tuple(_category(row) for row in rows)
-    except (KeyError, TypeError, ValueError):
+    except (*MALFORMED, csv.Error):
         raise BadInput(
             f"{path} needs the columns id and name, with a name in each row, and numbers in id and nyu40"
         ) from None
-    return Vocabulary(path.stem, categories)
+    try:
+        return Vocabulary(path.stem, categories)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def _numbered(text: str) -> list[dict[str, str]]:

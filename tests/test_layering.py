@@ -18,6 +18,7 @@ FILES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
 BORDER = {
     "razer.arrays",
     "razer.errors",
+    "razer.files",
     "razer.frame",
     "razer.geometry",
     "razer.plugins",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, FloatArray, IndexArray
 from razer.errors import BadInput
+from razer.files import MALFORMED, MissingFile, read_npz
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,14 @@ class Exemplars:
     def read(cls, path: Path) -> Exemplars:
         """From an npz with names, synonyms ('|' between them), text and image; raises BadInput."""
         try:
-            with np.load(path, allow_pickle=False) as table:
-                names, synonyms = table["names"], table["synonyms"]
-                text, image = (_unit(table[side]) for side in ("text", "image"))
-        except FileNotFoundError:
+            table = read_npz(path, ["names", "synonyms", "text", "image"])
+            text, image = (_unit(table[side]) for side in ("text", "image"))
+        except MissingFile:
             raise BadInput(f"{path} does not exist: give an npz with names, synonyms, text and image") from None
-        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        except MALFORMED as error:
             raise BadInput(f"{path} is no table with names, synonyms, text and image: {error}") from error
-        return cls(tuple(map(str, names)), tuple(frozenset(str(s).split("|")) for s in synonyms), text, image)
+        synonyms = tuple(frozenset(str(each).split("|")) for each in table["synonyms"])
+        return cls(tuple(map(str, table["names"])), synonyms, text, image)
 
     def present_and_absent(self, n: int, rng: np.random.Generator) -> tuple[IndexArray, IndexArray]:
         """Rows of `n` names, and of `n` others that share no synonym with any of them."""

@@ -17,6 +17,7 @@ from app.run_folder.timed_poses import run_poses
 from data_tools.predictions.submission import find_submission, read_submission
 from data_tools.predictions.vertex_labels import SUFFIXES, read_vertex_labels
 from razer.errors import BadInput
+from razer.files import plain_os_errors
 from razer.metrics.scene_pair import PredictedScene
 from razer.models import TextEncoder
 from razer.panoptic_map import PanopticMap
@@ -58,7 +59,9 @@ def read_prediction(
         BadInput: naming what is missing, unknown or does not fit the truth.
     """
     numbers = numbers or ClassNumbers(class_names, "the truth's own classes")
-    if not path.exists():
+    with plain_os_errors(path):
+        is_there = path.exists()
+    if not is_there:
         raise BadInput(f"{path} does not exist: give a run folder, a submission or a file of vertex labels")
     if is_map_folder(path):
         return _of_run(path, sorted(set(class_names.values())), naming, template, trust)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from app.comparison.folder import NUMBERS
 from razer.arrays import Float64Array
+from razer.files import MALFORMED, read_json
 
 FIRST, SECOND, COMPARED = "given", "slam", "compare"  # the folders of `razer run --poses both`
 
@@ -34,7 +34,7 @@ def other_poses(run: Path) -> OtherPoses | None:
     if pair.name != FIRST or not numbers.is_file() or not (pair.parent / SECOND).is_dir():
         return None
     try:
-        matrix = np.array(json.loads(numbers.read_text(encoding="utf-8"))["alignment"]["a_from_b"], dtype=np.float64)
-    except (OSError, ValueError, KeyError, TypeError):
+        matrix = np.array(read_json(numbers, only_finite=False)["alignment"]["a_from_b"], dtype=np.float64)
+    except MALFORMED:
         return None
     return OtherPoses(pair.parent / SECOND, matrix) if matrix.shape == (4, 4) and np.isfinite(matrix).all() else None

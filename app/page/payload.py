@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from app.page.packet import SMALLEST, pack
 from app.query.queryable_map import open_map
 from app.run_folder.run_folder import CAMERA
 from app.settings.run_config import RunConfig
+from razer.files import MALFORMED, read_json
 from razer.geometry import transform_points
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
@@ -96,9 +96,9 @@ def _notes(panoptic: PanopticMap, n_shown: int) -> list[str]:
 
 def _camera(run: Path) -> dict[str, float] | None:
     try:
-        camera = json.loads((run / CAMERA).read_text(encoding="utf-8"))
+        camera = read_json(run / CAMERA)
         return {key: float(camera[key]) for key in ("width", "height", "fx", "fy")}
-    except (OSError, ValueError, KeyError, TypeError):
+    except MALFORMED:
         return None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from json import dumps, loads
+from json import dumps
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from app.query.queryable_map import QueryableMap
 from app.render.glb import NodeFacts, write_glb
 from app.render.palette import instance_colors
 from app.run_folder import run_folder as names
+from razer.files import read_json
 from razer.mesh.labelled_mesh import LabelledMesh
 from razer.panoptic_map import PanopticMap
 from razer.semantics.labelling import Label, Segment, segment_ids, segments
@@ -129,7 +130,7 @@ class LabelledRun:
         write_ply(path, vertices, mesh.triangles)
 
     def _instances(self) -> dict[str, Any]:
-        content: dict[str, Any] = loads((self.queryable.folder / names.INSTANCES).read_text(encoding="utf-8"))
+        content: dict[str, Any] = read_json(self.queryable.folder / names.INSTANCES)
         given = {label.id: label.category.name for label in self.labels}
         # What people named, merged or deleted keeps the class that it had, which it has again when that is undone.
         named = {o.id for o in self.queryable.panoptic.objects if not o.is_named_by_hand}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 
 from app.console.streams import progress_console
 from razer.errors import BadInput
+from razer.files import read_npz
 from razer.models.hub.model_file import model_file
 from razer.plugins import EmbedderSettings
 from razer.query.ranking import NegativePrompts
@@ -29,11 +29,8 @@ def negative_prompts_of(encoder: TextQueryEncoder, settings: EmbedderSettings) -
     if encoder.is_table:
         return encoder.negatives
     names, path = encoder.negative_names, _folder() / f"contrast-{_key(encoder, settings)}.npz"
-    with (
-        suppress(OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile),
-        np.load(path, allow_pickle=False) as cached,
-    ):
-        return NegativePrompts(names, cached["vectors"])
+    with suppress(BadInput):
+        return NegativePrompts(names, read_npz(path, ["vectors"])["vectors"])
     progress_console().print(f"embedding {len(names)} negative prompts; cached in {path.parent}", soft_wrap=True)
     prompts = encoder.negatives
     with suppress(OSError):

@@ -9,7 +9,10 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float32Array, Uint8Array
 from razer.errors import BadInput
+from razer.files import decode_image, read_bytes
 from razer.models import Embedder, ImageEncoder
+
+_MAX_BYTES = 256 * 2**20
 
 
 def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None) -> Float32Array:
@@ -32,14 +35,9 @@ def embed_query_image(embedder: Embedder, name: str, path: Path, box: str | None
 
 def _read(path: Path) -> Uint8Array:
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read ({error.strerror}): give an image file") from error
-    bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
-    if bgr is None:
-        raise BadInput(f"{path} is no image, or is damaged: give a .png or .jpg")
-    rgb: Uint8Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
-    return rgb
+        return decode_image(read_bytes(path, _MAX_BYTES), str(path), cv2.IMREAD_COLOR_RGB)
+    except BadInput as error:
+        raise BadInput(f"{error}: give a .png or .jpg") from None
 
 
 def _mask(box: str | None, shape: tuple[int, ...], path: Path) -> BoolArray:

@@ -12,6 +12,7 @@ from app.run_folder import run_folder as names
 from app.settings.config_file import read_run_config
 from app.settings.run_config import RunConfig
 from razer.arrays import Float64Array
+from razer.files import plain_os_errors
 from razer.models import Embedder
 from razer.panoptic_map import PanopticMap
 from razer.plugins import NO_TRUST, Trust
@@ -62,7 +63,8 @@ def open_map(
 ) -> tuple[PanopticMap, RunConfig]:
     """A map with its settings, as people edited it or as it was made; its embedder, the settings' or the one named, is
     made when the first text comes. Arguments and errors as above."""
-    config_file = path if (path := folder / names.CONFIG).is_file() else None
+    with plain_os_errors(folder):
+        config_file = path if (path := folder / names.CONFIG).is_file() else None
     # Another embedder does not take the options of the run's own.
     no_options = ("embedder.options={}",) if embedder else ()
     named = {"embedder.name": embedder}

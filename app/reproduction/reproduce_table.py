@@ -25,6 +25,7 @@ from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from data_tools.truth.open_truth import has_truth
 from razer.errors import BadInput
+from razer.files import read_json
 from razer.metrics.presets import PRESETS, Preset
 from razer.metrics.protocol.evaluation import Evaluation
 from razer.storage.atomic_files import replace_content
@@ -140,7 +141,7 @@ class Reproduction:
         print_notes(notes)
         for name, numbers in result.as_json()["scenes"].items():
             replace_content(self._out / name / names.METRICS, json.dumps(numbers, indent=1) + "\n")
-        timings = {name: json.loads((self._out / name / names.TIMINGS).read_text()) for name in mapped}
+        timings = {name: read_json(self._out / name / names.TIMINGS, only_finite=False) for name in mapped}
         seconds = {name: round(float(t["wall_s"]), 2) for name, t in timings.items()}
         stages = {stage for t in timings.values() for stage in t["stages"]}
         stages_ms = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from app.frames.frame_account import FrameAccount
 from app.run_folder import run_folder as names
 from data_tools.recordings.trajectories import Trajectory, read_trajectory
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json
 from razer.metrics.scene_pair import TimedPoses
 
 
@@ -36,9 +36,9 @@ def run_poses(folder: Path) -> tuple[TimedPoses, FrameAccount] | None:
 def read_account(folder: Path, n_poses: int) -> FrameAccount:
     """What a run folder keeps of its frames, or what follows from its `n_poses` poses and its timings."""
     try:
-        timings = json.loads((folder / names.TIMINGS).read_text())
+        timings = read_json(folder / names.TIMINGS, only_finite=False)
         account = FrameAccount.from_json(timings["account"]) if "account" in timings else _derived(timings, n_poses)
-    except (OSError, KeyError, ValueError, TypeError):
+    except MALFORMED:
         return FrameAccount(n_poses)
     return account if account.used == n_poses else FrameAccount(n_poses, account.asked, account.frames)
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection
 from typing import Any
 
 from razer.errors import BadInput
+from razer.files import parse_toml
 
 
 def split_assignment(assignment: str, form: str, known: Collection[str] | None = None) -> tuple[str, str]:
@@ -22,6 +22,6 @@ def split_assignment(assignment: str, form: str, known: Collection[str] | None =
 def parse_value(text: str) -> Any:
     """A value as TOML reads it; what is no TOML value is a string, so that quotes are optional."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text}", "--set")["value"]
+    except BadInput:
         return text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -15,7 +14,8 @@ from app.settings.assignments import parse_value, split_assignment
 from app.settings.presets import preset_settings
 from app.settings.renamed_settings import REMOVED, RENAMED, with_new_names
 from app.settings.run_config import RunConfig
-from razer.errors import BadInput, one_line
+from razer.errors import BadInput
+from razer.files import read_toml
 from razer.plugins import NO_TRUST, Trust
 from razer.settings import problem_of
 from razer.storage.settings_list import list_settings
@@ -49,7 +49,7 @@ def read_config(
     for name, value in preset_settings(preset).items():
         _assign(tree, name, value)
     if file:
-        _override(tree, _read_toml(file))
+        _override(tree, read_toml(file))
     for section in ("segmenter", "embedder"):  # what an earlier run was asked for says nothing about this one
         if isinstance(keys := tree.get(section), dict):
             keys.pop("asked", None)
@@ -74,7 +74,7 @@ def read_run_config(
     Raises:
         BadInput: naming the setting, if any is wrong.
     """
-    tree = with_new_names(_read_toml(file)) if file else {}
+    tree = with_new_names(read_toml(file)) if file else {}
     for section, name in _WITHOUT_NAMES.items():
         if isinstance(keys := tree.setdefault(section, {}), dict):
             keys.setdefault("name", name)
@@ -102,15 +102,6 @@ def _validated(
     trusted = trust.also(named)
     sections = {name: getattr(config, name).with_trust(trusted) for name in ("input", "segmenter", "embedder")}
     return config.model_copy(update=sections)
-
-
-def _read_toml(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{file}: cannot be read ({error.strerror}); give an existing TOML file") from error
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"{file}: not TOML: {one_line(error)}") from error
 
 
 def _texts(value: Any) -> list[str]:
@@ -143,14 +134,14 @@ def _override(tree: dict[str, Any], other: Mapping[str, Any]) -> None:
 def _plain_line(error: ValidationError, file: Path | None) -> str:
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"])
+    where = f" (from {file}, --set or an option)" if file else ""
     if first["type"] == "extra_forbidden":
         name = _down_to_leaf(name, first["input"])
         if name in RENAMED:
             return f"setting {name} is called {RENAMED[name]} now"
         if name in REMOVED:
             return f"setting {name} is gone: {REMOVED[name]}"
-        return f"unknown setting {name}{_nearest(name)}; `razer config` lists all settings"
-    where = f" (from {file}, --set or an option)" if file else ""
+        return f"unknown setting {name}{where}{_nearest(name)}; `razer config` lists all settings"
     given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
     return f"setting {name}{given}{where}: {problem_of(error)}"
 

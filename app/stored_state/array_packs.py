@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from razer.errors import BadInput
+from razer.files import opened
 
 SUFFIX = ".pack"
 MIN_USED = 0.5  # share of a pack that must be of use, for its arrays to stay where they are
@@ -94,14 +95,14 @@ class PackReader:
         """The bytes; raises BadInput where they are not those that were written."""
         path = pack_path(self._folder, self._name, place.pack)
         try:
-            with path.open("rb") as file:
+            with opened(path) as file:
                 file.seek(place.start)
-                if place.length > os.fstat(file.fileno()).st_size - place.start:
+                if not 0 <= place.length <= os.fstat(file.fileno()).st_size - place.start:
                     raise BadInput(f"{path} is cut off: the checkpoint cannot be used")
                 data = bytearray(place.length)
                 file.readinto(data)
-        except OSError as error:
-            raise BadInput(f"{path}: {error.strerror}: the checkpoint cannot be used") from error
+        except BadInput as error:
+            raise BadInput(f"{error}; the checkpoint cannot be used") from None
         if blake2b(data, digest_size=HASH_BYTES).hexdigest() != place.digest:
             raise BadInput(f"{path} is damaged: the checkpoint cannot be used")
         return data

@@ -13,6 +13,7 @@ from typing import Any
 from app.stored_state.saved_state import SavedState, tidy
 from app.stored_state.written_log import WrittenLog
 from razer.errors import BadInput
+from razer.files import MALFORMED, MissingFile, read_json
 
 FOLDER = "checkpoint"
 FILE = "checkpoint.json"
@@ -51,11 +52,11 @@ def read_checkpoint(folder: Path) -> Checkpoint | None:
     """The checkpoint in a folder, None where there is none; raises BadInput for one that cannot be used."""
     path = folder / FILE
     try:
-        content = json.loads(path.read_bytes())
-    except FileNotFoundError:
+        content = read_json(path)
+    except MissingFile:
         return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise BadInput(f"{path} cannot be read: the checkpoint cannot be used") from error
+    except BadInput as error:
+        raise BadInput(f"{error}; the checkpoint cannot be used") from None
     try:
         if content.pop("format") != FORMAT:
             raise BadInput(f"{path} is of another version of this program: the run cannot be resumed with this one")
@@ -71,7 +72,7 @@ def read_checkpoint(folder: Path) -> Checkpoint | None:
         )
     except BadInput:
         raise
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{path} is damaged: the run cannot be resumed") from error
 
 

@@ -11,6 +11,9 @@ from app.stored_state.array_packs import PackReader, PackWriter
 from app.stored_state.saved_state import SavedState, tree_path
 from app.stored_state.state_codec import Decoder, Encoder, KnownObjects
 from razer.errors import BadInput
+from razer.files import read_json
+
+_MAX_DEPTH = 400  # two for each object in another
 
 
 class StateWriter:
@@ -38,10 +41,13 @@ def load_state(folder: Path, saved: SavedState, known: KnownObjects) -> Any:
     """The state as it was; raises BadInput for files that are missing or damaged."""
     path = tree_path(folder, saved.name, saved.number)
     try:
-        tree = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError) as error:
-        raise BadInput(f"{path} cannot be read: the checkpoint cannot be used") from error
-    return Decoder(known, PackReader(folder, saved.name)).decode(tree)
+        tree = read_json(path, only_finite=False, max_depth=_MAX_DEPTH)
+    except BadInput as error:
+        raise BadInput(f"{error}; the checkpoint cannot be used") from None
+    try:
+        return Decoder(known, PackReader(folder, saved.name)).decode(tree)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def _write_safely(path: Path, data: bytes) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.arrays import BoolArray
 from razer.errors import BadInput
+from razer.files import MAX_TEXT_BYTES, MissingFile, read_bytes
 
 _NEWLINE, _ZERO, _NINE = b"\n09"
 _SPACES = np.frombuffer(b" \t\n", np.uint8)
@@ -17,8 +18,8 @@ def read_mask(path: Path) -> BoolArray:
     """The mask (V,) in a file; raises BadInput naming it. Lines of one digit, as nearly all such files have, and other
     whole numbers are looked at as bytes; all else is parsed number by number."""
     try:
-        data = path.read_bytes()
-    except OSError:
+        data = read_bytes(path, MAX_TEXT_BYTES)
+    except MissingFile:
         raise BadInput(f"{path} is missing: a submission needs the mask files that its list names") from None
     text = data.replace(b"\r", b"").rstrip()
     mask = _single_digits(text)

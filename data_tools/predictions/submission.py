@@ -10,6 +10,10 @@ from pathlib import Path
 from data_tools.predictions.mask_file import read_mask
 from data_tools.predictions.packed_masks import PackedMasks
 from razer.errors import BadInput
+from razer.files import beginning, read_lines
+from razer.vocabulary import MAX_ID
+
+_BEGINNING_BYTES = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,7 @@ def read_submission(path: Path) -> Submission:
     masks = PackedMasks()
     labels: dict[int, int] = {}
     scores: dict[int, float] = {}
-    numbered = [(n, line) for n, line in enumerate(path.read_text().splitlines(), start=1) if line.strip()]
+    numbered = [(n, line) for n, line in enumerate(read_lines(path), start=1) if line.strip()]
     for number, line in numbered:
         name, label, score = _fields(path, number, line)
         mask = read_mask(path.parent / name)
@@ -58,8 +62,7 @@ def read_submission(path: Path) -> Submission:
 
 
 def _is_list(path: Path) -> bool:
-    with path.open(errors="replace") as file:
-        first = file.readline()
+    first, *_ = [*beginning(path, _BEGINNING_BYTES).decode("utf-8", "replace").splitlines(), ""]
     # A scene in which nothing was found has an empty list.
     fields = first.split()
     return not first or (len(fields) == 3 and (path.parent / fields[0]).suffix == ".txt")
@@ -68,7 +71,7 @@ def _is_list(path: Path) -> bool:
 def _fields(path: Path, number: int, line: str) -> tuple[str, int, float]:
     try:
         name, label, score = line.split()
-        if not float(label).is_integer() or not math.isfinite(float(score)):
+        if not float(label).is_integer() or abs(float(label)) > MAX_ID or not math.isfinite(float(score)):
             raise ValueError
         return name, int(float(label)), float(score)
     except ValueError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from data_tools.truth.ply import read_ply
 from razer.arrays import Int64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, MAX_TEXT_BYTES, read_bytes, read_json, read_lines, read_npy
 
 _CLASS = 1000  # class * 1000 + instance is how ScanNet's scripts write both in one number
 SUFFIXES = (".txt", ".npy", ".ply")
@@ -58,11 +58,11 @@ def read_vertex_labels(path: Path) -> VertexLabels:
 
 def _numbers(path: Path) -> Int64Array:
     try:
-        numbers = np.load(path) if path.suffix == ".npy" else np.array(path.read_bytes().split(), np.int64)
-    except (OSError, ValueError, OverflowError) as error:
+        numbers = (
+            read_npy(path) if path.suffix == ".npy" else np.array(read_bytes(path, MAX_TEXT_BYTES).split(), np.int64)
+        )
+    except MALFORMED as error:
         raise BadInput(f"{path} must hold one whole number for each vertex (problem: {error})") from None
-    if not isinstance(numbers, np.ndarray):
-        raise BadInput(f"{path} holds several arrays: give a .npy with one whole number for each vertex")
     if numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer):
         raise BadInput(f"{path} holds {numbers.dtype} of shape {numbers.shape}: whole numbers (V,) are needed")
     return numbers.astype(np.int64).clip(0)
@@ -75,10 +75,10 @@ def _with_instances(path: Path, beside: Path) -> VertexLabels:
         raise BadInput(f"{beside} has {len(instances)} lines, but {path.name} {len(classes)}: one for each vertex")
     file = path.with_name(CONFIDENCES.format(path.stem))
     try:
-        rows = [line.split() for line in file.read_text().splitlines() if line.strip()]
+        rows = [line.split() for line in read_lines(file) if line.strip()]
         scores = {int(number): float(score) for number, _, score in rows}
         labels = {int(number): int(label) for number, label, _ in rows}
-    except (OSError, ValueError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{file} must hold lines of `instance class confidence` (problem: {error})") from None
     return VertexLabels(instances, classes, {}, scores, labels)
 
@@ -100,6 +100,6 @@ def _from_ply(path: Path) -> VertexLabels:
 
 def _names(path: Path) -> dict[int, str]:
     try:
-        return {int(number): str(name) for number, name in json.loads(path.read_text()).items()}
-    except (ValueError, AttributeError) as error:
+        return {int(number): str(name) for number, name in read_json(path).items()}
+    except MALFORMED as error:
         raise BadInput(f"{path} must map class numbers to names (problem: {error})") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from data_tools.readers.pairing import Pair, pair_images
@@ -12,6 +11,7 @@ from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import InterpolatedPoses, NearestPoses, PoseFiles, PoseSource, read_trajectory
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json, read_numbers
 
 MILLIMETRES = 1000.0
 _COLOR_FOLDERS = ("color", "rgb")
@@ -57,10 +57,7 @@ def _stamps(folder: Path, pairs: list[Pair]) -> list[float]:
     path = folder / "stamps.txt"
     if not path.exists():
         return [pair.stamp for pair in pairs]
-    try:
-        stamps = [float(line) for line in path.read_text().split()]
-    except ValueError:
-        raise BadInput(f"{path} must hold one number of seconds a line") from None
+    stamps = read_numbers(path, "one number of seconds a line").tolist()
     if len(stamps) != len(pairs):
         raise BadInput(f"{path} has {len(stamps)} stamps for {len(pairs)} frames: it needs one each")
     return stamps
@@ -81,6 +78,6 @@ def _class_names(folder: Path) -> dict[int, str]:
     if not path.is_file():
         return {}
     try:
-        return {int(item["id"]): str(item["class"]) for item in json.loads(path.read_text())}
-    except (ValueError, KeyError, TypeError) as error:
+        return {int(item["id"]): str(item["class"]) for item in read_json(path)}
+    except MALFORMED as error:
         raise BadInput(f'{path} must be a list of {{"id": 1, "class": "chair"}} (problem: {error})') from error

@@ -20,6 +20,7 @@ from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import NearestPoses, PoseWithNotes, read_trajectory
 from razer.errors import BadInput
+from razer.files import read_lines
 
 DEPTH_SCALE = 5000.0
 FRAMES_PER_SECOND = 30.0
@@ -68,7 +69,7 @@ def _associations(folder: Path) -> list[tuple[float, str, str]]:
     if not path.is_file():
         return _same_names(folder)
     rows = []
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
+    for number, line in enumerate(read_lines(path), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
@@ -91,6 +92,6 @@ def _same_names(folder: Path) -> list[tuple[float, str, str]]:
         int(path.stem)
         for kind in ("rgb", "depth")
         for path in (folder / kind).iterdir()
-        if path.stem.isdigit() and path.suffix.lower() in IMAGE_SUFFIXES
+        if path.stem.isdecimal() and path.suffix.lower() in IMAGE_SUFFIXES
     }
     return [(float(n), f"rgb/{n}.png", f"depth/{n}.png") for n in sorted(numbers)]

@@ -11,6 +11,7 @@ import numpy as np
 from data_tools.readers.tum import MAX_DIFFERENCE_S, associate
 from razer.arrays import Float64Array
 from razer.errors import BadInput
+from razer.files import read_numbers
 
 FRAMES_PER_SECOND = 30.0
 _LONGEST_NUMBER = 7  # digits of a number that counts frames
@@ -59,8 +60,8 @@ def pair_images(folder: Path, color: Images, depth: Images) -> tuple[list[Pair],
 
 
 def _same_names(color: Images, depth: Images) -> list[Pair]:
-    keys = sorted(color.keys() | depth.keys(), key=lambda key: (int(key) if key.isdigit() else 0, key))
-    numbered = all(key.isdigit() and len(key) <= _LONGEST_NUMBER for key in keys)
+    keys = sorted(color.keys() | depth.keys(), key=lambda key: (int(key) if key.isdecimal() else 0, key))
+    numbered = all(key.isdecimal() and len(key) <= _LONGEST_NUMBER for key in keys)
     stamps = [(int(key) if numbered else i) / FRAMES_PER_SECOND for i, key in enumerate(keys)]
     return [Pair(key, color.get(key), depth.get(key), stamp) for key, stamp in zip(keys, stamps, strict=True)]
 
@@ -87,10 +88,7 @@ def _listed(folder: Path, color: Images, depth: Images) -> tuple[Stamps, Stamps]
 
 def _stamps_of(path: Path, files: Images) -> Stamps:
     names = sorted(files, key=lambda stem: (_last_number(stem) or 0, stem))
-    try:
-        stamps = [float(line) for line in path.read_text().split()]
-    except ValueError:
-        raise BadInput(f"{path} must hold one number of seconds a line") from None
+    stamps = read_numbers(path, "one number of seconds a line").tolist()
     if len(stamps) != len(names):
         raise BadInput(f"{path} has {len(stamps)} stamps for {len(names)} images: it needs one each")
     return dict(zip(names, stamps, strict=True))
@@ -107,7 +105,7 @@ def _named(color: Images, depth: Images) -> tuple[Stamps, Stamps] | None:
 def _clock(stem: str) -> float | None:
     if _SECONDS.fullmatch(stem):
         return float(stem)
-    return int(stem) / _UNITS_PER_S[len(stem)] if stem.isdigit() and len(stem) in _UNITS_PER_S else None
+    return int(stem) / _UNITS_PER_S[len(stem)] if stem.isdecimal() and len(stem) in _UNITS_PER_S else None
 
 
 def _numbers(files: Images) -> Stamps:

@@ -8,11 +8,9 @@ Source: https://record3d.app, https://github.com/marek-simonik/record3d
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -22,8 +20,11 @@ from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.recorded_sequence import RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
+from razer.files import MALFORMED, beginning, parse_json, read_json
 
 _FRAMES_PER_SECOND = 60.0  # where neither stamps nor fps are there; the app's default
+_BEGINNING_BYTES = 2**24
+_LONGEST_NUMBER = 9  # digits
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -54,7 +55,7 @@ def is_record3d(path: Path) -> bool:
     metadata = path / "metadata.json"
     if not (metadata.is_file() and (path / "rgb").is_dir() and (path / "depth").is_dir()):
         return False
-    content = metadata.read_bytes()
+    content = beginning(metadata, _BEGINNING_BYTES)
     return b'"poses"' in content and (b'"K"' in content or b'"perFrameIntrinsicCoeffs"' in content)
 
 
@@ -67,7 +68,7 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> Recorded
         depth_size = (int(metadata.get("dw", 0)), int(metadata.get("dh", 0)))
         stamps = tuple(float(stamp) for stamp in metadata.get("frameTimestamps", ()))
         rate = float(metadata.get("fps", _FRAMES_PER_SECOND))
-    except (KeyError, TypeError, ValueError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{folder}: its metadata is not that of a Record3D export (problem: {error!r})") from None
     numbers = _numbers(folder)
     is_recorded = len(stamps) > max(numbers, default=0)
@@ -81,13 +82,15 @@ def read_record3d(folder: Path, declared: Declared, use_poses: bool) -> Recorded
 
 
 def _metadata(path: Path) -> dict[str, Any]:
-    try:
-        text = opened(path).read("metadata") if path.is_file() else _metadata_file(path).read_bytes()
-        content = json.loads(text)
-    except (BadZipFile, OSError) as error:
-        raise BadInput(f"{path} is no whole .r3d archive ({error}): copy it from the phone again") from None
-    except (KeyError, ValueError) as error:
-        raise BadInput(f"{path}: its metadata cannot be read (problem: {error})") from None
+    # Poses that are not finite cost their frames alone.
+    if not path.is_file():
+        content = read_json(_metadata_file(path), only_finite=False)
+    else:
+        try:
+            text = opened(path).read("metadata")
+        except BadInput as error:
+            raise BadInput(f"{error}: it is no whole .r3d archive, copy it from the phone again") from None
+        content = parse_json(text, f"{path}, its metadata", only_finite=False)
     if not isinstance(content, dict):
         raise BadInput(f"{path}: its metadata is not that of a Record3D export")
     return content
@@ -110,8 +113,8 @@ def _camera(metadata: dict[str, Any]) -> Camera:
 
 def _numbers(path: Path) -> tuple[int, ...]:
     if path.is_file():
-        names = [name.removeprefix("rgbd/") for name in opened(path).namelist() if name.startswith("rgbd/")]
+        names = [name.removeprefix("rgbd/") for name in opened(path).names if name.startswith("rgbd/")]
     else:
         names = [file.name for part in ("rgbd", "rgb", "depth") for file in (path / part).glob("*")]
     stems = {name.rpartition(".")[0] for name in names if not name.endswith(".conf")}
-    return tuple(sorted(int(stem) for stem in stems if stem.isdigit()))
+    return tuple(sorted(int(stem) for stem in stems if stem.isdecimal() and len(stem) <= _LONGEST_NUMBER))

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_tools.recordings.images import decode_rgb, read_depth, read_rgb, short_name
+from data_tools.recordings.images import MAX_FRAME_BYTES, decode_rgb, read_depth, read_rgb, short_name
 from data_tools.recordings.recorded_sequence import ImageSource
 from razer.arrays import Float32Array, Uint8Array
 from razer.errors import BadInput, UnusableFrame
+from razer.files import Archive, MissingFile, MissingMember, read_bytes
 
 _MILLIMETRES = 1000.0
 _HOW_TO_INSTALL = "pip install 'razer[record3d]'"
@@ -24,9 +24,9 @@ _USUAL_SIZES = ((192, 256), (256, 192), (480, 640), (640, 480))
 
 
 @lru_cache(maxsize=4)
-def opened(path: Path) -> ZipFile:
-    """An archive, kept open: reading its list anew for each frame would take longer than the frame."""
-    return ZipFile(path)
+def opened(path: Path) -> Archive:
+    """An archive, kept open: reading its list anew for each frame would take longer than the frame. Raises BadInput."""
+    return Archive(path)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +85,17 @@ class ArchiveImages(ImageSource):
         return data
 
     def _has(self, name: str) -> bool:
-        return name in opened(self.path).NameToInfo if self.path.is_file() else (self.path / name).is_file()
+        return name in opened(self.path) if self.path.is_file() else (self.path / name).is_file()
 
     def _read(self, name: str) -> bytes:
         try:
-            return opened(self.path).read(name) if self.path.is_file() else (self.path / name).read_bytes()
-        except (KeyError, FileNotFoundError):
+            return (
+                opened(self.path).read(name) if self.path.is_file() else read_bytes(self.path / name, MAX_FRAME_BYTES)
+            )
+        except (MissingMember, MissingFile):
             raise UnusableFrame(f"{name} is missing") from None
-        except (BadZipFile, OSError, EOFError) as error:
-            raise UnusableFrame(f"{name} cannot be read: {error}") from error
+        except BadInput as error:
+            raise UnusableFrame(f"{name} cannot be read: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ https://www.open3d.org/docs/release/tutorial/reconstruction_system/
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from data_tools.recordings.images import IMAGE_SUFFIXES
 from data_tools.recordings.pose_log import LogPoses, is_pose_log, read_pose_log
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0
@@ -84,7 +84,7 @@ def _camera(folder: Path) -> Declared:
     """What a JSON file with an intrinsic_matrix beside the images says, else the default camera."""
     for path in sorted(folder.glob("*.json")):
         try:
-            content = json.loads(path.read_text())
+            content = read_json(path)
             matrix = content.get("intrinsic_matrix")
         except (ValueError, AttributeError):
             continue
@@ -100,7 +100,7 @@ def _open3d_camera(path: Path, content: dict, matrix: list) -> Declared:
         fx, _, _, _, fy, _, cx, cy, _ = (float(x) for x in matrix)
         size = (int(content["width"]), int(content["height"]))
         return Declared(Camera(fx, fy, cx, cy, size=size), depth_scale=content.get("depth_scale", MILLIMETRES))
-    except (ValueError, KeyError, TypeError) as error:
+    except MALFORMED as error:
         raise BadInput(
             f"{path} must hold width, height and the 9 numbers of intrinsic_matrix column by column (problem: {error})"
         ) from None

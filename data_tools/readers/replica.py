@@ -7,7 +7,6 @@ Source: https://github.com/cvg/nice-slam
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.errors import BadInput, UnusableFrame
+from razer.files import MALFORMED, read_json, read_lines
 
 FRAMES_PER_SECOND = 30.0
 DEPTH_SCALE = 6553.5
@@ -80,7 +80,7 @@ def _numbered(folder: Path, kind: str) -> dict[int, Path]:
 
 def _lines(path: Path) -> tuple[tuple[float, ...], ...]:
     """The numbers of each line; a word that is no number becomes nan, so that only its frame has no pose."""
-    return tuple(tuple(_number(word) for word in line.split()) for line in path.read_text().splitlines())
+    return tuple(tuple(_number(word) for word in line.split()) for line in read_lines(path))
 
 
 def _number(word: str) -> float:
@@ -94,13 +94,14 @@ def _camera(folder: Path) -> Declared:
     path = next((p for place in (folder, folder.parent) if (p := place / "cam_params.json").is_file()), None)
     if path is None:
         return Declared(CAMERA, depth_scale=DEPTH_SCALE)
+    known = read_json(path)
     try:
-        content = json.loads(path.read_text())["camera"]
+        content = known["camera"]
         fx, fy, cx, cy, scale = (float(content[name]) for name in ("fx", "fy", "cx", "cy", "scale"))
         return Declared(Camera(fx, fy, cx, cy, size=(int(content["w"]), int(content["h"]))), depth_scale=scale)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except MALFORMED as error:
         raise BadInput(
             f'{path} must be JSON with "camera" and in it w, h, fx, fy, cx, cy, scale (problem: {error!r})'
         ) from None

@@ -14,9 +14,11 @@ from data_tools.recordings.camera import Camera, Declared, read_camera_matrix
 from data_tools.recordings.image_files import ImagePaths, file_sequence
 from data_tools.recordings.pose_log import LogPoses, read_pose_log
 from data_tools.recordings.recorded_sequence import RecordedSequence
+from razer.files import read_text
 
 MILLIMETRES = 1000.0
 FRAMES_PER_SECOND = 30.0
+_LONGEST_NUMBER = 19  # digits of what counts microseconds
 CAMERA = Camera(544.47329, 544.47329, 320.0, 240.0, size=(640, 480))
 _NAMES = {kind: re.compile(rf"{kind}(\d+)\.(?:png|jpe?g)") for kind in ("image", "depth")}
 
@@ -69,6 +71,10 @@ def _stamps(path: Path) -> dict[int, float]:
     """Seconds of depth by image number; lines of another form are passed over, as some tools add columns."""
     if not path.is_file():
         return {}
-    lines = (line.split() for line in path.read_text(errors="replace").splitlines())
-    rows = (line for line in lines if len(line) == 3 and all(word.isdigit() for word in line))
+    lines = (line.split() for line in read_text(path, replace_errors=True).splitlines())
+    rows = (
+        line
+        for line in lines
+        if len(line) == 3 and all(word.isdecimal() and len(word) <= _LONGEST_NUMBER for word in line)
+    )
     return {int(number): int(depth_us) / 1e6 for number, _, depth_us in rows}

@@ -13,6 +13,7 @@ from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.trajectories import InterpolatedPoses, read_trajectory
 from razer.arrays import Float64Array
 from razer.errors import BadInput
+from razer.files import read_lines
 
 DEPTH_SCALE = 5000.0
 MAX_DIFFERENCE_S = 0.02  # between a colour and a depth image of one frame, as the benchmark's tools have it
@@ -75,7 +76,7 @@ def associate(a: Float64Array, b: Float64Array, max_difference: float) -> list[t
 
 def _read_list(path: Path) -> tuple[Float64Array, list[str]]:
     stamps, files = [], []
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
+    for number, line in enumerate(read_lines(path), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         stamp, _, name = line.strip().partition(" ")
@@ -90,10 +91,7 @@ def _read_list(path: Path) -> tuple[Float64Array, list[str]]:
 def _known_camera(folder: Path) -> Camera | None:
     """The published camera where the folder's name or the comments of its lists say freiburg1, 2 or 3."""
     comments = [
-        line
-        for name in ("rgb.txt", "depth.txt")
-        for line in (folder / name).read_text().splitlines()
-        if line.lstrip().startswith("#")
+        line for name in ("rgb.txt", "depth.txt") for line in read_lines(folder / name) if line.lstrip().startswith("#")
     ]
     number = re.search(r"(?:freiburg|\bfr)([123])", "\n".join([folder.name, *comments]).replace("_", " "))
     return CAMERAS[number[1]] if number else None

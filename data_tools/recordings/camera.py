@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, MissingFile, read_json, read_numbers
 from razer.frame import Intrinsics
 from razer.geometry import is_rigid
 
@@ -104,14 +104,15 @@ def read_camera_file(path: Path) -> Declared:
     """An intrinsics.json: width, height, fx, fy, cx, cy, optionally distortion [5], depth_scale (units per
     metre), and "color" with a camera of its own; raises BadInput naming the file."""
     try:
-        content = json.loads(path.read_text())
+        content = read_json(path)
+    except MissingFile:
+        raise BadInput(f"{path} does not exist; give {HOW_TO_DECLARE}") from None
+    try:
         color = content.get("color")
         return Declared(_camera_from(content), _camera_from(color) if color else None, content.get("depth_scale"))
-    except FileNotFoundError:
-        raise BadInput(f"{path} does not exist; give {HOW_TO_DECLARE}") from None
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except MALFORMED as error:
         raise BadInput(
             f"{path} must be JSON with width, height, fx, fy, cx, cy as numbers (problem: {error})"
         ) from error
@@ -119,11 +120,15 @@ def read_camera_file(path: Path) -> Declared:
 
 def read_camera_matrix(path: Path) -> Camera:
     """A text file with a 3x3 camera matrix, as 7-Scenes tools write it; raises BadInput naming the file."""
+    what = f"a 3x3 camera matrix; or give {HOW_TO_DECLARE}"
+    numbers = read_numbers(path, what)
+    if numbers.size != 9:
+        raise BadInput(f"{path} must hold {what}")
+    fx, _, cx, _, fy, cy, *_ = numbers.tolist()
     try:
-        (fx, _, cx), (_, fy, cy), _ = np.loadtxt(path).reshape(3, 3).tolist()
         return Camera(fx, fy, cx, cy)
-    except ValueError:
-        raise BadInput(f"{path} must hold a 3x3 camera matrix; or give {HOW_TO_DECLARE}") from None
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def _camera_from(content: Mapping[str, Any]) -> Camera:
@@ -146,12 +151,11 @@ def _parse_camera(text: str) -> Declared:
 
 
 def _read_extrinsic(path: Path) -> Float64Array:
+    what = "a rigid 4x4 matrix that takes depth-camera metres to colour-camera"
     try:
-        matrix = np.loadtxt(path).reshape(-1, 4)
-    except FileNotFoundError:
+        numbers = read_numbers(path, what)
+    except MissingFile:
         raise BadInput(f"{path} does not exist: give --depth-to-color a file with a 4x4 matrix") from None
-    except ValueError:
-        matrix = np.empty((0, 4))
-    if not is_rigid(matrix, tolerance=1e-3):
-        raise BadInput(f"{path} must hold a rigid 4x4 matrix that takes depth-camera metres to colour-camera")
+    if numbers.size != 16 or not is_rigid(matrix := numbers.reshape(4, 4), tolerance=1e-3):
+        raise BadInput(f"{path} must hold {what}")
     return matrix

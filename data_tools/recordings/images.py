@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -9,14 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from razer.arrays import Float32Array, Int32Array, Uint8Array, Uint16Array
-from razer.errors import UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.files import MissingFile, decode_image, read_bytes
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 SATURATED = 65535  # 7-Scenes marks missing depth with it; elsewhere it is the largest value a PNG holds
-# How complete PNG and JPEG data begins and ends. A decoder may fill what is missing with grey, so the end is
-# looked at first.
-_ENDINGS = {b"\x89PNG": b"IEND", b"\xff\xd8": b"\xff\xd9"}
-_ENDING_BYTES = 1024
+MAX_FRAME_BYTES = 256 * 2**20  # of one file of one frame
 # The EXIF orientation is ignored because depth, which has none, must stay on the same grid.
 _RGB = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
 
@@ -79,23 +79,30 @@ def _single_channel(path: Path, what: str, kind: type[np.uint8] | type[np.uint16
 
 
 def decode(data: bytes, name: str, flags: int) -> NDArray:
-    """The image in the bytes of a PNG or JPEG file; raises UnusableFrame naming it, also for one that is cut off."""
-    if not data:
-        raise UnusableFrame(f"{name} is empty")
-    ending = next((end for start, end in _ENDINGS.items() if data.startswith(start)), b"")
-    if ending not in data[-_ENDING_BYTES:]:
-        raise UnusableFrame(f"{name} is truncated")
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    if image is None:
-        raise UnusableFrame(f"{name} is no image, or a damaged one")
-    return image
+    """The image in the bytes of a PNG or JPEG file, see `razer.files.decode_image`; raises UnusableFrame."""
+    with unusable_frame():
+        return decode_image(data, name, flags)
+
+
+def read_member(path: Path) -> bytes:
+    """The bytes of one file of a recording; raises UnusableFrame naming it within the recording."""
+    with unusable_frame():
+        try:
+            return read_bytes(path, MAX_FRAME_BYTES)
+        except MissingFile:
+            raise UnusableFrame(f"{short_name(path)} is missing") from None
+
+
+@contextmanager
+def unusable_frame() -> Iterator[None]:
+    """What is bad input in the block is so for one frame only, which raises UnusableFrame."""
+    try:
+        yield
+    except UnusableFrame:
+        raise
+    except BadInput as error:
+        raise UnusableFrame(str(error)) from None
 
 
 def _decode(path: Path, flags: int) -> NDArray:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise UnusableFrame(f"{short_name(path)} is missing") from None
-    except OSError as error:
-        raise UnusableFrame(f"{short_name(path)} cannot be read: {error.strerror}") from error
-    return decode(data, short_name(path), flags)
+    return decode(read_member(path), short_name(path), flags)

@@ -16,8 +16,10 @@ import numpy as np
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
+from razer.files import beginning, read_text
 
-_HEADER = re.compile(r"\s*(-?\d+)\s+-?\d+\s+-?\d+\s*")
+_BEGINNING_BYTES = 4096
+_HEADER = re.compile(r"\s*(-?\d{1,18})\s+-?\d+\s+-?\d+\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +40,8 @@ class LogPoses:
 
 def is_pose_log(path: Path) -> bool:
     """Whether a text file begins like a log: three whole numbers, then a row of four."""
-    try:
-        with path.open() as file:
-            first, second = file.readline(), file.readline()
-    except (OSError, UnicodeDecodeError):
-        return False
-    return bool(_HEADER.fullmatch(first.rstrip("\n"))) and len(second.split()) == 4
+    first, second = [*beginning(path, _BEGINNING_BYTES).decode("utf-8", "replace").splitlines(), "", ""][:2]
+    return bool(_HEADER.fullmatch(first)) and len(second.split()) == 4
 
 
 def read_pose_log(path: Path) -> dict[int, Float64Array]:
@@ -51,7 +49,7 @@ def read_pose_log(path: Path) -> dict[int, Float64Array]:
 
     What is no number becomes nan, and a pose that is cut off at the end is left out: those frames have no usable
     pose, the others keep theirs. Where the numbers repeat, poses are counted in their order from 0."""
-    lines = [(i, line) for i, line in enumerate(path.read_text(errors="replace").splitlines(), 1) if line.strip()]
+    lines = [(i, line) for i, line in enumerate(read_text(path, replace_errors=True).splitlines(), 1) if line.strip()]
     numbers, poses = [], []
     for first in range(0, len(lines) - 4, 5):
         line_number, header = lines[first]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, MissingFile, read_json
 from razer.frame import Intrinsics
 from razer.geometry import is_rigid
 
@@ -35,12 +35,14 @@ class RgbdCalibration:
 def read_rgbd_calibration(path: Path) -> RgbdCalibration:
     """The calibration in a file that `RgbdCalibration.to_json` describes; raises BadInput naming the file."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = read_json(path)
         color = _camera(content["color"])
         color_from_depth = np.array(content["color_from_depth"], np.float64)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read ({error.strerror}): give auto, off or a calibration file") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except MissingFile:
+        raise BadInput(
+            f"{path} cannot be read (No such file or directory): give auto, off or a calibration file"
+        ) from None
+    except MALFORMED as error:
         raise BadInput(
             f'{path} must be JSON with "color" (width, height, fx, fy, cx, cy) and "color_from_depth", a 4x4 matrix, '
             f"as `razer inspect --write` makes it (problem: {error})"

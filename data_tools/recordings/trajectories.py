@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from data_tools.recordings.images import short_name
 from razer.arrays import Float64Array, Pose
 from razer.errors import BadInput, UnusableFrame
+from razer.files import MissingFile, read_lines, read_numbers
 from razer.geometry import is_rigid, nearest_rotation, rotation_error
 
 MAX_ROTATION_ERROR = 0.01
@@ -55,10 +56,10 @@ def checked_pose(matrix: Float64Array, source: str) -> PoseWithNotes:
 def read_pose(path: Path) -> PoseWithNotes:
     """The pose in a text file of 16 numbers, row by row; raises UnusableFrame naming the file."""
     try:
-        numbers = np.array(path.read_text().split(), dtype=np.float64)
-    except FileNotFoundError:
+        numbers = read_numbers(path, "a 4x4 matrix")
+    except MissingFile:
         raise UnusableFrame(f"{short_name(path)} is missing") from None
-    except (ValueError, OSError) as error:
+    except BadInput as error:
         raise UnusableFrame(f"{short_name(path)}: the pose is not a 4x4 matrix") from error
     if numbers.size != 16:
         raise UnusableFrame(f"{short_name(path)}: the pose has {numbers.size} numbers, not 16")
@@ -116,7 +117,7 @@ class Trajectory:
 def read_trajectory(path: Path) -> Trajectory:
     """A TUM trajectory, lines of `stamp tx ty tz qx qy qz qw`; raises BadInput naming the file. A last line that is
     cut off and lines without a finite stamp are left out: no frame can have their pose."""
-    lines = [line.split() for line in path.read_text().splitlines()]
+    lines = [line.split() for line in read_lines(path)]
     lines = [line for line in lines if line and not line[0].startswith("#")]
     if len(lines) > 1 and len(lines[-1]) < 8:
         lines.pop()

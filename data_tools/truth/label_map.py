@@ -13,6 +13,7 @@ from pathlib import Path
 
 from data_tools.truth.class_names import category_of
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_lines
 from razer.vocabulary import Category, Vocabulary
 
 FILE_NAME = "scannetv2-labels.combined.tsv"
@@ -46,12 +47,10 @@ def find_label_map(folder: Path) -> LabelMap | None:
 def read_label_map(path: Path) -> LabelMap:
     """The file of ScanNet's release; raises BadInput naming it. The first row of a name counts."""
     try:
-        rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines(), delimiter="\t"))
+        rows = list(csv.DictReader(read_lines(path), delimiter="\t"))
         for row in rows:
             int(row["id"] or 0), int(row["nyu40id"] or 0), row["raw_category"].strip(), row["category"].strip()
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    except (KeyError, ValueError, AttributeError, TypeError, csv.Error) as error:
+    except (*MALFORMED, csv.Error) as error:
         raise BadInput(
             f"{path} must have the tab-separated columns id, raw_category, category, nyu40id (problem: {error!r})"
         ) from None

@@ -13,6 +13,7 @@ from data_tools.truth.scannet_truth import is_scannet_truth, read_scannet_truth
 from data_tools.truth.scenenn_truth import is_scenenn_truth, read_scenenn_truth
 from data_tools.truth.truth_folder import read_truth
 from razer.errors import BadInput
+from razer.files import plain_os_errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +67,13 @@ def open_truth(folder: Path, *, vocabulary: str | None = None, scene: str | None
     scannet200 for ScanNet); scene: which one, where the folder holds several, as folders or as files of that name
     (Replica's room_0 is read as room0 too)."""
     folder = Path(folder).absolute()
-    if not folder.is_dir():
-        raise BadInput(f"{folder} is not a folder: give the folder with the ground truth")
-    folder = folder if scene is None else _scene_folder(folder, scene)
-    for layout in LAYOUTS.values():
-        if layout.matches(folder):
-            return layout.read(folder, vocabulary, scene)
+    with plain_os_errors(folder):
+        if not folder.is_dir():
+            raise BadInput(f"{folder} is not a folder: give the folder with the ground truth")
+        folder = folder if scene is None else _scene_folder(folder, scene)
+        for layout in LAYOUTS.values():
+            if layout.matches(folder):
+                return layout.read(folder, vocabulary, scene)
     raise BadInput(f"{folder} holds no ground truth in a known layout: {', '.join(LAYOUTS)}")
 
 

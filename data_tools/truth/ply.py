@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from data_tools.recordings.local_origin import HERE, local_origin
 from razer.arrays import Float64Array, FloatArray, Int32Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_bytes
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -58,14 +59,12 @@ class _Element:
 
 def read_ply(path: Path) -> Ply:
     """A mesh or a cloud, ascii or binary; raises BadInput naming the file if it is none or is cut short."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
+    data = read_bytes(path)
     try:
         order, elements, start = _header(data)
-        tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
-    except (ValueError, KeyError, IndexError) as error:
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers that no vertex has are found below
+            tables = (_ascii if order == "=" else _binary)(data, start, elements, order)
+    except (*MALFORMED, MemoryError) as error:
         raise BadInput(f"{path} is no PLY file, or is cut short (problem: {error})") from None
     corners, faces, of_face = _triangles(tables.get("face", {}))
     vertices = tables.get("vertex", {})

@@ -6,7 +6,6 @@ https://github.com/facebookresearch/Replica-Dataset, ReplicaSemanticScene.cpp of
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from data_tools.truth.ply import Ply, read_ply
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.arrays import Int64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json
 from razer.vocabulary import vocabulary
 
 OWN_LIST = "replica"  # numbered as the files are
@@ -66,11 +66,9 @@ def read_replica_truth(folder: Path, vocabulary_name: str | None = None) -> Grou
 def read_objects(path: Path) -> Mapping[int, ObjectClass]:
     """The class of each object; raises BadInput naming the file."""
     try:
-        objects = json.loads(path.read_text())["objects"]
+        objects = read_json(path)["objects"]
         return {int(each["id"]): ObjectClass(int(each["class_id"]), str(each["class_name"])) for each in objects}
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except MALFORMED as error:
         raise BadInput(
             f'{path} must be JSON with "objects" of id, class_id and class_name (problem: {error!r})'
         ) from None

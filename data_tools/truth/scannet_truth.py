@@ -8,11 +8,9 @@ https://github.com/ScanNet/ScanNet/tree/master/BenchmarkScripts
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +21,7 @@ from data_tools.truth.ply import read_ply
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.arrays import IndexArray, Int64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
 MESH, SEGMENTS, OBJECTS = "_vh_clean_2.ply", "_vh_clean_2.0.010000.segs.json", ".aggregation.json"
@@ -93,8 +92,8 @@ def read_scannet_truth(
 def read_segments(path: Path) -> Int64Array:
     """The segment of each vertex, (V,); raises BadInput naming the file."""
     try:
-        segments = np.array(_json(path)["segIndices"])
-    except (KeyError, TypeError, ValueError) as error:
+        segments = np.array(read_json(path)["segIndices"])
+    except MALFORMED as error:
         raise BadInput(f'{path} must be JSON with "segIndices", a number for each vertex (problem: {error})') from None
     if segments.ndim != 1 or not (np.issubdtype(segments.dtype, np.integer) or not segments.size):
         raise BadInput(f'{path} must be JSON with "segIndices", a number for each vertex')
@@ -106,9 +105,9 @@ def read_objects(path: Path) -> tuple[Annotated, ...]:
     try:
         objects = tuple(
             Annotated(int(group["objectId"]), str(group["label"]), tuple(int(s) for s in group["segments"]))
-            for group in _json(path)["segGroups"]
+            for group in read_json(path)["segGroups"]
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except MALFORMED as error:
         raise BadInput(
             f'{path} must be JSON with "segGroups" of objectId, label and segments (problem: {error!r})'
         ) from None
@@ -165,10 +164,3 @@ def _owners(segments: Int64Array, objects: tuple[Annotated, ...]) -> tuple[Index
         owner_of[known] = place
         missing += len(set(each.segments)) - int(known.sum())
     return owner_of, missing
-
-
-def _json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text())
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None

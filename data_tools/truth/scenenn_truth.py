@@ -17,9 +17,11 @@ from data_tools.truth.ground_truth import GroundTruth
 from data_tools.truth.ply import read_ply
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_text
 from razer.vocabulary import Category, Vocabulary, vocabulary
 
 # What the xml files write for some classes of NYU40, as published training code maps them.
+_MAX_XML_BYTES = 2**24
 _NYU40_BY_SCENENN = {
     "prop": "otherprop",
     "furniture": "otherfurniture",
@@ -71,15 +73,15 @@ def read_scenenn_mesh(scene: Path, vocabulary_name: str = "nyu40") -> GroundTrut
 def read_labels(path: Path) -> Mapping[int, Label]:
     """What an xml says of each label above 0; raises BadInput naming the file."""
     try:
-        items = ElementTree.parse(path).getroot().iter("label")
+        items = ElementTree.fromstring(read_text(path, max_bytes=_MAX_XML_BYTES)).iter("label")
         return {
             number: Label(item.get("text", "").strip().lower(), _nyu40_name(item.get("nyu_class", "")))
             for item in items
             if (number := int(item.get("id", "0"))) > 0
         }
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    except (ElementTree.ParseError, ValueError) as error:
+    except ElementTree.ParseError as error:
+        raise BadInput(f"{path} is no XML: {error}") from None
+    except MALFORMED as error:
         raise BadInput(f'{path} must be XML with <label id="1" nyu_class="chair"/> (problem: {error})') from None
 
 

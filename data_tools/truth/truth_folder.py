@@ -15,6 +15,7 @@ from data_tools.truth.ply import read_ply
 from data_tools.truth.ply_writer import write_ply
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.errors import BadInput
+from razer.files import MALFORMED, MissingFile, read_json
 
 RELATIONS = "relations.json"
 
@@ -52,10 +53,10 @@ def read_truth(folder: Path) -> GroundTruth:
     BadInput naming the file that is missing or of another kind."""
     path = folder / "mesh.ply"
     try:
-        names = {int(k): str(v) for k, v in json.loads((folder / "classes.json").read_text()).items()}
-    except FileNotFoundError as error:
-        raise BadInput(f"{error.filename} is missing: the truth needs mesh.ply and classes.json") from None
-    except (ValueError, AttributeError) as error:
+        names = {int(k): str(v) for k, v in read_json(folder / "classes.json").items()}
+    except MissingFile:
+        raise BadInput(f"{folder / 'classes.json'} is missing: the truth needs mesh.ply and classes.json") from None
+    except MALFORMED as error:
         raise BadInput(f"{folder / 'classes.json'} must map class numbers to names (problem: {error})") from error
     if not path.is_file():
         raise BadInput(f"{path} is missing: the truth needs mesh.ply and classes.json")
@@ -74,9 +75,9 @@ def read_truth(folder: Path) -> GroundTruth:
 def read_relations(path: Path) -> tuple[tuple[int, str, int], ...] | None:
     """The relations (instance, relation, instance) of a truth; None without the file. Raises BadInput."""
     try:
-        rows = json.loads(path.read_text())
+        rows = read_json(path)
         return tuple((int(row["a"]), str(row["relation"]), int(row["b"])) for row in rows)
-    except FileNotFoundError:
+    except MissingFile:
         return None
-    except (ValueError, KeyError, TypeError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{path} must list {{a, relation, b}} with ids of objects (problem: {error})") from error

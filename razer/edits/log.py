@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +13,7 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.edits.edit import Edit, Split, edit_of
 from razer.errors import BadInput, one_line
+from razer.files import MALFORMED, parse_json, read_bytes
 from razer.storage.file_names import EDITS
 
 FORMAT = 1
@@ -97,26 +97,24 @@ class EditLog:
         try:
             if not path.is_file():
                 return cls()
-            if path.stat().st_size > _MAX_BYTES:
-                raise ValueError("it is too long")
-            return cls.parsed(path.read_bytes())
+            return cls.parsed(read_bytes(path, _MAX_BYTES))
         except BadInput as error:
             raise BadInput(f"{path} is damaged ({error}): mend it, or move it away to have the map unedited") from error
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        except MALFORMED as error:
             problem = f"{path} is damaged ({one_line(error)})"
             raise BadInput(f"{problem}: mend it, or move it away to have the map unedited") from error
 
     @classmethod
     def parsed(cls, data: bytes) -> EditLog:
-        """The log in a file's bytes; a last line that is not ended was never written. Raises ValueError, KeyError,
-        TypeError, AttributeError or BadInput for anything else than a log."""
+        """The log in a file's bytes; a last line that is not ended was never written. Raises one of MALFORMED
+        for anything else than a log."""
         lines = data.split(b"\n")[:-1]
         if not lines:
             return cls()
-        header = json.loads(lines[0])
+        header = parse_json(lines[0], "line 1")
         if header.get("kind") != "log" or header["format"] != FORMAT:
             raise ValueError(f"its first line is no header of format {FORMAT}")
-        entries = tuple(_entry(json.loads(line)) for line in lines[1:])
+        entries = tuple(_entry(parse_json(line, f"line {n}")) for n, line in enumerate(lines[1:], start=2))
         if [entry.number for entry in entries] != list(range(1, len(entries) + 1)):
             raise ValueError("its entries are not numbered from 1 on")
         log = cls(entries)

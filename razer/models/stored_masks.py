@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Collection
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import IntArray
 from razer.errors import BadInput, UnusableFrame
+from razer.files import decode_image, read_bytes, read_npz
 from razer.frame import Frame, Masks
 
 _EXPECTED = "files are named by the number of the frame in six digits, 000007.png or 000007.npz"
@@ -70,18 +70,20 @@ def _is_named_as_frame(path: Path) -> bool:
 
 
 def _read_png(file: Path) -> IntArray:
-    ids = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if ids is None or ids.ndim != 2 or ids.dtype not in (np.uint8, np.uint16):
+    try:
+        ids = decode_image(read_bytes(file), str(file), cv2.IMREAD_UNCHANGED)
+    except BadInput as error:
+        raise UnusableFrame(str(error)) from None
+    if ids.ndim != 2 or ids.dtype not in (np.uint8, np.uint16):
         raise UnusableFrame(f"{file} is not a grey image of 8 or 16 bits with one id a pixel")
     return ids.astype(np.int32)
 
 
 def _read_npz(file: Path, shape: tuple[int, int]) -> Masks:
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in ("ids", "masks", "scores", "names", "stuff") if name in archive}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise UnusableFrame(f"{file} cannot be read as a NumPy archive: {error}") from error
+        arrays = read_npz(file)
+    except BadInput as error:
+        raise UnusableFrame(str(error)) from None
     if "masks" in arrays and arrays["masks"].ndim == 3:
         masks = Masks(arrays["masks"].astype(bool), np.ones(len(arrays["masks"]), np.float32))
     elif "ids" in arrays and arrays["ids"].ndim == 2 and np.issubdtype(arrays["ids"].dtype, np.integer):
@@ -103,7 +105,7 @@ def _described(masks: Masks, arrays: dict[str, NDArray], file: Path) -> Masks:
     """The masks with the scores, names and flags of stuff in the file."""
     scores = np.asarray(arrays.get("scores", masks.scores))
     names, stuff = arrays.get("names"), arrays.get("stuff")
-    if scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
+    if scores.dtype.kind not in "fiub" or scores.shape != (len(masks),) or not ((scores >= 0) & (scores <= 1)).all():
         raise UnusableFrame(f"{file} has {len(masks)} masks: scores must be as many numbers from 0 to 1")
     if names is not None and names.shape != (len(masks),):
         raise UnusableFrame(f"{file} has {len(masks)} masks but names of shape {names.shape}")

@@ -22,8 +22,17 @@ TEMPLATES = ("a photo of a {}.", "a {} in a room.", "a cropped photo of the {}."
 # Every third of the 1,203 names of LVIS, with near as much to say as all (precision 0.88 instead of 0.89 where 80 % of
 # what is present is retrieved), since each name costs an encoder some ten milliseconds; and words that mean nothing.
 EVERY_NAME = 3
+MAX_CHARACTERS = 2000  # of a text; encoders look at some 300
 NEUTRAL = ("object", "thing", "things", "stuff", "texture", "surface", "background")
 _ARTICLE = re.compile(r"^(a|an|the)\s+", re.IGNORECASE)
+
+
+def _require_words(text: str) -> None:
+    """Raise BadInput for a text that is too long, or has bytes in it that the terminal could not read."""
+    if len(text) > MAX_CHARACTERS:
+        raise BadInput(f"a text of {len(text):,} characters is too long: {MAX_CHARACTERS:,} are the most")
+    if not text.isascii() and any("\ud800" <= character <= "\udfff" for character in text):
+        raise BadInput(f"'{text}' is no UTF-8 text: write it anew")
 
 
 class TextQueryEncoder:
@@ -79,6 +88,8 @@ class TextQueryEncoder:
         side = self.text_encoder
         if not texts or not all(text.strip() for text in texts):
             raise BadInput("an empty text means nothing: give a name or a short description")
+        for text in texts:
+            _require_words(text)
         bare = [_ARTICLE.sub("", text.strip()) for text in texts]
         if isinstance(side, NameTable):
             return side.embed_texts(bare)

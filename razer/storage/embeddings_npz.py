@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
+from razer.errors import BadInput
+from razer.files import read_npz
 from razer.map_object import MapObject
 
 FORMAT = 1
@@ -27,10 +29,13 @@ def write_embeddings_npz(path: Path, objects: Sequence[MapObject]) -> None:
 
 
 def read_embeddings_npz(path: Path) -> dict[int, tuple[Float32Array, Float64Array]]:
-    """{id: embeddings (J, D), weights (J,)}; raises OSError, KeyError, ValueError or BadZipFile for a file that is
-    none."""
-    with np.load(path, allow_pickle=False) as bank:
-        ids, embeddings, weights = bank["ids"], bank["embeddings"], bank["weights"]
+    """{id: embeddings (J, D), weights (J,)}; raises BadInput or ValueError for a file that is none."""
+    bank = read_npz(path, ["ids", "embeddings", "weights"])
+    ids, embeddings, weights = bank["ids"], bank["embeddings"], bank["weights"]
+    if ids.ndim != 1 or embeddings.ndim != 2 or not len(ids) == len(embeddings) == len(weights) == weights.size:
+        raise BadInput(f"{path}: its arrays are not of one length")
+    if not all(np.issubdtype(rows.dtype, np.floating) and np.isfinite(rows).all() for rows in (embeddings, weights)):
+        raise BadInput(f"{path}: its embeddings or weights are no finite numbers")
     known, first = np.unique(ids, return_index=True)
     if not len(known):
         return {}

@@ -13,6 +13,7 @@ from razer.arrays import Float64Array, FloatArray
 from razer.boxes.oriented_box import OrientedBox
 from razer.class_votes import ClassVote
 from razer.detection.best_views import BestView, Region
+from razer.files import read_json
 from razer.map_object import MapObject
 
 FORMAT = 1
@@ -44,9 +45,9 @@ def write_instances_json(
 
 
 def read_instances_json(path: Path) -> tuple[tuple[MapObject, ...], Float64Array | None]:
-    """The instances, without embeddings and vertices, and the upward direction (3,) where it is known; raises OSError,
-    KeyError, TypeError or ValueError for a file that is none."""
-    content = json.loads(path.read_text(encoding="utf-8"))
+    """The instances, without embeddings and vertices, and the upward direction (3,) where it is known; raises one of
+    MALFORMED for a file that is none."""
+    content = read_json(path)
     if content["format"] != FORMAT:
         raise ValueError(f"format {content['format']}, this version reads {FORMAT}")
     up = content.get("up")
@@ -56,7 +57,7 @@ def read_instances_json(path: Path) -> tuple[tuple[MapObject, ...], Float64Array
 
 def read_parts_json(path: Path) -> tuple[MapObject, ...]:
     """The parts of the instances in the same file, which has none if it is of an older map; raises as above."""
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = read_json(path)
     return tuple(_object(entry) for entry in content.get("parts", ()))
 
 

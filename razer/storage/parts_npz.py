@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from razer.arrays import Int32Array
+from razer.files import read_npz
 
 FORMAT = 1
 
@@ -18,10 +19,10 @@ def write_parts_npz(path: Path, vertex_parts: Int32Array) -> None:
 
 
 def read_parts_npz(path: Path, n_vertices: int) -> Int32Array:
-    """The part (V,) of each of so many vertices; raises OSError, KeyError, ValueError or BadZipFile for a file that is
-    none of this mesh."""
-    with np.load(path, allow_pickle=False) as arrays:
-        vertices, parts, version = arrays["vertices"], arrays["parts"], int(arrays["format"])
+    """The part (V,) of each of so many vertices; raises one of MALFORMED for a file that is none of this
+    mesh."""
+    arrays = read_npz(path, ["vertices", "parts", "format"])
+    vertices, parts, version = arrays["vertices"], arrays["parts"], int(arrays["format"])
     if version != FORMAT:
         raise ValueError(f"format {version}, this version reads {FORMAT}")
     if vertices.shape != parts.shape or (len(vertices) and not 0 <= vertices.min() <= vertices.max() < n_vertices):

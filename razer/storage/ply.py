@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Int32Array
 from razer.errors import BadInput
+from razer.files import read_bytes
 from razer.mesh.labelled_mesh import LabelledMesh
 
 VERTEX = np.dtype(
@@ -57,20 +58,25 @@ def read_mesh_ply(path: Path) -> LabelledMesh:
     """Read a mesh that `write_mesh_ply` wrote; raises BadInput if it is another kind of file."""
     if not path.is_file():
         raise BadInput(f"{path} does not exist: give the mesh.ply of a run")
-    data = path.read_bytes()
+    data = read_bytes(path)
     start = data.find(b"end_header\n") + len(b"end_header\n")
     header = data[:start].decode("ascii", "replace")
     counts = [int(n) for n in re.findall(r"^element (?:vertex|face) (\d+)$", header, re.MULTILINE)]
     names = re.findall(r"^property (?!list)\w+ (\w+)$", header, re.MULTILINE)
     if len(counts) != 2 or tuple(names) != VERTEX.names:
         raise BadInput(f"{path} is no mesh of a run: expected vertices with {', '.join(VERTEX.names or ())}")
-    if len(data) - start != counts[0] * VERTEX.itemsize + counts[1] * FACE.itemsize:
+    if max(counts) > len(data) or len(data) - start != counts[0] * VERTEX.itemsize + counts[1] * FACE.itemsize:
         raise BadInput(f"{path} is cut short: run again to write it anew")
     vertices = np.frombuffer(data, VERTEX, counts[0], start)
     faces = np.frombuffer(data, FACE, counts[1], start + vertices.nbytes)
+    points, triangles = (
+        np.stack([rows[n] for n in names], axis=1) for rows, names in ((vertices, "xyz"), (faces, "abc"))
+    )
+    if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
+        raise BadInput(f"{path} is damaged: a vertex is nowhere, or a face has corners that are no vertices; run again")
     return LabelledMesh(
-        np.stack([vertices[n] for n in "xyz"], axis=1),
+        points,
         np.stack([vertices[n] for n in ("red", "green", "blue")], axis=1),
         vertices["instance"].astype(np.int32),
-        np.stack([faces[n] for n in "abc"], axis=1),
+        triangles,
     )

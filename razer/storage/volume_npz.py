@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import zipfile
-import zlib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from razer.arrays import Uint8Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
 from razer.errors import BadInput
+from razer.files import MALFORMED, parse_json, read_npz
 from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE, addresses_in
 from razer.volume.voxel_map import VoxelMap
 
@@ -81,18 +80,17 @@ def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
         return _restored(path, device)
     except BadInput:
         raise
-    except (OSError, EOFError, KeyError, ValueError, IndexError, TypeError, AttributeError) as error:
+    except MALFORMED as error:
         raise BadInput(f"{path} is no saved map, or is damaged: {error}") from error
-    except (zipfile.BadZipFile, zlib.error, RuntimeError) as error:
+    except RuntimeError as error:  # what torch says of arrays that it cannot use
         raise BadInput(f"{path} is damaged: {error}") from error
 
 
 def _restored(path: Path, device: str) -> VoxelMap:
-    with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
+    arrays = read_npz(path, ["format", "settings", "keys", "used", "newest_id", *ATTRIBUTES])
     if int(arrays["format"]) != FORMAT:
         raise BadInput(f"{path} has format {arrays['format']}, this version reads {FORMAT}")
-    voxels = VoxelMap(_settings_of(str(arrays["settings"])), device)
+    voxels = VoxelMap(_settings_of(str(arrays["settings"]), path), device)
     voxels.allocate(arrays["keys"])
     rows = voxels.rows_of(arrays["keys"])
     used = np.unpackbits(arrays["used"], count=len(rows) * BLOCK_VOXELS).astype(bool).reshape(-1, BLOCK_VOXELS)
@@ -104,8 +102,8 @@ def _restored(path: Path, device: str) -> VoxelMap:
     return voxels
 
 
-def _settings_of(saved: str) -> VoxelSettings:
+def _settings_of(saved: str, path: Path) -> VoxelSettings:
     """The settings that a volume was made with, by those that were saved as JSON."""
-    settings = FORMER_SETTINGS | json.loads(saved)
+    settings = FORMER_SETTINGS | parse_json(saved, f"{path}, member settings")
     settings["surface_weight"] = max(1.0, settings["surface_weight"])  # it was less where all that was seen is surface
     return VoxelSettings.model_validate(settings)

@@ -16,6 +16,7 @@ from app.next_steps import looking_at
 from app.run_folder import run_folder
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
+from razer.files import read_lines
 from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
@@ -102,10 +103,7 @@ class ExportOptions:
 
 
 def _listed(scenes: Path) -> list[str]:
-    try:
-        return [line.strip() for line in scenes.read_text().splitlines() if line.strip()]
-    except OSError as error:
-        raise BadInput(f"{scenes} cannot be read: {error.strerror}") from None
+    return [line.strip() for line in read_lines(scenes) if line.strip()]
 
 
 def _prediction_path(runs: Path, name: str) -> Path | None:

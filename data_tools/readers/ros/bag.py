@@ -6,7 +6,6 @@ beside NAME.bag, with {"color": topic, "depth": topic} chooses others. Needs the
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from data_tools.recordings.camera import Camera, Declared
 from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_json
 
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
@@ -111,8 +111,8 @@ def _chosen(path: Path) -> dict[str, str]:
     if not file.is_file():
         return {}
     try:
-        return {str(what): str(topic) for what, topic in json.loads(file.read_text()).items()}
-    except (ValueError, AttributeError):
+        return {str(what): str(topic) for what, topic in read_json(file).items()}
+    except MALFORMED:
         raise BadInput(f'{file} must read {{"color": "/a/topic", "depth": "/another"}}') from None
 
 

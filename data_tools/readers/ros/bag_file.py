@@ -88,7 +88,7 @@ def _opened(path: Path) -> Any:
     try:
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         reader.open()
-    except AnyReaderError as error:
+    except (AnyReaderError, Exception) as error:  # each layer below has its own errors for damaged data
         raise BadInput(f"{path} cannot be opened as a ROS bag ({error}): record or copy it again") from None
     return reader
 

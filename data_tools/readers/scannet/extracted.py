@@ -24,6 +24,7 @@ from data_tools.recordings.rgbd_alignment import Size
 from data_tools.recordings.trajectories import PoseFiles
 from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
+from razer.files import read_numbers
 from razer.frame import Intrinsics
 from razer.geometry import inverse, is_rigid
 
@@ -96,19 +97,26 @@ def _frames(folder: Path) -> Path | None:
 
 
 def _numbered(folder: Path) -> dict[int, Path]:
-    return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdigit()}
+    return {int(path.stem): path for path in sorted(folder.iterdir()) if path.stem.isdecimal()}
 
 
 def _cameras(frames: Path, paths: tuple[ImagePaths, ...], declared: Declared) -> Declared:
     """The cameras of the matrices beside the images, and how colour lies to depth."""
-    depth = pinhole(_matrix(_matrix_file(frames, _INTRINSICS, "depth") or frames))
+    depth = _pinhole_in(_matrix_file(frames, _INTRINSICS, "depth") or frames)
     file = _matrix_file(frames, _INTRINSICS, "color")
     if file is None:
         return Declared(depth)
-    color = _fitted(pinhole(_matrix(file)), paths)
+    color = _fitted(_pinhole_in(file), paths)
     if declared.color_from_depth is not None:
         return Declared(depth, color)
     return two_cameras(depth, color, inverse(_extrinsic(frames, "color")) @ _extrinsic(frames, "depth"))
+
+
+def _pinhole_in(file: Path) -> Camera:
+    try:
+        return pinhole(_matrix(file))
+    except BadInput as error:
+        raise error if str(file) in str(error) else BadInput(f"{file}: {error}") from None
 
 
 def _fitted(camera: Camera, paths: tuple[ImagePaths, ...]) -> Camera:
@@ -142,10 +150,9 @@ def _matrix_file(frames: Path, places: tuple[str, ...], kind: str) -> Path | Non
 
 
 def _matrix(path: Path) -> Float64Array:
-    try:
-        matrix = np.loadtxt(path, dtype=np.float64, ndmin=2)
-    except ValueError:
-        matrix = np.empty((0, 0))
-    if matrix.shape not in ((3, 3), (4, 4)):
-        raise BadInput(f"{path} must hold a 4x4 matrix, row by row; or give --intrinsics fx,fy,cx,cy")
-    return matrix
+    what = "a 4x4 matrix, row by row; or give --intrinsics fx,fy,cx,cy"
+    numbers = read_numbers(path, what)
+    side = {9: 3, 16: 4}.get(numbers.size)
+    if side is None:
+        raise BadInput(f"{path} must hold {what}")
+    return numbers.reshape(side, side)

@@ -8,7 +8,6 @@ https://github.com/ScanNet/ScanNet, "2D annotation projections"
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,15 +16,17 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from data_tools.recordings.images import decode
+from data_tools.recordings.images import decode, read_member, unusable_frame
 from data_tools.truth.label_map import find_label_map
 from data_tools.truth.scannet_truth import OBJECTS, read_objects
 from razer.arrays import Uint16Array
-from razer.errors import UnusableFrame
+from razer.errors import BadInput, UnusableFrame
+from razer.files import Archive
 from razer.vocabulary import vocabulary
 
 _FOLDERS = ("instance-filt", "instance")
 _CLASSES = "scannet200"
+_LONGEST_NUMBER = 9  # digits
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,10 @@ class InstanceImages:
         return f"{self.place.name}/{self.names[index]}"
 
     def _data(self, name: str) -> bytes:
-        try:
+        with unusable_frame():
             if self.place.is_dir():
-                return (self.place / name).read_bytes()
+                return read_member(self.place / name)
             return _archive(self.place, os.getpid()).read(name)
-        except (OSError, KeyError, zipfile.BadZipFile) as error:
-            raise UnusableFrame(f"{self.place.name}/{name} cannot be read: {error}") from error
 
 
 def find_instance_images(places: Sequence[Path], scene: str, numbers: Sequence[int]) -> InstanceImages | None:
@@ -93,16 +92,18 @@ def _numbered(source: Path) -> dict[int, str]:
         names = [path.name for path in source.iterdir()]
     elif source.is_file():
         try:
-            names = _archive(source, os.getpid()).namelist()
-        except (OSError, zipfile.BadZipFile):
+            names = list(_archive(source, os.getpid()).names)
+        except BadInput:
             return {}
     else:
         return {}
     paths = [Path(name) for name in names if name.endswith(".png")]
-    return {int(path.stem): path.as_posix() for path in paths if path.stem.isdecimal()}
+    return {
+        int(path.stem): path.as_posix() for path in paths if path.stem.isdecimal() and len(path.stem) <= _LONGEST_NUMBER
+    }
 
 
 @lru_cache(maxsize=4)
-def _archive(path: Path, process: int) -> zipfile.ZipFile:
+def _archive(path: Path, process: int) -> Archive:
     """An archive opened once in each process, as those that share a file share the place where they read it."""
-    return zipfile.ZipFile(path)
+    return Archive(path)

@@ -11,11 +11,12 @@ import numpy as np
 from data_tools.readers.scannet.extracted import FRAMES_PER_SECOND, annotated, pinhole, two_cameras
 from data_tools.readers.scannet.sens_file import SensHeader, SensIndex, read_header, read_index
 from data_tools.recordings.camera import Declared
-from data_tools.recordings.images import decode_rgb, metres
+from data_tools.recordings.images import MAX_FRAME_BYTES, decode_rgb, metres, unusable_frame
 from data_tools.recordings.recorded_sequence import ImageSource, RecordedSequence, recorded_sequence
 from data_tools.recordings.trajectories import PoseWithNotes, checked_pose
 from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.errors import BadInput, UnusableFrame
+from razer.files import opened
 from razer.geometry import inverse, is_rigid
 
 
@@ -60,12 +61,12 @@ class SensImages(ImageSource):
             raise UnusableFrame(self.index.cut)
         color, depth = self.index.heads[index]["sizes"].tolist()
         at = int(self.index.offsets[index])
-        try:
-            with self.path.open("rb") as file:
-                file.seek(at if kind == "color" else at + color)
-                return file.read(color if kind == "color" else depth)
-        except OSError as error:
-            raise UnusableFrame(f"{self.path.name} cannot be read: {error.strerror}") from error
+        size = color if kind == "color" else depth
+        if size > MAX_FRAME_BYTES:
+            raise UnusableFrame(f"{self._name(index, kind)} has {size:,} bytes, more than any image")
+        with unusable_frame(), opened(self.path) as file:
+            file.seek(at if kind == "color" else at + color)
+            return file.read(size)
 
     def _name(self, index: int, kind: str) -> str:
         return f"{self.path.name}, {kind} of frame {index}"

@@ -21,6 +21,7 @@ from data_tools.recordings.camera import MIN_DEPTH_SCALE
 from data_tools.recordings.rgbd_alignment import Size
 from razer.arrays import Float64Array, Int64Array
 from razer.errors import BadInput
+from razer.files import opened
 
 VERSION = 4
 COLOR_KINDS = {0: "raw", 1: "png", 2: "jpeg"}
@@ -29,6 +30,7 @@ NAME = struct.Struct("<IQ")
 BODY = struct.Struct("<64f2i4IfQ")
 FRAME_HEAD = np.dtype([("pose", "<f4", (4, 4)), ("color_us", "<u8"), ("depth_us", "<u8"), ("sizes", "<u8", 2)])
 _LONGEST_NAME = 4096
+_LARGEST_SIDE = 2**14  # pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class SensIndex:
 def read_header(path: Path) -> SensHeader:
     """The header of a file; raises BadInput naming it where it is no .sens of version 4, or ends within it."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             version, length = NAME.unpack(_exactly(file, NAME.size))
             if version != VERSION or length > _LONGEST_NAME:
                 raise BadInput(f"{path} is no .sens file of version {VERSION} (it begins with {version})")
@@ -71,8 +73,6 @@ def read_header(path: Path) -> SensHeader:
             return _header(path, body, file.tell())
     except EOFError:
         raise BadInput(f"{path} ends within its header: copy or download it again") from None
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
 
 
 def read_index(path: Path, header: SensHeader) -> SensIndex:
@@ -80,8 +80,9 @@ def read_index(path: Path, header: SensHeader) -> SensIndex:
     cannot be found and is left out."""
     heads: list[np.void] = []
     offsets: list[int] = []
-    end, at = path.stat().st_size, header.start
-    with path.open("rb", buffering=0) as file:
+    at = header.start
+    with opened(path) as file:
+        end = file.seek(0, 2)
         while len(heads) < header.n_frames:
             file.seek(at)
             data = file.read(FRAME_HEAD.itemsize)
@@ -106,7 +107,7 @@ def _header(path: Path, body: tuple[float, ...], start: int) -> SensHeader:
     if (
         color_kind not in COLOR_KINDS
         or depth_kind not in DEPTH_KINDS
-        or not all(sizes)
+        or not all(0 < size <= _LARGEST_SIDE for size in sizes)
         or not MIN_DEPTH_SCALE <= shift < np.inf
     ):
         raise BadInput(f"{path} is damaged: its header names no known compression, image size or depth scale")

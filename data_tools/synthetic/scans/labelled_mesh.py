@@ -6,7 +6,6 @@ Instances are sought among properties of vertices, then of faces; where there ar
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from data_tools.truth.truth_folder import read_truth
 from data_tools.truth.vertex_colors import vertex_colors
 from razer.arrays import Int32Array, Int64Array
 from razer.errors import BadInput
+from razer.files import read_json
 from razer.vocabulary import vocabulary
 
 INSTANCES = ("instance", "instance_id", "instanceid", "object_id", "objectid", "object")
@@ -147,7 +147,4 @@ def _classes_by_instance(path: Path, instances: Int32Array) -> tuple[Int32Array,
 
 
 def _json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text()) if path.is_file() else None
-    except ValueError as error:
-        raise BadInput(f"{path} is not JSON (problem: {error})") from None
+    return read_json(path) if path.is_file() else None

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from razer.errors import BadInput, one_line
+from razer.files import MALFORMED, read_json
 
 CONFIG = "open_clip_config.json"
 # Of what open_clip hands on to a tokenizer; others reach transformers, trust_remote_code among them.
@@ -27,8 +27,8 @@ def check_open_clip_config(folder: Path) -> None:
 
 def _text_config(path: Path) -> dict[str, Any]:
     try:
-        text = json.loads(path.read_text(encoding="utf-8"))["model_cfg"]["text_cfg"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        text = read_json(path)["model_cfg"]["text_cfg"]
+    except MALFORMED as error:
         raise BadInput(f"{path} is no configuration of open_clip: {one_line(error)}") from error
     if not isinstance(text, dict):
         raise BadInput(f"{path} is no configuration of open_clip: text_cfg is {text}")

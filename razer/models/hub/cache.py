@@ -8,6 +8,7 @@ from pathlib import Path
 from huggingface_hub import constants
 from huggingface_hub.file_download import repo_folder_name
 
+from razer.files import read_text
 from razer.models.hub.catalogue import CatalogueEntry
 
 
@@ -20,7 +21,7 @@ def cached_snapshot(repo: str, revision: str = "main") -> Path | None:
     """The folder of a repository at a revision; None if nothing of it is in the cache."""
     folder = cache_folder() / repo_folder_name(repo_id=repo, repo_type="model")
     reference = folder / "refs" / revision
-    commit = reference.read_text(encoding="ascii").strip() if reference.is_file() else revision
+    commit = read_text(reference).strip() if reference.is_file() else revision
     snapshot = folder / "snapshots" / commit
     return snapshot if snapshot.is_dir() else None
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from razer import files
 from razer.errors import BadInput
 
 
@@ -17,10 +17,7 @@ def find_sidecar(weights: Path, name: str) -> Path | None:
 
 def read_json(file: Path) -> dict[str, Any]:
     """The object that a JSON file holds; raises BadInput."""
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{file} cannot be read: {error}") from error
+    content = files.read_json(file)
     if not isinstance(content, dict):
         raise BadInput(f"{file} is not a JSON object")
     return content

@@ -5,8 +5,6 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
-import zipfile
-import zlib
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
 from razer.errors import BadInput
+from razer.files import MALFORMED, read_npz
 
 _PROMPT = re.compile(r"^((a|an|the)\s+)?(photo|picture|image)\s+of\s+")
 _ARTICLE = re.compile(r"^(a|an|the)\s+")
@@ -118,21 +117,16 @@ def _stacked(vectors: Sequence[Float32Array], files: Sequence[Path]) -> Float32A
     return np.stack(vectors)
 
 
-def _reason(error: Exception) -> str:
-    """What is wrong, but not what NumPy advises for files that it takes for pickles."""
-    return "" if "pickle" in str(error) else f": {error}"
-
-
 def _read(file: Path) -> tuple[tuple[str, ...], Float32Array, list[str]]:
     """Names, unit vectors and synonyms ('' = none known); raises BadInput."""
     if not file.is_file():
         raise BadInput(f"no file {file}: set option table to a NumPy archive with names and text")
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            names, text = archive["names"], archive["text"].astype(np.float64)
-            synonyms = archive.get("synonyms", names)
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-        raise BadInput(f"{file} is no NumPy archive with names and text{_reason(error)}") from error
+        arrays = read_npz(file)
+        names, text = arrays["names"], arrays["text"].astype(np.float64)
+        synonyms = arrays.get("synonyms", names)
+    except MALFORMED as error:
+        raise BadInput(f"{file} is no NumPy archive with names and text: {error}") from error
     if text.ndim != 2 or not len(text) or names.shape != text.shape[:1] or synonyms.shape != names.shape:
         raise BadInput(f"{file}: names {names.shape}, synonyms {synonyms.shape} and text {text.shape} do not fit")
     length = np.linalg.norm(text, axis=1, keepdims=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from razer.errors import BadInput
+from razer.files import read_json
 from razer.models.hub.model_file import model_file
 from razer.models.runtime.device import Device
 from razer.models.runtime.torch_device import torch_device
@@ -39,7 +39,7 @@ class Checkpoint:
             raise BadInput(f"{folder} has no weights: model.safetensors is missing")
         for file in files:
             _check_whole(file)
-        return cls(folder, _read_json(folder / "config.json"))
+        return cls(folder, read_json(folder / "config.json"))
 
     @property
     def kind(self) -> str:
@@ -51,7 +51,7 @@ class Checkpoint:
         settings: dict[str, Any] = {}
         for name in _PREPROCESSING:
             if not settings and (self.folder / name).is_file():
-                settings = _read_json(self.folder / name)
+                settings = read_json(self.folder / name)
         settings = settings.get("image_processor", settings)
         mean, deviation = (_HALF, _HALF) if self.kind.startswith("sam3") else (MEAN, DEVIATION)
         return tuple(settings.get("image_mean", mean)), tuple(settings.get("image_std", deviation))
@@ -96,10 +96,3 @@ def _check_whole(file: Path) -> None:
             pass
     except (OSError, SafetensorError) as error:
         raise BadInput(f"{file} is damaged or cut short: {error}") from error
-
-
-def _read_json(file: Path) -> Any:
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{file} cannot be read: {error}") from error

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ast
-import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from razer.errors import BadInput, one_line
+from razer.errors import BadInput
+from razer.files import MALFORMED, parse_json, read_text
 from razer.models.hub.sidecar_files import find_sidecar, read_json
 
 KEYS = ("names", "classes", "class_names", "labels", "id2label", "categories")
@@ -27,7 +28,7 @@ def names_of(weights: Path, metadata: Mapping[str, str], file: str | Path | None
         BadInput: where there are none, or none that can be read.
     """
     if file is not None:
-        return parsed_names(_text_of(Path(file).expanduser()), str(file))
+        return parsed_names(read_text(Path(file).expanduser()), str(file))
     by_key = {key.lower(): text for key, text in metadata.items()}
     key = next((key for key in KEYS if by_key.get(key, "").strip()), None)
     if key is not None:
@@ -43,7 +44,7 @@ def names_of(weights: Path, metadata: Mapping[str, str], file: str | Path | None
 
 def parsed_names(text: str, source: str) -> tuple[str, ...]:
     """Names written in JSON, as a Python literal, or one a line or with commas; raises BadInput naming the source."""
-    for parse in (json.loads, ast.literal_eval):
+    for parse in (partial(parse_json, name=source), ast.literal_eval):
         try:
             value = parse(text)
         except (ValueError, SyntaxError, RecursionError, MemoryError):
@@ -60,7 +61,7 @@ def numbered_names(value: Any, source: str) -> tuple[str, ...]:
     objects with id and name; raises BadInput naming the source."""
     try:
         names = _by_number(value)
-    except (ValueError, TypeError, KeyError, AttributeError):
+    except MALFORMED:
         names = {}
     if not names or not all(0 <= number < _MOST_CLASSES for number in names):
         raise BadInput(
@@ -91,10 +92,3 @@ def _text(name: Any) -> str:
 def _first_synonym(name: str) -> str:
     """ADE20K lists synonyms: "floor;flooring", "door, double door"."""
     return name.replace(";", ",").split(",")[0].strip()
-
-
-def _text_of(file: Path) -> str:
-    try:
-        return file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{file} cannot be read as a list of names: {one_line(error)}") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from razer.arrays import Uint8Array
 from razer.errors import BadInput
+from razer.files import parse_json
 from razer.models.hub.sidecar_files import find_sidecar, read_json
 from razer.models.runtime.onnx_graph import OnnxGraph, TensorSpec
 from razer.models.square_layout import DEVIATION, MEAN
@@ -113,7 +113,7 @@ def _stated(graph: OnnxGraph) -> Mapping[str, Any]:
 
 def _literal(text: str) -> Any:
     try:
-        return json.loads(text.strip().replace("(", "[").replace(")", "]"))
+        return parse_json(text.strip().replace("(", "[").replace(")", "]"), "metadata")
     except ValueError:
         return text
 

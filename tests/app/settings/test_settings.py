@@ -110,7 +110,7 @@ def test_a_range_of_no_frames_is_one_plain_line():
 
 
 @pytest.mark.parametrize(
-    ("content", "message"), [(None, "cannot be read"), (b"a = = b", "not TOML"), (b"\xff\xfe", "not TOML")]
+    ("content", "message"), [(None, "cannot be read"), (b"a = = b", "not TOML"), (b"a = 1\n\xff", "line 2 is no UTF-8")]
 )
 def test_a_wrong_file_is_named(tmp_path, content, message):
     file = tmp_path / "a.toml"

@@ -60,11 +60,19 @@ def test_without_cam_params_the_camera_is_that_of_the_published_renderings(tmp_p
         open_sequence(write_scene(tmp_path / "room1"))
 
 
-@pytest.mark.parametrize("text", ["{}", '{"camera": {"w": 8}}', "camera:", '{"camera": 3}'])
-def test_damaged_cam_params_are_one_line(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("{}", 'must be JSON with "camera"'),
+        ('{"camera": {"w": 8}}', 'must be JSON with "camera"'),
+        ("camera:", "cannot be read: line 1, column 1 is not JSON"),
+        ('{"camera": 3}', 'must be JSON with "camera"'),
+    ],
+)
+def test_damaged_cam_params_are_one_line(tmp_path: Path, text: str, problem: str) -> None:
     folder = write_scene(tmp_path / "room0")
     (folder / "cam_params.json").write_text(text)
-    with pytest.raises(BadInput, match=r'cam_params\.json must be JSON with "camera"') as caught:
+    with pytest.raises(BadInput, match=rf"cam_params\.json {problem}") as caught:
         open_sequence(folder)
     assert "\n" not in str(caught.value)
 

@@ -283,7 +283,7 @@ def test_votes_for_classes_come_back_and_are_not_needed(tmp_path: Path) -> None:
         spoilt = json.loads(path.read_text(encoding="utf-8"))
         spoilt["instances"][0]["class_votes"][0][key] = value
         (tmp_path / "spoilt.json").write_text(json.dumps(spoilt), encoding="utf-8")
-        with pytest.raises(ValueError, match="no vote"):
+        with pytest.raises(ValueError, match="NaN is not finite" if value != value else "no vote"):
             read_instances_json(tmp_path / "spoilt.json")
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array
 from razer.errors import BadInput
+from razer.files import read_npz
 from razer.models.name_vectors.name_table import NameVectorTable, bare_name
 
 # Each class of the synthetic worlds that LVIS has under no name, and the entry that stands for it: the same thing under
@@ -96,9 +96,8 @@ class ExemplarTable(NameVectorTable):
 def _images(file: Path, shape: tuple[int, ...]) -> Float64Array:
     """The unit vectors (N, D) of pictures; raises BadInput."""
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            images: Float32Array = archive["image"].astype(np.float32)
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        images: Float32Array = read_npz(file, ["image"])["image"].astype(np.float32)
+    except ValueError as error:
         raise BadInput(f"{file} has no vectors of pictures (image) beside those of names: {error}") from error
     norms = np.linalg.norm(images, axis=-1, keepdims=True)
     if images.shape != shape or not np.isfinite(norms).all() or not norms.all():

@@ -194,7 +194,7 @@ def test_open_inputs_keep_the_shape_of_the_image(tmp_path: Path, size: int | Non
             "gives classes 1x4x96x128, expected a class map 1xHxW of numbers below 3, or logits 1x3xHxW or 1xHxWx3, "
             "for 3 class names",
         ),
-        ({}, {"names": "missing.txt"}, r"missing\.txt cannot be read as a list of names"),
+        ({}, {"names": "missing.txt"}, r"missing\.txt cannot be read: No such file"),
         ({}, {"size": 320}, "size = 320: it is for models that leave it open"),
         ({"takes": "bytes"}, {"mean": 0.5}, "mean and std are for floating-point images"),
         ({}, {"mean": "grey"}, "mean is three numbers"),
