@@ -43,12 +43,16 @@ def report(result: Comparison, console: Console, folder: Path) -> None:
         if run.account is not None:
             console.print(f"{side}: {run.account.describe()}")
     console.print(f"maps aligned by {result.alignment.describe()}", soft_wrap=True)
-    if content["pose"] is not None:
-        _print_transform("A from B, of the maps:", content["pose"]["a_from_b"], console)
-        _print_transform("A from B, of the positions alone (ATE):", content["pose"]["a_from_b_by_positions"], console)
+    if (pose := content["pose"]) is not None:
+        _print_poses(pose, console)
     _print_instances(result, console)
     console.print(f"picture: {folder / SHEET}", soft_wrap=True)
     print_outputs(folder, CONTENTS, console)
+
+
+def _print_poses(pose: Mapping[str, Any], console: Console) -> None:
+    _print_transform("A from B, of the maps:", pose["a_from_b"], console)
+    _print_transform("A from B, of the positions alone (ATE):", pose["a_from_b_by_positions"], console)
 
 
 def _print_transform(title: str, rows: Sequence[Sequence[float]], console: Console) -> None:

@@ -233,13 +233,12 @@ def _compare_both(folder: Path, out: Path, trust: Trust, json: bool) -> None:
     from data_tools.truth.open_truth import has_truth
     from razer.metrics.presets import PRESETS
 
-    truth = folder if has_truth(folder) else None
-    given, slam = (out / name for name in BOTH)
+    truth, given, slam = folder if has_truth(folder) else None, out / BOTH[0], out / BOTH[1]
     comparison = compare_to_folder(given, slam, out / "compare", truth=truth, rules=PRESETS["default"], trust=trust)
     print_notes(comparison.notes)
     if json:
         print(dumps(comparison.as_json()))
-    else:
-        report(comparison, result_console(), out / "compare")
-        timeline = out / TIMELINE
-        print_next(viewing(timeline if timeline.exists() else out / "compare" / RECORDING), looking_at(slam))
+        return
+    report(comparison, result_console(), out / "compare")
+    timeline = out / TIMELINE if (out / TIMELINE).exists() else out / "compare" / RECORDING
+    print_next(viewing(timeline), looking_at(slam))

@@ -72,10 +72,14 @@ def track(
         print(dumps(tracked.as_json()))
     else:
         _report(tracked, out, live_poses)
-        choice = "both" if tracked.given else "slam"  # both compares them
-        is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
-        print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
+        _advise(tracked, folder, options)
     return INTERRUPTED if tracked.interrupted else 0
+
+
+def _advise(tracked: TrackedPath, folder: Path, options: TrackOptions) -> None:
+    choice = "both" if tracked.given else "slam"  # both compares them
+    is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
+    print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
 
 
 def _written(path: Path) -> AbstractContextManager[None]:
