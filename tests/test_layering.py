@@ -143,6 +143,14 @@ def test_model_libraries_stay_in_models():
         assert not found or relative(path).startswith("razer/models/"), f"{relative(path)} imports {found}"
 
 
+def test_nothing_that_can_be_handed_over_is_unpickled():
+    """Messages between the program's own processes, and files that `razer ablate` wrote a moment ago, are; the last one
+    knows the name of an error."""
+    users = {relative(path) for path in FILES if {"pickle", "dill", "shelve", "marshal"} & {*imports_of(path)}}
+    of_own_processes = {"app/live/publisher.py", "app/live/live_process.py", "app/ablation/perceived_walk.py"}
+    assert users == of_own_processes | {"razer/models/clip/open_clip_towers.py"}
+
+
 def test_libraries_of_the_extra_serve_are_imported_where_maps_are_served():
     for path in FILES:
         found = {name.split(".")[0] for name in imports_of(path)} & SERVE_LIBRARIES

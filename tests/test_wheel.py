@@ -74,6 +74,7 @@ def test_every_package_of_the_repository_is_in_it(wheel):
     assert ours <= names
 
 
+@pytest.mark.full
 def test_it_works_outside_the_repository(installed, tmp_path):
     where = "import app, data_tools, razer, slam; print(*(m.__file__ for m in (app, data_tools, razer, slam)))"
     places = call(installed, "-c", where, cwd=tmp_path)

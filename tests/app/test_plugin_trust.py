@@ -222,6 +222,7 @@ def test_names_that_can_be_none_are_one_plain_line(name):
             load("segmenter", name, {}, {}, methods=["segment"], trust=trust)
 
 
+@pytest.mark.full
 def test_the_embedder_that_the_command_line_names_also_compares_the_runs_under_both_poses(capsys, mark, tmp_path):
     room = SyntheticRoom(0, 120, 320, 240)
     start = Selection(room, range(8), iter(()))  # near enough to each other to be tracked

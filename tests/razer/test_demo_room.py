@@ -76,6 +76,7 @@ def test_masks_that_drop_split_merge_and_wobble_cost_little(room):
     assert not any(result.missed for result in results)
 
 
+@pytest.mark.full
 def test_a_chair_moved_in_mid_run_leaves_no_ghost():
     room = SyntheticRoom(seed=0, width=320, height=240, moved=True)
     frames = [room[i] for i in range(len(room))]

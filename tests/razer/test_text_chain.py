@@ -45,6 +45,7 @@ def is_first(answer, name):
     return answer.found and answer.hits[0].object.class_name == name
 
 
+@pytest.mark.full
 def test_a_running_map_answers_between_frames(apartment):
     _, halfway, _ = apartment
     assert len(halfway) >= 8

@@ -19,6 +19,7 @@ def recording(tmp_path_factory):
     return write_small_room(tmp_path_factory.mktemp("recording"))
 
 
+@pytest.mark.full
 def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     command = [sys.executable, "-m", "app.cli", "bench", recording, "--json", "--max-frames", "6", *QUICK]
     process = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)

@@ -96,6 +96,7 @@ def without_poses(content):
     return {**content, "pose": None, "scenes": scenes}
 
 
+@pytest.mark.full
 def test_against_the_truth_both_sides_are_alike(room, run, moved, capsys):
     capsys.readouterr()
     assert call("compare", run, moved, "--truth", room, "--json", "-o", run.with_name("truth")) == 0

@@ -43,6 +43,7 @@ def color_error(run: Path, right: Path) -> float:
     return float(np.abs(difference).mean(axis=1).mean())
 
 
+@pytest.mark.full
 def test_colour_is_brought_onto_depth_unless_told_not_to(
     folders: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,6 +61,7 @@ def test_it_is_drawn_and_has_no_timeline(capsys, folder, tmp_path):
     assert f"{folder} has no timeline" in err
 
 
+@pytest.mark.full
 def test_two_are_compared_as_they_lie(capsys, saved, folder):
     code, out, err = call(capsys, "compare", saved[0], folder, "--json")
     assert code == 0, err

@@ -89,7 +89,7 @@ def test_only_a_mesh_with_an_xml_beside_it_is_a_truth(tmp_path: Path) -> None:
 
 
 FAULTS = {
-    "xml cut off": ({"xml": XML[:300]}, r"005\.xml must be XML"),
+    "xml cut off": ({"xml": XML[:300]}, r"005\.xml is no XML"),
     "label that is no number": ({"xml": XML.replace('id="4"', 'id="four"')}, r"005\.xml must be XML"),
     "fewer vertices than told": ({"labels": []}, r"005\.ply"),
 }
