@@ -13,6 +13,7 @@ from types import FrameType
 
 from cyclopts import App, CycloptsError, Group
 
+from app.console.leaving import leave
 from app.console.no_room import NO_ROOM
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
@@ -72,25 +73,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
             code = app(heard, exit_on_error=False, print_error=False, result_action="return_value")
     except KeyboardInterrupt:
         print("razer: interrupted", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        leave(INTERRUPTED)
     except CycloptsError as error:
         verb = next((token for token in tokens if token in _NAMES), None)
         asked = f"razer {verb}" if verb else "razer"
         print(f"{asked}: {_plain(usage_text(str(error)))} (see {asked} --help)", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        leave(BAD_INPUT)
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        leave(BAD_INPUT)
     except MemoryError:
         print("razer: memory ran out: use fewer or smaller frames, larger voxels, or another machine", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        leave(BAD_INPUT)
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
         place = f"{error.filename}: " if error.filename else ""
         print(f"razer: {_plain(place + str(error.strerror))}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
-    sys.exit(code)
+        leave(BAD_INPUT)
+    leave(code or 0)
 
 
 @contextmanager

@@ -47,7 +47,7 @@ class OngoingRun:
         return RunState(self.mapper.state, self.accounting, figures, self.registration, timeline, resumed_at)
 
     def written_timeline(self) -> WrittenLog | None:
-        """What of the timeline is in its file by now, None where there is none."""
+        """What of the timeline is in its file by now; None where there is none, or it cannot be written."""
         return None if isinstance(self.timeline, NullTimeline) else self.timeline.written()
 
     def restore(self, folder: Path, checkpoint: Checkpoint) -> None:

@@ -114,8 +114,8 @@ class Timeline:
         for name in _REMEMBERED:
             setattr(self, name, state[name])
 
-    def written(self) -> WrittenLog:
-        """What of it is in the file, once all that was logged is."""
+    def written(self) -> WrittenLog | None:
+        """What of it is in the file, once all that was logged is; None where it cannot be written."""
         return self._log.written(self.settings.close_timeout_s)
 
     def show(self, frame: Frame, step: StepResult, mapper: Mapper, stage_ms: Mapping[str, float]) -> None:

@@ -18,6 +18,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
+from app.console.leaving import note_stuck
 from app.stored_state.written_log import WrittenLog
 from app.timeline import entities
 from app.timeline.recording.ellipsoids import Ellipsoids
@@ -53,10 +54,15 @@ class RerunLog:
         self._in_front = False
         self._open = True
 
-    def written(self, timeout_s: float) -> WrittenLog:
-        """What of the recording is on its way to the disk, once all that was logged is: waits so long at most."""
-        for stream in self._streams:
-            stream.flush(timeout_sec=timeout_s)
+    def written(self, timeout_s: float) -> WrittenLog | None:
+        """What of the recording is on the disk, once all that was logged is: waits so long at most; None where it
+        cannot be written."""
+        try:
+            for stream in self._streams:
+                stream.flush(timeout_sec=timeout_s)
+        except RuntimeError:  # Rerun's, for a full disk as well
+            note_stuck("rerun")
+            return None
         return WrittenLog(self._name, self._parts.sizes())
 
     @contextmanager
@@ -257,6 +263,7 @@ class RerunLog:
                 self._parts.remove()
         except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
             warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
+            note_stuck("rerun")  # its streams go on waiting for a file that they cannot write
         finally:
             self._parts.unlock()
 

@@ -230,3 +230,19 @@ def test_a_second_run_to_the_same_place_is_refused_with_the_first_ones_process(r
         err = refused(capsys, recording, "-o", tmp_path / "run")
     assert f"written by process {os.getpid()}" in err
     assert listing(tmp_path) == []
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("timeline", ["--timeline", "--no-timeline"])
+def test_where_no_file_may_grow_the_run_ends_in_one_line_and_leaves_nothing(recording, tmp_path, timeline):
+    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", tmp_path / "run", "--checkpoint-every", "4"]
+    command += ["--segmenter", "geometric", "--embedder", "appearance", timeline, *QUICK]
+    limit = 100_000  # bytes a file
+    ended = subprocess.run(
+        ["prlimit", f"--fsize={limit}", *command], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert ended.returncode == 2, ended.stderr
+    assert ended.stderr.count("a checkpoint could not be written (File too large)") == 1
+    assert ended.stderr.splitlines()[-1].startswith(f"razer: {tmp_path / 'run'} could not be written (File too large)")
+    assert "Traceback" not in ended.stderr
+    assert listing(tmp_path) == []
