@@ -47,9 +47,7 @@ class LabelledRun:
         folder, mesh = self.queryable.folder, self._mesh()
         graph = scene_graph(self.queryable.panoptic, self.segments, self.queryable.up)
         facts = {s.id: NodeFacts(s.category.name, s.score) for s in self.segments}
-        epoch = self.queryable.panoptic.epoch
-        table = {"format": FORMAT, "vocabulary": self.vocabulary, "epoch": epoch, "segments": self._table(mesh)}
-        instances = self._instances()
+        table, instances = self._document(mesh), self._instances()
         replace_files(
             {
                 folder / names.PANOPTIC: lambda path: _write_json(path, table),
@@ -59,6 +57,10 @@ class LabelledRun:
                 folder / names.INSTANCES: lambda path: _write_json(path, instances),
             }
         )
+
+    def _document(self, mesh: LabelledMesh) -> dict[str, Any]:
+        epoch = self.queryable.panoptic.epoch
+        return {"format": FORMAT, "vocabulary": self.vocabulary, "epoch": epoch, "segments": self._table(mesh)}
 
     def named(self) -> PanopticMap:
         """The map with the classes given."""
