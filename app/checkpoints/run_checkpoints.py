@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
 from pathlib import Path
@@ -57,7 +57,7 @@ def _hash_of(sequence: RgbdSequence, index: int) -> str:
 
 
 class RunCheckpoints:
-    """Writes the checkpoints of one run into a folder, which is made with the first one."""
+    """Writes the checkpoints of one run into a folder, which it makes."""
 
     def __init__(
         self,
@@ -114,8 +114,8 @@ class RunCheckpoints:
     def _write(self, n_frames: int, poses: SavedState, run: OngoingRun, writer: StateWriter) -> None:
         written = run.written_timeline()  # before its state: what is remembered as logged is in the file
         saved, plan = writer.save(run.state), self._plan
-        checkpoint = Checkpoint(n_frames, plan.planned, saved, poses, plan.first_frame, plan.vocabulary)
-        replace(checkpoint, timeline=written).write(self._folder)
+        checkpoint = Checkpoint(n_frames, plan.planned, saved, poses, plan.first_frame, plan.vocabulary, written)
+        checkpoint.write(self._folder)
 
     def _warn(self, reason: str) -> None:
         if reason != self._failed:

@@ -18,10 +18,10 @@ from app.frames.frame_packet import (
     StateSaved,
     Unusable,
 )
+from app.frames.helper_wait import HelperWait
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
 from app.frames.prefetch_process import NEVER_OVER, prefetch
-from app.frames.waiting import Waiting
 from app.stored_state.pose_checkpoints import PoseCheckpoints
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
@@ -50,7 +50,7 @@ def packet_stream(
     perception: Perception,
     color_warp: ColorWarp | None = None,
     checkpoints: StreamCheckpoints | None = None,
-    waiting: Waiting = NEVER_OVER,
+    waiting: HelperWait = NEVER_OVER,
 ) -> Iterator[Iterator[FramePacket | StateSaved]]:
     """Within this context: the packets of all frames, PosesFinal, and the frames that came to be known late.
 

@@ -19,13 +19,13 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 from app.console.plain_warnings import warn_in_one_line
-from app.frames.waiting import Waiting
+from app.frames.helper_wait import HelperWait
 
 S = TypeVar("S")
 T = TypeVar("T")
 HUNG_UP = object()
 POLL_S = 0.2
-NEVER_OVER = Waiting()
+NEVER_OVER = HelperWait()
 
 
 class HelperEnded(RuntimeError):
@@ -78,7 +78,7 @@ class _Line:
     """Items that a helper process works on, in order; another process takes its place where one ended."""
 
     def __init__(
-        self, work: Callable[[Any], Any], does: str, waiting: Waiting, replacement: Callable[[Any, str], Any] | None
+        self, work: Callable[[Any], Any], does: str, waiting: HelperWait, replacement: Callable[[Any, str], Any] | None
     ) -> None:
         self._work, self._does, self._waiting, self._replacement = work, does, waiting, replacement
         self._helper = _Helper(work)
@@ -140,7 +140,7 @@ def prefetch(
     depth: int = 2,
     *,
     does: str = "works ahead",
-    waiting: Waiting = NEVER_OVER,
+    waiting: HelperWait = NEVER_OVER,
     replacement: Callable[[S, str], T] | None = None,
 ) -> Generator[T]:
     """`work(item)` for each item, in order, at most `depth` of them asked for before they are needed.

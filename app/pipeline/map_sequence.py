@@ -11,12 +11,13 @@ from rich.console import Console
 from app.checkpoints.ongoing_run import OngoingRun
 from app.checkpoints.run_checkpoints import RunCheckpoints
 from app.console.progress import show_progress
+from app.console.streams import print_warnings
 from app.console.waiting import waiting_for
 from app.frames.frame_packet import FramePacket, StateSaved
+from app.frames.helper_wait import HelperWait
 from app.frames.packet_stream import packet_stream
 from app.frames.prefetch_process import HelperEnded, prefetch
 from app.frames.selection import selected_frames
-from app.frames.waiting import Waiting
 from app.pipeline.interrupt import FAILED, StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
 from app.pipeline.prepare_run import poses_of
@@ -63,7 +64,7 @@ def map_sequence(
         try:
             map_frames(frames, run.mapper, timeline, run.recorder, accounting)
         except HelperEnded as error:
-            console.print(f"WARNING: {error}; what was mapped until then is saved", soft_wrap=True)
+            print_warnings([f"{error}; what was mapped until then is saved"])
             accounting.interrupted, stop.exit_code = True, FAILED
         accounting.interrupted |= stop.requested
     accounting.require_used()
@@ -92,7 +93,7 @@ def _frames(
         confirmed = sum(track.confirmed for track in run.mapper.tracks)
         return f"{run.recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
-    perception, warp, waiting = run.mapper.perception, run.registration.warp, Waiting(stop, console)
+    perception, warp, waiting = run.mapper.perception, run.registration.warp, HelperWait(stop, console)
     left = indices[n_before:]
     with packet_stream(sequence, left, poses_of(config), perception, warp, from_checkpoints, waiting) as packets:
         if checkpoints is None:

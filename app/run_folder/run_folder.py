@@ -60,13 +60,17 @@ class RunFolder:
 
     @classmethod
     def unfinished(cls, final: Path) -> RunFolder:
-        """That of a run that was cut off, with its newest checkpoint; raises BadInput where there is none."""
+        """That of a run that was cut off, with its newest checkpoint; raises BadInput where there is none, or where the
+        place is taken: by a run that was made since, or one that was to be replaced."""
         folder = cls(final, overwrite=True)
         found = [(path, read_checkpoint(path / CHECKPOINT)) for path in folder.leftovers()]
         resumable = [(path, checkpoint) for path, checkpoint in found if checkpoint is not None]
         if not resumable:
             why = "the run there is complete" if (final / INSTANCES).exists() else "no run to it was cut off"
             raise BadInput(f"{final}: nothing to resume, as {why} after its first checkpoint")
+        if os.path.lexists(final):
+            raise BadInput(f"{final} is there already: move it away, and --resume makes it from the unfinished run")
+        folder._overwrite = False  # what comes to the place meanwhile is not replaced
         folder.partial, folder.checkpoint = max(resumable, key=lambda one: (one[0] / CHECKPOINT).stat().st_mtime)
         return folder
 

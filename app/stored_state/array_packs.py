@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
@@ -80,7 +81,8 @@ class PackWriter:
     def abandon(self) -> None:
         """Give up the checkpoint that was begun; the one before stays whole."""
         if self._file is not None:
-            self._file.close()
+            with suppress(OSError):  # a full disk does not take what is left in the buffer
+                self._file.close()
             self._file = None
             pack_path(self._folder, self._name, self._number).unlink(missing_ok=True)
 

@@ -126,6 +126,11 @@ def test_what_cannot_be_resumed_is_refused_in_one_line_and_left_as_it_is(recordi
     assert "leave FOLDER out" in refused(capsys, recording, "--resume", out)
     assert "leave them out" in refused(capsys, "--resume", out, "--stride", "2")
     assert "FOLDER needs a value" in refused(capsys)
+    out.mkdir()
+    (out / "instances.json").write_text("another run, made since")
+    assert "is there already: move it away" in refused(capsys, "--resume", out, "--trust-plugins")
+    assert contents(out) == {"instances.json": b"another run, made since"}
+    shutil.rmtree(out)
 
     picture = next((moving / "color").iterdir())
     original = picture.read_bytes()

@@ -12,8 +12,8 @@ from threading import Timer
 import pytest
 from rich.console import Console
 
+from app.frames.helper_wait import HelperWait
 from app.frames.prefetch_process import HelperEnded, prefetch
-from app.frames.waiting import Waiting
 
 
 class Note:
@@ -91,7 +91,7 @@ class Stop:
 
 def test_work_that_never_returns_is_named_and_left_when_a_stop_is_requested():
     stop, told = Stop(), StringIO()
-    waiting = Waiting(stop, Console(file=told, width=200))
+    waiting = HelperWait(stop, Console(file=told, width=200))
     waiting.told_after_s = (0.3,)
     results = prefetch(stop_at_one, range(5), depth=0, does="finds masks", waiting=waiting)
     assert next(results) == 0

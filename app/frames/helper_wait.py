@@ -13,7 +13,7 @@ class Stop(Protocol):
     requested: bool
 
 
-class Waiting:
+class HelperWait:
     """Says what is waited for, on a console, after 5 seconds and now and then after that."""
 
     def __init__(self, stop: Stop | None = None, console: Console | None = None) -> None:
