@@ -10,10 +10,11 @@ from contextlib import contextmanager
 from importlib import metadata
 from threading import current_thread, main_thread
 from types import FrameType
+from typing import NoReturn
 
 from cyclopts import App, CycloptsError, Group
 
-from app.console.leaving import leave
+from app.console.leaving import end_process
 from app.console.no_room import NO_ROOM
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
@@ -59,7 +60,15 @@ def _examples(verb: Verb) -> str:
 _add_verbs(app)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def program() -> NoReturn:
+    """The process of one command: as `main`, and where a library's threads would keep Python from ending, it ends."""
+    try:
+        main()
+    except SystemExit as ending:
+        end_process(ending)
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run one command and exit: 0 done, 2 unusable input or usage, or no room for it on disk or in memory (one plain
     line), 130 interrupted, 143 told to end."""
     if current_thread() is main_thread():
@@ -73,25 +82,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
             code = app(heard, exit_on_error=False, print_error=False, result_action="return_value")
     except KeyboardInterrupt:
         print("razer: interrupted", file=sys.stderr)
-        leave(INTERRUPTED)
+        sys.exit(INTERRUPTED)
     except CycloptsError as error:
         verb = next((token for token in tokens if token in _NAMES), None)
         asked = f"razer {verb}" if verb else "razer"
         print(f"{asked}: {_plain(usage_text(str(error)))} (see {asked} --help)", file=sys.stderr)
-        leave(BAD_INPUT)
+        sys.exit(BAD_INPUT)
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
-        leave(BAD_INPUT)
+        sys.exit(BAD_INPUT)
     except MemoryError:
         print("razer: memory ran out: use fewer or smaller frames, larger voxels, or another machine", file=sys.stderr)
-        leave(BAD_INPUT)
+        sys.exit(BAD_INPUT)
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
         place = f"{error.filename}: " if error.filename else ""
         print(f"razer: {_plain(place + str(error.strerror))}", file=sys.stderr)
-        leave(BAD_INPUT)
-    leave(code or 0)
+        sys.exit(BAD_INPUT)
+    sys.exit(code or 0)
 
 
 @contextmanager
@@ -117,4 +126,4 @@ def _plain(message: str) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    program()

@@ -14,10 +14,11 @@ def note_stuck(library: str) -> None:
     _stuck.add(library)
 
 
-def leave(code: int) -> NoReturn:
-    """End with an exit code; at once where a library is stuck, which Python would wait for."""
-    if _stuck:
+def end_process(ending: SystemExit) -> NoReturn:
+    """End as asked; at once where a library is stuck, which Python would wait for. For the process's own entry only:
+    whoever calls the program from Python keeps theirs."""
+    if _stuck and isinstance(ending.code, int):
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(code)
-    sys.exit(code)
+        os._exit(ending.code)
+    raise ending
