@@ -94,7 +94,7 @@ def test_a_read_only_folder_is_said_before_the_work(tmp_path):
 @pytest.mark.parametrize("verb", ["convert", "track"])
 def test_no_room_is_one_line_that_names_the_place_and_leaves_nothing(tmp_path, verb):
     room, out = write_small_room(tmp_path / "room"), tmp_path / "out"
-    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)); from app.cli import program; program()"
+    limit = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (100, 100)); from app.cli import program; program()"
     where = {"convert": [str(out)], "track": ["-o", str(out), "--max-frames", "2"]}[verb]
     command = [sys.executable, "-c", limit, verb, str(room), *where]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
