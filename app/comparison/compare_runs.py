@@ -29,6 +29,7 @@ from razer.mesh.labelled_mesh import LabelledMesh
 from razer.metrics.preset import Preset
 from razer.metrics.protocol import scene_aggregation
 from razer.metrics.protocol.evaluation import plain_json
+from razer.metrics.protocol.scene_overlap import SceneOverlap, is_of_another_scene
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.surface.surface_distance import TriangleSurface
 from razer.metrics.surface.surface_errors import metrics_of_distances
@@ -36,9 +37,6 @@ from razer.metrics.trajectory_errors import PoseErrors, TrajectoryMetrics, error
 from razer.plugins import NO_TRUST, Trust
 
 Numbers = dict[str, Any]
-
-# Two maps of one place are above 0.8 even with poses that drift; those of different places were at 0.13.
-_SAME_PLACE = 0.4
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class Comparison:
     pose: B's trajectory against A's, and errors: of B's poses over time, None where either has no trajectory.
     surface: B's against A's, None where either is empty; a_to_b_m (V,): how far each vertex of A is from B's surface,
     metres, infinite where that is empty. truth_a, truth_b and truth_trajectory, that in the frame of A:
-    None without a truth. notes: what one should know of the result."""
+    None without a truth. notes: what one should know of the result. warnings: what makes it doubtful."""
 
     preset: str
     a: MappedRun
@@ -63,6 +61,7 @@ class Comparison:
     truth_b: EvaluatedRun | None
     truth_trajectory: TimedPoses | None
     notes: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     def as_json(self) -> Numbers:
         """The machine-readable contract: plain JSON values only, null where a part does not apply or is no number."""
@@ -78,6 +77,7 @@ class Comparison:
             "surface": self.surface,
             "instances": self.instances.as_json(),
             "notes": self.notes,
+            "warnings": self.warnings,
         }
         return plain_json(compared | results)
 
@@ -159,7 +159,8 @@ def compare_runs(
         truth_a=truth_a,
         truth_b=truth_b,
         truth_trajectory=None if scene is None or truth_a is None else _true_trajectory(scene, truth_a),
-        notes=(*_notes(a, b, pose, truth_a, truth_b), *_overlap_notes(surface), *(scene.notes if scene else ())),
+        notes=(*_notes(a, b, pose, truth_a, truth_b), *(scene.notes if scene else ())),
+        warnings=_place_warnings(surface, instances),
     )
 
 
@@ -199,11 +200,16 @@ def compare_surfaces(reference: LabelledMesh, other: LabelledMesh) -> tuple[Numb
     return {key: value for key, value in numbers.items() if key != "on_truth"}, to_other
 
 
-def _overlap_notes(surface: Numbers | None) -> list[str]:
-    """Whether the maps are hardly of one place."""
-    if surface is None or surface["fscore_5cm"] >= _SAME_PLACE:
-        return []
-    return [f"A and B hardly overlap (F-score at 5 cm {surface['fscore_5cm']:.2f}): they may be of different places"]
+def _place_warnings(surface: Numbers | None, instances: Matching) -> tuple[str, ...]:
+    """Whether the maps are of different places, by the rule that tells a map from the truth of another scene."""
+    if surface is None:
+        return ()
+    overlap = SceneOverlap(surface["precision_5cm"], surface["recall_5cm"])
+    n_fewer = len(instances.matched) + min(len(instances.missed), len(instances.extra))
+    if not is_of_another_scene(overlap, len(instances.matched), n_fewer):
+        return ()
+    shared = f"{max(overlap):.0%} of a surface and {len(instances.matched)} of {n_fewer} instances in common"
+    return (f"A and B may be of different places ({shared}): if they are of one recording, one of them drifted apart",)
 
 
 def _notes(

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from app.console.outputs import print_next
-from app.console.streams import print_notes, result_console
+from app.console.streams import print_notes, print_warnings, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import viewing, viewing_both
 from app.settings.options import Assignments, Flag, TrustOptions
@@ -58,6 +58,7 @@ def compare(
     rules = choose_rules(preset, set)
     folder = out or run_b / FOLDER
     result = compare_to_folder(run_a, run_b, folder, truth=truth, rules=rules, trust=options.trust)
+    print_warnings(result.warnings)
     print_notes(result.notes)
     if json:
         print(dumps(result.as_json()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -238,7 +239,7 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     content = json.loads((out / "compare.json").read_text(), parse_constant=refuse)
     assert set(content) == {
         "format", "run_a", "run_b", "preset", "a", "b", "delta", "frames", "alignment", "pose", "surface", "instances",
-        "notes",
+        "notes", "warnings",
     }  # fmt: skip
     assert set(content["pose"]) == POSE_KEYS
     assert all(set(pair) == PAIR_KEYS for pair in content["instances"]["matched"])
@@ -254,6 +255,19 @@ def test_files_tables_and_what_else_lies_there(run, moved, capsys, monkeypatch):
     monkeypatch.setattr(rerun_viewer, "open_viewer", lambda *arguments: shown.append(arguments))
     assert call("view", out / "compare.rrd") == 0
     assert shown == [(out / "compare.rrd", False)]
+
+
+def test_maps_of_different_places_are_warned_of_though_their_poses_agree(run, moved, tmp_path, capsys):
+    other = tmp_path / "other"
+    shutil.copytree(run, other)
+    mesh = read_mesh_ply(run / "mesh.ply")
+    write_mesh_ply(other / "mesh.ply", replace(mesh, vertices=1.7 * mesh.vertices))
+    assert call("compare", run, other, "-o", tmp_path / "out", "--json") == 0
+    out, err = capsys.readouterr()
+    assert "WARNING: A and B may be of different places" in err
+    assert len(json.loads(out)["warnings"]) == 1
+    assert call("compare", run, moved, "-o", tmp_path / "same") == 0
+    assert "WARNING" not in capsys.readouterr().err
 
 
 # What cannot be compared
