@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import metadata
 from threading import current_thread, main_thread
-from types import FrameType
 from typing import NoReturn
 
 from cyclopts import App, CycloptsError, Group
 
-from app.console.leaving import end_process
 from app.console.no_room import NO_ROOM
 from app.console.plain_warnings import warn_in_one_line
+from app.console.signals import raise_signals
 from app.console.streams import QUIET
 from app.console.usage import usage_text
 from app.verbs import MODEL_VERBS, VERBS, Verb
@@ -60,19 +58,11 @@ def _examples(verb: Verb) -> str:
 _add_verbs(app)
 
 
-def program() -> NoReturn:
-    """The process of one command: as `main`, and where a library's threads would keep Python from ending, it ends."""
-    try:
-        main()
-    except SystemExit as ending:
-        end_process(ending)
-
-
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run one command and exit: 0 done, 2 unusable input or usage, or no room for it on disk or in memory (one plain
     line), 130 interrupted, 143 told to end."""
     if current_thread() is main_thread():
-        signal.signal(signal.SIGTERM, _end)  # so that what is half done is cleaned up
+        raise_signals()
     # What lies in the working directory is data: helper processes must not import it as modules.
     os.environ["PYTHONSAFEPATH"] = "1"
     warn_in_one_line()
@@ -116,14 +106,6 @@ def _quiet_if_asked(tokens: list[str]) -> Iterator[list[str]]:
         os.environ[QUIET] = before
 
 
-def _end(signum: int, frame: FrameType | None) -> None:
-    sys.exit(128 + signum)
-
-
 def _plain(message: str) -> str:
     """A message on one line, without characters that a terminal obeys: names from files are part of it."""
     return " ".join("".join(c if c.isprintable() else " " for c in message).split())
-
-
-if __name__ == "__main__":
-    program()

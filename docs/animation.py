@@ -45,7 +45,7 @@ CHROMIUM = (
 @contextmanager
 def served(run: Path) -> Iterator[str]:
     """The address at which a run is served meanwhile."""
-    command = [sys.executable, "-m", "app.cli", "serve", str(run), "--port", "0"]
+    command = [sys.executable, "-m", "app", "serve", str(run), "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as server:
         try:
             assert server.stdout is not None

@@ -43,7 +43,7 @@ PANEL = (700, 620)  # width and height, pixels
 
 def razer(*arguments: str | Path) -> None:
     """Run a verb; ends the program where that fails."""
-    subprocess.run([sys.executable, "-m", "app.cli", *map(str, arguments)], check=True)
+    subprocess.run([sys.executable, "-m", "app", *map(str, arguments)], check=True)
 
 
 def run_once(recording: Path, run: Path, *options: str) -> None:

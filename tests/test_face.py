@@ -51,7 +51,7 @@ def test_a_saved_map_is_asked_without_open3d_and_torch(tmp_path):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
     done = subprocess.run(
-        [sys.executable, "-X", "importtime", "-m", "app.cli", "query", folder, "a chair", "--embedder", "oracle"],
+        [sys.executable, "-X", "importtime", "-m", "app", "query", folder, "a chair", "--embedder", "oracle"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time")}

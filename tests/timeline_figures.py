@@ -61,7 +61,7 @@ def timed_run(recording: Path, target: Path, sabotage: Sabotage | None) -> tuple
     """Wall and CPU seconds of a run with all its processes but the viewer's; with a viewer that has a bad time, or
     without any."""
     viewer = ("--view", "web") if sabotage else ()
-    command = [sys.executable, "-m", "app.cli", "run", str(recording), "-o", str(target), *OPTIONS, *viewer]
+    command = [sys.executable, "-m", "app", "run", str(recording), "-o", str(target), *OPTIONS, *viewer]
     start_s = time.monotonic()
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     helpers: list[subprocess.Popen] = []
@@ -151,7 +151,7 @@ def main() -> None:
     arguments = parser.parse_args()
     work: Path = arguments.work
     work.mkdir(parents=True, exist_ok=True)
-    razer = (sys.executable, "-m", "app.cli")
+    razer = (sys.executable, "-m", "app")
     for name, frames, size in (("room", "120", "640x480"), ("small_room", "80", "320x240")):
         if not (work / name).exists():
             command = [*razer, "synth", work / name, "--frames", frames, "--size", size]

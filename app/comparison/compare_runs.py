@@ -135,15 +135,14 @@ def compare_runs(
     with waiting_for("aligning the maps"):
         pose, errors = _aligned(a, b, folder_a, folder_b)
         alignment = align_maps(a, b, pose)
-        moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
+    moved = b if alignment.basis == "none" else b.moved(alignment.a_from_b)
     with waiting_for("measuring how far their surfaces are apart"):
         surface, a_to_b_m = compare_surfaces(a.panoptic.mesh, moved.panoptic.mesh)
     with waiting_for("reading the truth"):
         scene = None if truth is None else open_posed_truth(truth, preset, map_origin(folder_a))
-    with waiting_for("evaluating the first run against the truth"):
-        truth_a = None if scene is None else evaluate_run(folder_a, a, scene, preset, trust)
-    with waiting_for("evaluating the second run against the truth"):
-        truth_b = None if scene is None else evaluate_run(folder_b, b, scene, preset, trust)
+    with waiting_for("evaluating both runs against the truth"):
+        runs = ((folder_a, a), (folder_b, b))
+        truth_a, truth_b = (None if scene is None else evaluate_run(*run, scene, preset, trust) for run in runs)
     with waiting_for("matching their instances"):
         instances = match_instances(a.panoptic, moved.panoptic)
     return Comparison(

@@ -97,7 +97,7 @@ def _many_instances(names: tuple[str, ...]) -> PanopticMap:
 
 @contextmanager
 def _served(folder: Path) -> Iterator[str]:
-    command = [sys.executable, "-m", "app.cli", "serve", str(folder), "--port", "0"]
+    command = [sys.executable, "-m", "app", "serve", str(folder), "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

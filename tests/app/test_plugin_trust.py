@@ -250,7 +250,7 @@ def test_what_lies_in_the_working_directory_is_not_imported(made, tmp_path):
     for module in ("pickle", "signal", "selectors"):
         (place / f"{module}.py").write_text(f"open({str(tmp_path / 'mark')!r}, 'w')\nraise SystemExit(3)\n")
     program.write_text(
-        "from app.cli import program\n\nif __name__ == '__main__':\n    program()\n"
+        "from app.__main__ import program\n\nif __name__ == '__main__':\n    program()\n"
     )  # as pip installs it
     command = [sys.executable, program, "run", made[1], "-o", tmp_path / "out", "--max-frames", "2", *QUICK]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}

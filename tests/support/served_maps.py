@@ -61,7 +61,7 @@ def problem_of(response: Response) -> dict[str, Any]:
 @contextmanager
 def server_process(*arguments: object) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """`razer serve` in a process, with its address; killed in the end if it has not ended."""
-    command = [sys.executable, "-m", "app.cli", "serve", *map(str, arguments), "--port", "0"]
+    command = [sys.executable, "-m", "app", "serve", *map(str, arguments), "--port", "0"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None

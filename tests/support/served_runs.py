@@ -25,7 +25,7 @@ class ServedRun:
     """A run in a process, what it wrote to standard error, and its address."""
 
     def __init__(self, recording: Path, out: Path, *arguments: str) -> None:
-        command = [sys.executable, "-m", "app.cli", "run", recording, "-o", out, *MODELS, *QUICK, "--no-timeline"]
+        command = [sys.executable, "-m", "app", "run", recording, "-o", out, *MODELS, *QUICK, "--no-timeline"]
         command = [*map(str, command), "--serve", "--port", "0", *arguments]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.lines: list[str] = []

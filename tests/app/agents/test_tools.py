@@ -140,7 +140,7 @@ async def ask_for_lamps(client):
 
 
 def command(folder, *arguments) -> list[str]:
-    return [sys.executable, "-m", "app.cli", "mcp", str(folder), *arguments]
+    return [sys.executable, "-m", "app", "mcp", str(folder), *arguments]
 
 
 @pytest.mark.full

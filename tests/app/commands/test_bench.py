@@ -21,7 +21,7 @@ def recording(tmp_path_factory):
 
 @pytest.mark.full
 def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
-    command = [sys.executable, "-m", "app.cli", "bench", recording, "--json", "--max-frames", "6", *QUICK]
+    command = [sys.executable, "-m", "app", "bench", recording, "--json", "--max-frames", "6", *QUICK]
     process = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
     result = json.loads(process.stdout.splitlines()[-1])
     assert (result["frames"], result["repeat"]) == (6, 1)
@@ -94,7 +94,7 @@ def test_a_recording_without_parts_is_said_in_one_line(parted, tmp_path):
     folder = tmp_path / "older"
     shutil.copytree(parted, folder)
     shutil.rmtree(folder / "parts")
-    command = [sys.executable, "-m", "app.cli", "bench", folder, "--masks", "--oracle", "sam", "--max-frames", "2"]
+    command = [sys.executable, "-m", "app", "bench", folder, "--masks", "--oracle", "sam", "--max-frames", "2"]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
     said = [line for line in process.stderr.splitlines() if "no parts/" in line]
     assert len(said) == 1

@@ -24,7 +24,7 @@ def recording(tmp_path_factory):
 def finished(recording, tmp_path_factory):
     """A finished run made by the real program: (folder, its process)."""
     out = tmp_path_factory.mktemp("runs") / "new" / "run"
-    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", out, "--json", *QUICK]
+    command = [sys.executable, "-m", "app", "run", recording, "-o", out, "--json", *QUICK]
     return out, subprocess.run(command, capture_output=True, text=True, check=True)
 
 

@@ -44,7 +44,7 @@ def start_slow_run(recording, tmp_path, **options):
     (tmp_path / "slow_segmenter.py").write_text(SLOW_SEGMENTER)
     log = tmp_path / "n_calls"
     settings = [f"segmenter.options.{name}={value}" for name, value in {"log": log, **options}.items()]
-    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", tmp_path / "runs" / "run", "--json", *QUICK]
+    command = [sys.executable, "-m", "app", "run", recording, "-o", tmp_path / "runs" / "run", "--json", *QUICK]
     command += ["--segmenter", "slow_segmenter:Slow", *(part for setting in settings for part in ("--set", setting))]
     (tmp_path / "runs").mkdir()
     paths = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])

@@ -177,7 +177,7 @@ def damage(partial: Path, harm: str) -> None:
 
 
 def start(recording: Path, out: Path, *arguments: str) -> subprocess.Popen:
-    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", out, *arguments]
+    command = [sys.executable, "-m", "app", "run", recording, "-o", out, *arguments]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
 
 
@@ -205,7 +205,7 @@ def test_runs_killed_at_random_moments_end_as_if_nothing_had_happened(tmp_path, 
         process.communicate()
         if not out.exists():
             resumed = subprocess.run(
-                [sys.executable, "-m", "app.cli", "run", "--resume", out], capture_output=True, text=True, check=False
+                [sys.executable, "-m", "app", "run", "--resume", out], capture_output=True, text=True, check=False
             )
             assert resumed.returncode == 0, resumed.stderr
         assert_same_results(out, reference)
@@ -240,7 +240,7 @@ def test_a_second_run_to_the_same_place_is_refused_with_the_first_ones_process(r
 @pytest.mark.full
 @pytest.mark.parametrize("timeline", ["--timeline", "--no-timeline"])
 def test_where_no_file_may_grow_the_run_ends_in_one_line_and_leaves_nothing(recording, tmp_path, timeline):
-    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", tmp_path / "run", "--checkpoint-every", "4"]
+    command = [sys.executable, "-m", "app", "run", recording, "-o", tmp_path / "run", "--checkpoint-every", "4"]
     command += ["--segmenter", "geometric", "--embedder", "appearance", timeline, *QUICK]
     limit = 100_000  # bytes a file
     ended = subprocess.run(

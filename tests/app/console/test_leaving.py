@@ -12,7 +12,7 @@ from tests.support.cli import call
 
 STUCK = """
 import threading
-from app.cli import program
+from app.__main__ import program
 from app.console.leaving import note_stuck
 threading.Thread(target=threading.Event().wait).start()
 note_stuck("a library")

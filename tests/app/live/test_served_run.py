@@ -91,7 +91,7 @@ def test_edits_of_a_growing_map_stay_with_their_instances_to_the_end(recording, 
 
 def test_clients_that_are_killed_or_never_read_change_nothing(recording, tmp_path):
     plain = tmp_path / "plain"
-    command = [sys.executable, "-m", "app.cli", "run", recording, "-o", plain, *MODELS, *QUICK, "--no-timeline"]
+    command = [sys.executable, "-m", "app", "run", recording, "-o", plain, *MODELS, *QUICK, "--no-timeline"]
     subprocess.run([*map(str, command)], check=True, capture_output=True)
     with served_run(recording, tmp_path / "run") as run:
         script = _LISTENS.format(address=run.address)

@@ -51,7 +51,7 @@ def test_each_verb_refuses_a_place_that_another_process_writes(tmp_path, capsys)
 
 def test_two_converts_to_one_place_do_not_destroy_each_other(tmp_path):
     room, out = write_small_room(tmp_path / "room", n_frames=60), tmp_path / "out"
-    command = [sys.executable, "-m", "app.cli", "convert", str(room), str(out), "--lossless"]
+    command = [sys.executable, "-m", "app", "convert", str(room), str(out), "--lossless"]
     first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     hidden = tmp_path / ".out.unfinished"
     while first.poll() is None and not hidden.exists():
@@ -94,7 +94,7 @@ def test_a_read_only_folder_is_said_before_the_work(tmp_path):
 @pytest.mark.parametrize("verb", ["convert", "track"])
 def test_no_room_is_one_line_that_names_the_place_and_leaves_nothing(tmp_path, verb):
     room, out = write_small_room(tmp_path / "room"), tmp_path / "out"
-    limit = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (100, 100)); from app.cli import program; program()"
+    limit = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (100, 100)); from app.__main__ import program; program()"
     where = {"convert": [str(out)], "track": ["-o", str(out), "--max-frames", "2"]}[verb]
     command = [sys.executable, "-c", limit, verb, str(room), *where]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)

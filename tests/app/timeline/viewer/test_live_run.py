@@ -29,7 +29,7 @@ WAIT_S = 120
 def watched(tmp_path):
     """A run that is going on, its page's address, and its folder."""
     write_small_room(tmp_path / "room", n_frames=40)
-    command = [sys.executable, "-m", "app.cli", "run", str(tmp_path / "room"), "-o", str(tmp_path / "run"), *QUICK]
+    command = [sys.executable, "-m", "app", "run", str(tmp_path / "room"), "-o", str(tmp_path / "run"), *QUICK]
     command += ["--segmenter", "geometric", "--embedder", "appearance", "--view", "web"]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     said = iter(run.stderr.readline, "")

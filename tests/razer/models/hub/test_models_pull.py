@@ -291,7 +291,7 @@ def test_a_misspelt_name_is_refused_with_the_nearest() -> None:
 
 def run(hub: Hub, home: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "HF_ENDPOINT": hub.url, "HF_HOME": str(home), "HF_HUB_OFFLINE": "0"}
-    command = [sys.executable, "-m", "app.cli", "models", *arguments]
+    command = [sys.executable, "-m", "app", "models", *arguments]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=100, check=False)
 
 

@@ -1,0 +1,28 @@
+"""The process of one command, from its first import to its end."""
+
+from __future__ import annotations
+
+import os
+import signal
+from types import FrameType
+from typing import NoReturn
+
+
+def program() -> NoReturn:
+    """Run the command line and end as it says; at once where a library's threads would keep Python from ending."""
+    signal.signal(signal.SIGINT, _end_quietly)  # imports take a while, and nothing is begun that could be finished
+    from app.cli import main
+    from app.console.leaving import end_process
+
+    try:
+        main()
+    except SystemExit as ending:
+        end_process(ending)
+
+
+def _end_quietly(signum: int, frame: FrameType | None) -> None:
+    os._exit(128 + signum)
+
+
+if __name__ == "__main__":
+    program()
