@@ -12,6 +12,8 @@
 # PYTHON=... chooses the interpreter (3.11 or 3.12), VENV=... the folder, ARGS=... goes to the program.
 
 VENV ?= .venv
+VERSIONS ?= tested
+export VERSIONS
 BIN := $(VENV)/bin
 N ?= 100000
 SEED ?= 1
