@@ -59,7 +59,12 @@ def can_strace() -> bool:
     """Whether there is strace, and whether it may."""
     if shutil.which("strace") is None:
         return False
-    return subprocess.run(["strace", "-f", "--seccomp-bpf", "-o", os.devnull, "true"], capture_output=True, check=False).returncode == 0
+    return (
+        subprocess.run(
+            ["strace", "-f", "--seccomp-bpf", "-o", os.devnull, "true"], capture_output=True, check=False
+        ).returncode
+        == 0
+    )
 
 
 def _stays_here(line: str) -> bool:

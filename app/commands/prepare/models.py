@@ -83,8 +83,8 @@ def _print_info(model: CatalogueEntry, console: Console) -> None:
 def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> int:
     """Download a model, or a set of them, from the Hugging Face Hub into its cache; resumes a broken download.
 
-    Licence, files, sizes and checksums are shown before anything is fetched. What is in the cache is left alone where its
-    checksum is right, and fetched anew where it is not.
+    Licence, files, sizes and checksums are shown before anything is fetched. What is in the cache is left alone where
+    its checksum is right, and fetched anew where it is not.
     HF_HOME says where the cache is, HF_ENDPOINT names a mirror, HF_HUB_OFFLINE=1 forbids the network.
 
     Parameters

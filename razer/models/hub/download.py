@@ -53,7 +53,8 @@ def fetch(entry: CatalogueEntry, report: Callable[[str], None]) -> Path:
 
 
 def whole_model(entry: CatalogueEntry, report: Callable[[str], None]) -> Path | None:
-    """`cached_model` where its content is what was published; damaged files are discarded, each with a line to report."""
+    """`cached_model` where its content is what was published; None, and damaged files are discarded, where it is not.
+    report is called with one line for each."""
     present = cached_model(entry)
     damaged = [] if present is None else list(damages(present, entry))
     for damage in damaged:
