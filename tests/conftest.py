@@ -11,6 +11,8 @@ import pytest
 # What models the developer has must not change what "auto" means in a test; read when huggingface_hub is imported.
 os.environ["HF_HOME"] = str(Path(tempfile.gettempdir()) / "razer-tests-have-no-models")
 os.environ.pop("HF_HUB_CACHE", None)
+# Tests import it before the project does, which would see to that.
+os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
 
 @pytest.fixture(scope="session")

@@ -83,7 +83,8 @@ def _print_info(model: CatalogueEntry, console: Console) -> None:
 def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> int:
     """Download a model, or a set of them, from the Hugging Face Hub into its cache; resumes a broken download.
 
-    Licence, files, sizes and checksums are shown before anything is fetched; what is in the cache is left alone.
+    Licence, files, sizes and checksums are shown before anything is fetched. What is in the cache is left alone where
+    its checksum is right, and fetched anew where it is not.
     HF_HOME says where the cache is, HF_ENDPOINT names a mirror, HF_HUB_OFFLINE=1 forbids the network.
 
     Parameters
@@ -123,11 +124,13 @@ def pull(name: str, /, *, accept_license: Flag = False, json: Flag = False) -> i
 def _fetch_all(models: Sequence[CatalogueEntry], console: Console) -> list[Path]:
     """Show what is lacking, then fetch it."""
     # Late: the hub's library takes a moment to load.
-    from razer.models.hub.cache import cached_model
     from razer.models.hub.checksum import checksum_kind
-    from razer.models.hub.download import fetch, remote_files, require_room
+    from razer.models.hub.download import fetch, remote_files, require_room, whole_model
 
-    lacking = [model for model in models if cached_model(model) is None]
+    def report(line: str) -> None:
+        console.print(line, soft_wrap=True)
+
+    lacking = [model for model in models if whole_model(model, report) is None]
     for model in models:
         if model not in lacking:
             console.print(f"{model.name}: here already")
@@ -139,7 +142,7 @@ def _fetch_all(models: Sequence[CatalogueEntry], console: Console) -> list[Path]
         n_bytes = sum(file.n_bytes for _, file in files)
         console.print(f"to fetch: {n_bytes / 1e6:.1f} MB in {len(files)} files", soft_wrap=True)
     require_room(files)
-    return [fetch(model, lambda line: console.print(line, soft_wrap=True)) for model in models]
+    return [fetch(model, report) for model in models]
 
 
 def _how_to_use(name: str, models: Sequence[CatalogueEntry]) -> str:

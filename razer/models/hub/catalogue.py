@@ -59,7 +59,12 @@ class CatalogueEntry:
     @property
     def how_to_get(self) -> str:
         """The command that fetches it, and what works without."""
-        return f"run 'razer models pull {self.name}{' --accept-license' if self.accept else ''}'; {_WITHOUT[self.task]}"
+        return f"run '{self.pull_command}'; {_WITHOUT[self.task]}"
+
+    @property
+    def pull_command(self) -> str:
+        """The command that fetches it."""
+        return f"razer models pull {self.name}{' --accept-license' if self.accept else ''}"
 
 
 @cache

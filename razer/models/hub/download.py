@@ -20,6 +20,7 @@ from huggingface_hub.utils import build_hf_headers  # type: ignore[attr-defined]
 
 from razer.errors import BadInput
 from razer.models.hub.cache import cache_folder, cached_model
+from razer.models.hub.cached_content import damages, discard
 from razer.models.hub.catalogue import CatalogueEntry
 from razer.models.hub.checksum import checksum, checksum_kind
 from razer.models.hub.download_errors import as_bad_input
@@ -35,12 +36,12 @@ class RemoteFile:
 
 
 def fetch(entry: CatalogueEntry, report: Callable[[str], None]) -> Path:
-    """Fetch a model unless it is in the cache, and return what `model_file` returns for its name.
+    """Fetch what the cache lacks of a model or holds damaged, and return what `model_file` returns for its name.
 
     report is called with one line for each file. Raises BadInput where the hub, the network, the disk or the content of
     a file stands in the way; a partial download is kept, and the next call resumes it.
     """
-    if (present := cached_model(entry)) is not None:
+    if (present := whole_model(entry, report)) is not None:
         return present
     with as_bad_input(entry):
         for file in sorted(remote_files(entry), key=lambda file: file.n_bytes):
@@ -49,6 +50,17 @@ def fetch(entry: CatalogueEntry, report: Callable[[str], None]) -> Path:
     if path is None:
         raise BadInput(f"{entry.repo} changed while it was fetched: run the command again")
     return path
+
+
+def whole_model(entry: CatalogueEntry, report: Callable[[str], None]) -> Path | None:
+    """`cached_model` where its content is what was published; None, and damaged files are discarded, where it is not.
+    report is called with one line for each."""
+    present = cached_model(entry)
+    damaged = [] if present is None else list(damages(present, entry))
+    for damage in damaged:
+        report(f"{damage.file.name}: damaged in the cache, fetched anew")
+        discard(damage)
+    return None if damaged else present
 
 
 def remote_files(entry: CatalogueEntry) -> list[RemoteFile]:

@@ -12,7 +12,7 @@ from huggingface_hub import constants
 from razer.models.hub.model_sets import STARTER
 from razer.saved_map import load_map
 from tests.support.cli import QUICK, razer, write_small_room
-from tests.support.hub_cache import put_into_cache, put_starter
+from tests.support.hub_cache import put_into_cache, put_starter, without_checksums
 from tests.support.rfdetr_exports import CHAIR, logits, write_rfdetr
 
 
@@ -24,6 +24,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     monkeypatch.setattr(constants, "HF_HUB_CACHE", str(tmp_path / "cache"))
+    without_checksums(monkeypatch)
     return tmp_path / "cache"
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -64,3 +67,14 @@ def test_cuda_is_taken_where_there_is_one(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: [onnx_session.CUDA, onnx_session.CPU])
     assert OnnxGraph(file, "auto").providers == [onnx_session.CUDA, onnx_session.CPU]
     assert OnnxGraph(file, "cpu").providers == [onnx_session.CPU]
+
+
+def test_the_runtime_keeps_no_record_of_its_use(tmp_path: Path) -> None:
+    """Where it may tell of its use, it makes a number for this machine and a database of events at once."""
+    home, file = tmp_path / "home", written(tmp_path, HALVES)
+    home.mkdir()
+    code = f"from razer.models.runtime.onnx_graph import OnnxGraph; OnnxGraph({str(file)!r}, 'cpu')"
+    kept = {"ORT_DISABLE_TELEMETRY", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME"}
+    environment = {key: value for key, value in os.environ.items() if key not in kept} | {"HOME": str(home)}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True, timeout=100)
+    assert list(home.rglob("*")) == []
