@@ -47,7 +47,7 @@ class Watched(NamedTuple):
 
     def razer(self, *arguments: object) -> None:
         """Run a verb, which has to succeed."""
-        done = self.run(sys.executable, "-m", "app.cli", *arguments)
+        done = self.run(sys.executable, "-m", "app", *arguments)
         assert done.returncode == 0, done.stderr
 
     def left_the_machine(self) -> list[str]:
