@@ -15,7 +15,7 @@ from typing import NoReturn
 from cyclopts import App, CycloptsError, Group
 
 from app.console.leaving import end_process
-from app.console.no_room import NO_ROOM
+from app.console.no_room import no_room_line
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
 from app.console.usage import usage_text
@@ -91,14 +91,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
         sys.exit(BAD_INPUT)
-    except MemoryError:
-        print("razer: memory ran out: use fewer or smaller frames, larger voxels, or another machine", file=sys.stderr)
-        sys.exit(BAD_INPUT)
-    except OSError as error:
-        if error.errno not in NO_ROOM:
+    except Exception as error:
+        if (line := no_room_line(error)) is None:
             raise
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"razer: {_plain(place + str(error.strerror))}", file=sys.stderr)
+        print(f"razer: {_plain(line)}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code or 0)
 

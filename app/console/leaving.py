@@ -14,6 +14,18 @@ def note_stuck(library: str) -> None:
     _stuck.add(library)
 
 
+def end_helper_when_stuck() -> None:
+    """To be called in a helper process when it begins: it ends at once when its work is done and a library is stuck."""
+    from multiprocessing.util import Finalize  # late: help should not wait for it
+
+    Finalize(None, _end_when_stuck, exitpriority=0)
+
+
+def _end_when_stuck() -> None:
+    if _stuck:
+        os._exit(0)
+
+
 def end_process(ending: SystemExit) -> NoReturn:
     """End as asked; at once where a library is stuck, which Python would wait for. For the process's own entry only:
     whoever calls the program from Python keeps theirs."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from errno import ELOOP
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
+from typing import IO
 
 from app.console.no_room import NO_ROOM
 from razer.errors import BadInput
@@ -21,24 +23,24 @@ class FolderLock:
     file says which process it is. Where the file cannot be made there is no lock: whoever writes the folder will say
     why it cannot be written.
 
-    Raises BadInput, naming the process, while another one holds it.
+    Raises BadInput, naming the process, while another one holds it, and OSError where there is no room for a number.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = Path(os.path.abspath(folder))
         self._path = self._folder.with_name(f".{self._folder.name}.lock")
-        self._file: BinaryIO | None = None
+        self._file: IO[bytes] | None = None
 
     def require_free(self) -> None:
         """Raise BadInput while another process writes the folder."""
-        if self._file is None and self._path.exists():
+        if self._file is None and os.path.lexists(self._path):
             with self:
                 pass
 
     def __enter__(self) -> FolderLock:
         while self._file is None:
             try:
-                file = self._path.open("a+b")
+                file = _opened(self._path)
             except OSError:
                 return self
             try:
@@ -54,12 +56,15 @@ class FolderLock:
                 self._file = file
             else:  # its holder removed it while we waited
                 file.close()
-        self._file.truncate(0)
-        self._file.write(str(os.getpid()).encode())
-        self._file.flush()
+        try:
+            self._file.truncate(0)
+            self._file.write(str(os.getpid()).encode())
+        except OSError as error:
+            self.__exit__(None, None, None)
+            raise OSError(error.errno, error.strerror, str(self._folder)) from None
         return self
 
-    def _is_current(self, file: BinaryIO) -> bool:
+    def _is_current(self, file: IO[bytes]) -> bool:
         try:
             return os.path.samestat(os.fstat(file.fileno()), self._path.stat())
         except FileNotFoundError:
@@ -72,6 +77,21 @@ class FolderLock:
             self._path.unlink(missing_ok=True)
             self._file.close()
             self._file = None
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """The file of a lock; raises OSError where it cannot be made, and BadInput where something else is in its place.
+    What lies beside a folder may have come with it: through a link, another file would be emptied."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
+    except OSError as error:
+        if error.errno == ELOOP:
+            raise BadInput(f"{path} is a link, where the lock of the folder should be: remove it") from None
+        raise
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise BadInput(f"{path} is no file, where the lock of the folder should be: remove it")
+    return os.fdopen(descriptor, "r+b", buffering=0)
 
 
 @contextmanager
@@ -97,6 +117,12 @@ def writing(target: Path) -> Iterator[None]:
         for parent in reversed(made):
             with suppress(OSError):  # something is in it
                 parent.rmdir()
+
+
+def require_writable(target: Path) -> None:
+    """Raise BadInput where a file or folder cannot be written, or another process writes it, before any work is done."""
+    with writing(target):
+        pass
 
 
 def _make_parents(target: Path, made: list[Path]) -> None:
