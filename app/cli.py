@@ -12,12 +12,13 @@ from threading import current_thread, main_thread
 from types import FrameType
 from typing import NoReturn
 
-from cyclopts import App, CycloptsError, Group
+from cyclopts import App, CycloptsError, Group, Parameter
 
 from app.console.leaving import end_process
 from app.console.no_room import no_room_line
 from app.console.plain_warnings import warn_in_one_line
 from app.console.streams import QUIET
+from app.console.typed_values import typed_value
 from app.console.usage import usage_text
 from app.verbs import MODEL_VERBS, VERBS, Verb
 from razer.errors import BadInput
@@ -32,6 +33,7 @@ app = App(
     help_epilogue="--quiet: no progress and no notes on standard error. `razer VERB --help` has examples.",
     version=lambda: metadata.version("razer"),
     group_commands=Group("Options", sort_key=99),
+    default_parameter=Parameter(converter=typed_value),
 )
 
 

@@ -15,8 +15,8 @@ QUIET = "RAZER_QUIET"  # in the environment, for helper processes too
 
 
 class PlainConsole(Console):
-    """A console that says texts as they are: square brackets are no markup, :names: no pictures, and a terminal obeys nothing in them, as
-    names in files may have been chosen by somebody who means harm."""
+    """A console that says texts as they are: square brackets are no markup, :names: no pictures, and a terminal obeys
+    nothing in them, as names in files may have been chosen by somebody who means harm."""
 
     def __init__(self, *, stderr: bool = False, quiet: bool = False) -> None:
         super().__init__(stderr=stderr, quiet=quiet, markup=False, highlight=False, emoji=False)

@@ -120,7 +120,7 @@ def writing(target: Path) -> Iterator[None]:
 
 
 def require_writable(target: Path) -> None:
-    """Raise BadInput where a file or folder cannot be written, or another process writes it, before any work is done."""
+    """Raise BadInput, before any work is done, where a target cannot be written, or another process writes it."""
     with writing(target):
         pass
 

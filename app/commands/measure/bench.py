@@ -8,7 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.console.leaving import end_helper_when_stuck
+from app.console.leaving import begin_helper
 from app.console.outputs import Words, print_next
 from app.console.waiting import waiting_for
 from app.next_steps import mapping, new_run
@@ -75,7 +75,7 @@ def _measure_run(
         from app.benchmark.run_benchmark import run_benchmark
 
     spawn = get_context("spawn")
-    with ProcessPoolExecutor(1, spawn, end_helper_when_stuck, max_tasks_per_child=1) as pool:
+    with ProcessPoolExecutor(1, spawn, begin_helper, max_tasks_per_child=1) as pool:
         runs = list(pool.map(run_benchmark, [folder] * repeat, [config] * repeat, [details or json] * repeat))
     median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
     result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}
