@@ -28,6 +28,8 @@ class FolderLock:
 
     def __init__(self, folder: Path) -> None:
         self._folder = Path(os.path.abspath(folder))
+        if not self._folder.name:
+            raise BadInput(f"{self._folder} cannot be written: choose another place with -o")
         self._path = self._folder.with_name(f".{self._folder.name}.lock")
         self._file: IO[bytes] | None = None
 

@@ -1,4 +1,4 @@
-"""Files beside a model's weights, tables of names, uploads, timelines, and a map to be drawn: how they are made and
+"""Files beside a model's weights, tables of names, uploads, and a map to be drawn: how they are made and
 read, and whether they are files that a message can name."""
 
 from __future__ import annotations
@@ -15,10 +15,6 @@ from app.pictures.map_picture import draw
 from app.pictures.scenes import map_scene
 from app.pictures.view import View
 from app.served_map.query_picture import decoded_picture
-from app.timeline.entities import DEPTH
-from app.timeline.recording.rerun_log import RerunLog
-from app.timeline.recording.saved_recording import SavedRecording
-from razer.frame import Intrinsics
 from razer.models.clip.image_input import ImageInput
 from razer.models.clip.tokenizer import ClipTokens
 from razer.models.name_vectors.name_table import NameVectorTable
@@ -73,21 +69,6 @@ def _read_uploads(folder: Path) -> None:
         decoded_picture(path.read_bytes())
 
 
-def _write_timeline(folder: Path) -> None:
-    folder.mkdir()
-    log = RerunLog(folder / "timeline.rrd")
-    log.start_frame(0)
-    log.camera(DEPTH, Intrinsics(8, 6, 9.0, 9.0, 3.5, 2.5))
-    log.depth_png(DEPTH, cv2.imencode(".png", np.full((6, 8), 1000, np.uint16))[1].tobytes(), 0.5)
-    log.close(5.0)
-
-
-def _read_timeline(folder: Path) -> None:
-    recording = SavedRecording(folder / "timeline.rrd")
-    recording.depth_images()
-    recording.under("run")
-
-
 def _draw_map(folder: Path) -> None:
     draw(map_scene(load_map(folder), "instance"), View(size=(64, 48)))
 
@@ -97,6 +78,5 @@ MODEL_FILES: dict[str, _Made] = {
     "sidecars": (_write_sidecars, _read_sidecars, ("*.json",), False),
     "name table": (_write_table, _read_table, ("*.npz",), False),
     "uploads": (_write_uploads, _read_uploads, ("*",), True),
-    "timeline": (_write_timeline, _read_timeline, ("*.rrd",), False),
     "drawn map": (lambda f: shutil.copytree(_RUN, f), _draw_map, ("*.json", "mesh.ply"), False),
 }
