@@ -105,10 +105,10 @@ def writing(target: Path) -> Iterator[None]:
     and where there is no room left for what is written.
     """
     target = Path(os.path.abspath(target))
-    made: list[Path] = []
+    lock, made = FolderLock(target), list[Path]()
     try:
         _make_parents(target, made)
-        with FolderLock(target):
+        with lock:
             yield
     except OSError as error:
         if error.errno not in NO_ROOM:

@@ -184,7 +184,7 @@ def test_a_recording_with_a_fault(capsys, place, fault):
 
 WHOLE, EMPTY_PATH = "should be a whole number", "a path is empty"
 OPTIONS: dict[str, str] = {
-    **{f"synth {{place}}/out --frames={v}": WHOLE for v in ("1.5", "nan", "inf", "0x10", "1_000", "1e3", "١", "", "a")},
+    **{f"synth {{place}}/out --frames={v}": WHOLE for v in ("1.5", "nan", "inf", "0x10", "1_000", "1e3", "\u0661", "", "a")},
     **{f"convert {{place}}/in {{place}}/out --stride={v}": WHOLE for v in ("1.5", "0x1", "1e0", "true")},
     **{f"query {{place}}/run chair -k={v}": WHOLE for v in ("1.5", "9" * 19, "0b1")},
     "track {place}/in --max-frames=1.5": WHOLE,
@@ -195,7 +195,7 @@ OPTIONS: dict[str, str] = {
     "synth {place}/out --frames=-1": "--frames -1: give 0 to 1,000,000",
     "synth {place}/out --frames=1000001": "give 0 to 1,000,000",
     "synth {place}/out --seed=-1": "seed -1 is negative",
-    **{f"synth {{place}}/out --size={v}": "write it as 640x480" for v in ("0x0", "640", "640x", "-1x5", "640×480")},
+    **{f"synth {{place}}/out --size={v}": "write it as 640x480" for v in ("0x0", "640", "640x", "-1x5", "640\u00d7480")},
     **{f"synth {{place}}/out --spacing={v}": "--spacing" for v in ("0", "-1", "nan", "1e400")},
     **{f"synth {{place}}/out --rgb-zoom={v}": "zoom" for v in ("0", "-1", "nan", "inf")},
     **{f"synth {{place}}/out --rgb-shift={v}": "shift" for v in ("nan,0", "a", "1e400,1", "0,0,0")},
@@ -221,8 +221,8 @@ OPTIONS: dict[str, str] = {
     "query {place}/run": "give either a text to look for, or a picture",
     "query {place}/run chair --box=1,1,1,1": "--box is a part of the picture",
     "query {place}/run chair --image={place}/in/color/000000.png": "give either",
-    **{f"edit {{place}}/run delete {v}": "is no id" for v in ("-1", "1.5", "nan", "١x", "#", "a")},
-    **{f"edit {{place}}/run delete {v}": ""no instance" for v in ("99999", "2147483647")},
+    **{f"edit {{place}}/run delete {v}": "is no id" for v in ("-1", "1.5", "nan", "\u0661x", "#", "a")},
+    **{f"edit {{place}}/run delete {v}": "no instance" for v in ("99999", "2147483647")},
     "edit {place}/run delete 0": "instance: should be greater than or equal to 1",
     "edit {place}/run merge 7 7": "each instance is named once",
     "compare {place}/run {place}/run -o /": "/ cannot be written",
