@@ -67,6 +67,8 @@ def program() -> NoReturn:
     try:
         main()
     except SystemExit as ending:
+        if ending.code == BAD_INPUT:
+            sys.unraisablehook = lambda _: None  # what libraries left half-made for want of room complains as it goes
         end_process(ending)
 
 

@@ -25,7 +25,7 @@ from errno import (
     EROFS,
 )  # fmt: skip
 
-NO_ROOM = (EDQUOT, EFBIG, EIO, EMFILE, ENAMETOOLONG, ENFILE, ENOMEM, ENOSPC, EROFS)
+NO_ROOM = (EDQUOT, EFBIG, EIO, ENAMETOOLONG, ENOSPC, EROFS)  # where it is written
 _IN_THE_WAY = (EACCES, EEXIST, EISDIR, ELOOP, ENOTDIR, ENOTEMPTY, EPERM)  # where a file is named
 _TOO_MANY_FILES = (EMFILE, ENFILE)
 _MEMORY = "memory ran out: use fewer or smaller frames, larger voxels, or another machine"

