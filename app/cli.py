@@ -10,12 +10,13 @@ from importlib import metadata
 from threading import current_thread, main_thread
 from typing import NoReturn
 
-from cyclopts import App, CycloptsError, Group
+from cyclopts import App, CycloptsError, Group, Parameter
 
-from app.console.no_room import NO_ROOM
+from app.console.no_room import no_room_line
 from app.console.plain_warnings import warn_in_one_line
 from app.console.signals import raise_signals
 from app.console.streams import QUIET
+from app.console.typed_values import typed_value
 from app.console.usage import usage_text
 from app.verbs import MODEL_VERBS, VERBS, Verb
 from razer.errors import BadInput
@@ -30,6 +31,7 @@ app = App(
     help_epilogue="--quiet: no progress and no notes on standard error. `razer VERB --help` has examples.",
     version=lambda: metadata.version("razer"),
     group_commands=Group("Options", sort_key=99),
+    default_parameter=Parameter(converter=typed_value),
 )
 
 
@@ -81,14 +83,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except BadInput as error:
         print(f"razer: {_plain(str(error))}", file=sys.stderr)
         sys.exit(BAD_INPUT)
-    except MemoryError:
-        print("razer: memory ran out: use fewer or smaller frames, larger voxels, or another machine", file=sys.stderr)
-        sys.exit(BAD_INPUT)
-    except OSError as error:
-        if error.errno not in NO_ROOM:
+    except Exception as error:
+        if (line := no_room_line(error)) is None:
             raise
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"razer: {_plain(place + str(error.strerror))}", file=sys.stderr)
+        print(f"razer: {_plain(line)}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     sys.exit(code or 0)
 

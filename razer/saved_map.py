@@ -75,7 +75,8 @@ def _as_saved(folder: Path) -> PanopticMap:
         parts = read_parts_json(folder / INSTANCES)
         vertex_parts = read_parts_npz(folder / PARTS, len(mesh.vertices)) if parts else None
     except MALFORMED as error:
-        problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({one_line(error)})"
+        why = one_line(error) if isinstance(error, BadInput) else "its content is of another form"
+        problem = f"{INSTANCES}, {EMBEDDINGS} or {PARTS} is missing or damaged ({why})"
         raise BadInput(f"{folder}: {problem}; run again") from error
     known = np.isin(mesh.instances, [item.id for item in objects])
     return PanopticMap(

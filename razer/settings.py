@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from typing import get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 # Kinds of errors by how their names begin, in words of those who write settings and not of those who check them.
 _SHOULD_BE = {
@@ -23,6 +26,15 @@ class Settings(BaseModel):
     """A frozen group of settings; unknown names are refused and ranges are checked."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _true_is_no_number(cls, value: object, info: ValidationInfo) -> object:
+        kind = cls.model_fields[str(info.field_name)].annotation
+        kinds = {kind, *get_args(kind)}
+        if isinstance(value, bool) and kinds & {int, float} and bool not in kinds:
+            raise PydanticCustomError("float_type", "should be a number")
+        return value
 
 
 def problem_of(error: ValidationError) -> str:

@@ -1,7 +1,73 @@
-"""Errors of a system that has no room left, or lets nothing be written: no fault of the program, said in one line."""
+"""Errors of a system that has no room left, or lets nothing be written: no fault of the program, said in one line.
+
+Libraries written in C++ tell of memory that ran out in words of their own, and in errors of any class.
+"""
 
 from __future__ import annotations
 
-from errno import EDQUOT, EFBIG, EIO, EMFILE, ENAMETOOLONG, ENFILE, ENOMEM, ENOSPC, EROFS
+from errno import (
+    EACCES,
+    EAGAIN,
+    EDQUOT,
+    EEXIST,
+    EFBIG,
+    EIO,
+    EISDIR,
+    ELOOP,
+    EMFILE,
+    ENAMETOOLONG,
+    ENFILE,
+    ENOMEM,
+    ENOSPC,
+    ENOTDIR,
+    ENOTEMPTY,
+    EPERM,
+    EROFS,
+)  # fmt: skip
 
-NO_ROOM = (EDQUOT, EFBIG, EIO, EMFILE, ENAMETOOLONG, ENFILE, ENOMEM, ENOSPC, EROFS)
+NO_ROOM = (EDQUOT, EFBIG, EIO, ENAMETOOLONG, ENOSPC, EROFS)  # where it is written
+_IN_THE_WAY = (EACCES, EEXIST, EISDIR, ELOOP, ENOTDIR, ENOTEMPTY, EPERM)  # where a file is named
+_TOO_MANY_FILES = (EMFILE, ENFILE)
+_MEMORY = "memory ran out: use fewer or smaller frames, larger voxels, or another machine"
+_PROCESSES = "no more threads or processes can be started: end others, or raise the limit (ulimit -u)"
+_FILES = "too many files are open: raise the limit (ulimit -n)"
+_SAID_BY_LIBRARIES = {
+    _MEMORY: (
+        "bad_alloc",
+        "bad alloc",
+        "malloc failed",
+        "failed to allocate",
+        "unable to allocate",
+        "allocate memory",  # cannot, and can't
+        "out of memory",
+        "not enough memory",
+        "insufficient memory",
+        "failed to map segment",  # of a library that is loaded
+        "terminated abruptly",  # a process of a pool, which the system killed
+    ),
+    _PROCESSES: ("can't start new thread", "thread creation failed", "resource temporarily unavailable"),
+    _FILES: ("too many open files",),
+}
+
+
+def no_room_line(error: BaseException) -> str | None:
+    """What to say of an error for which the system has no room, or that it refuses; None for any other."""
+    if isinstance(error, MemoryError):
+        return _MEMORY
+    if isinstance(error, OSError) and error.errno is not None:
+        return _refusal(error)
+    said = str(error).lower()
+    return next((line for line, words in _SAID_BY_LIBRARIES.items() if any(word in said for word in words)), None)
+
+
+def _refusal(error: OSError) -> str | None:
+    if error.errno == ENOMEM:
+        return _MEMORY
+    if error.errno == EAGAIN:
+        return _PROCESSES
+    if error.errno in _TOO_MANY_FILES:
+        return _FILES
+    if error.errno in NO_ROOM or (error.errno in _IN_THE_WAY and error.filename):
+        place = f"{error.filename}: " if error.filename else ""
+        return f"{place}{error.strerror}: free some space, or choose another place"
+    return None

@@ -6,6 +6,7 @@ threads take turns at it (on two cores a kitchen ran at 6 frames a second with a
 
 from __future__ import annotations
 
+import pickle
 import signal
 import sys
 from collections import deque
@@ -38,7 +39,7 @@ class _Helper:
     def __init__(self, work: Callable[[Any], Any]) -> None:
         context = get_context("spawn")
         self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, work), name="prefetch", daemon=True)
+        self._process = context.Process(target=_serve, args=(theirs, pickle.dumps(work)), name="prefetch", daemon=True)
         self._process.start()
         theirs.close()
 
@@ -165,15 +166,17 @@ def prefetch(
             yield from line.take()
 
 
-def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
-    """Answer items until the other side hangs up, also because its process was killed."""
+def _serve(connection: Connection, packed_work: bytes) -> None:
+    """Answer items until the other side hangs up, also because its process was killed. What the work needs is loaded
+    with the first item, so that no room for it is an answer like any other."""
     warn_in_one_line()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group, and is the parent's to handle
     items: SimpleQueue[Any] = SimpleQueue()
     # Taken in at once: two sides that both send what fills the pipe would wait for each other.
     Thread(target=_receive, args=(connection, items), daemon=True).start()
+    work: list[Callable[[Any], Any]] = []
     while (item := items.get()) is not HUNG_UP:
-        answer = _answer(work, item)
+        answer = _answer(packed_work, work, item)
         try:
             connection.send(answer)
         except (BrokenPipeError, ConnectionResetError):
@@ -181,10 +184,12 @@ def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
     sys.exit(0)
 
 
-def _answer(work: Callable[[Any], Any], item: Any) -> tuple[bool, Any]:
-    """Whether the work succeeded, and what it returned or raised."""
+def _answer(packed_work: bytes, work: list[Callable[[Any], Any]], item: Any) -> tuple[bool, Any]:
+    """Whether the work succeeded, and what it returned or raised; `work` holds it once it is loaded."""
     try:
-        return True, work(item)
+        if not work:
+            work.append(pickle.loads(packed_work))
+        return True, work[0](item)
     except Exception as error:
         error.add_note("raised in a prefetch process")
         return False, error

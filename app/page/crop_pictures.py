@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
 
-from app.query.view_crops import ViewCrops
+from app.query.view_crops import ViewCrops, read_crop
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
+from razer.files import decode_image
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
 
@@ -33,9 +35,10 @@ def crop_pictures(run: Path, config: RunConfig, panoptic: PanopticMap) -> dict[i
 def _pictures(crops: ViewCrops, item: MapObject, n: int) -> list[bytes]:
     files = []
     for view in crops.of(item)[:n]:
-        image = None if view["crop"] is None else cv2.imread(view["crop"])
-        if image is not None:
-            files.append(_small_jpeg(image))
+        if view["crop"] is not None:
+            with suppress(BadInput):  # what lies there is no picture
+                image = decode_image(read_crop(Path(view["crop"])), view["crop"], cv2.IMREAD_COLOR)
+                files.append(_small_jpeg(image))
     return files
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from app.page.html import page_html
 from app.page.payload import page_payload
+from app.run_folder.folder_lock import require_writable
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
@@ -15,6 +16,7 @@ def write_page(run: Path, target: Path) -> int:
     or damaged, or the file that cannot be written."""
     if target.is_dir() or not target.parent.is_dir():
         raise BadInput(f"{target} cannot be written: give a file such as map.html in a folder that exists")
+    require_writable(target)
     content = page_html("inline", page_payload(run), f"{run.absolute().name} · RAZER")
     try:
         replace_content(target, content)

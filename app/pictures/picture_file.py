@@ -25,6 +25,8 @@ def check_picture_path(path: Path, view: View | None = None) -> None:
         raise BadInput(f"{path} cannot be written: give a .png in a folder that exists")
     if view is not None and view.background == "transparent" and path.suffix.lower() in _OPAQUE:
         raise BadInput(f"{path} cannot be transparent: give a .png")
+    if path.is_dir():
+        raise BadInput(f"{path} is a folder: give a .png in it")
 
 
 def write_picture(path: Path, pixels: Uint8Array) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from errno import ELOOP
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,15 +15,17 @@ from app.settings.run_config import InputSettings
 from razer.arrays import BoolArray, Uint8Array
 from razer.detection.best_views import BestView
 from razer.errors import BadInput, UntrustedPlugin, UnusableFrame
+from razer.files import image_size, read_bytes
 from razer.frame import Frame, RecordedColor
 from razer.map_object import MapObject
-from razer.storage.atomic_files import replace_file
+from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
     from data_tools.recordings.color_warp import ColorWarp
     from data_tools.recordings.sequence import RgbdSequence
 
 CROPS = "crops"
+MAX_CROP_BYTES = 64 * 2**20
 Box = tuple[int, int, int, int]  # x, y, width, height, pixels
 _MARGIN = 0.15  # of the box on each side: context helps to recognise an object
 
@@ -44,7 +48,7 @@ class ViewCrops:
         """How many of an instance's views have a picture: all while the recording is there, else those cut before."""
         if self._sequence is not None:
             return len(instance.views)
-        return sum(self._path(instance.id, view).is_file() for view in instance.views)
+        return sum(_is_crop(self._path(instance.id, view)) for view in instance.views)
 
     def of(self, instance: MapObject) -> list[dict[str, Any]]:
         """frame, stamp (seconds), box [x, y, width, height] and crop, the path of a picture or None, the best first."""
@@ -86,7 +90,7 @@ class ViewCrops:
 
     def _crop(self, instance_id: int, view: BestView) -> str | None:
         path = self._path(instance_id, view)
-        if path.is_file():
+        if _is_crop(path):
             return str(path)
         if self._sequence is None:
             return None
@@ -94,13 +98,37 @@ class ViewCrops:
             frame = self._sequence[view.frame]
             if self._color_warp is not None:
                 frame = self._color_warp.registered(frame)
-            path.parent.mkdir(exist_ok=True)
             crop = cv2.cvtColor(crop_of(frame, view.region.box), cv2.COLOR_RGB2BGR)
-            replace_file(path, lambda part: cv2.imwrite(str(part), crop))
+            _keep(path, cv2.imencode(".jpg", crop)[1].tobytes())
         except (UnusableFrame, IndexError, OSError, cv2.error) as error:
             self.notes.append(f"no crop of frame {view.frame}: {error}")
             return None
         return str(path)
+
+
+def read_crop(path: Path) -> bytes:
+    """The JPEG file of a crop; raises BadInput for anything else that lies in its place."""
+    data = read_bytes(path, MAX_CROP_BYTES)
+    image_size(data, str(path))
+    return data
+
+
+def _is_crop(path: Path) -> bool:
+    """Whether a crop lies there; what a link leads to may be any file of who looks at a run of somebody else's."""
+    return path.is_file() and not path.is_symlink() and not path.parent.is_symlink()
+
+
+def _keep(path: Path, jpeg: bytes) -> None:
+    """Keep a crop; raises OSError, also where the folder of the crops is a link: they would be written elsewhere."""
+    if path.parent.is_symlink():
+        raise OSError(ELOOP, "it is a link", str(path.parent))
+    path.parent.mkdir(exist_ok=True)
+    try:
+        replace_content(path, jpeg)
+    except OSError:
+        with suppress(OSError):  # others are in it
+            path.parent.rmdir()
+        raise
 
 
 def crop_of(frame: Frame, box: Box) -> Uint8Array:

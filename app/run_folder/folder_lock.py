@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from errno import ELOOP
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
+from typing import IO
 
 from app.console.no_room import NO_ROOM
 from razer.errors import BadInput
@@ -21,24 +23,26 @@ class FolderLock:
     file says which process it is. Where the file cannot be made there is no lock: whoever writes the folder will say
     why it cannot be written.
 
-    Raises BadInput, naming the process, while another one holds it.
+    Raises BadInput, naming the process, while another one holds it, and OSError where there is no room for a number.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = Path(os.path.abspath(folder))
+        if not self._folder.name:
+            raise BadInput(f"{self._folder} cannot be written: choose another place with -o")
         self._path = self._folder.with_name(f".{self._folder.name}.lock")
-        self._file: BinaryIO | None = None
+        self._file: IO[bytes] | None = None
 
     def require_free(self) -> None:
         """Raise BadInput while another process writes the folder."""
-        if self._file is None and self._path.exists():
+        if self._file is None and os.path.lexists(self._path):
             with self:
                 pass
 
     def __enter__(self) -> FolderLock:
         while self._file is None:
             try:
-                file = self._path.open("a+b")
+                file = _opened(self._path)
             except OSError:
                 return self
             try:
@@ -54,12 +58,15 @@ class FolderLock:
                 self._file = file
             else:  # its holder removed it while we waited
                 file.close()
-        self._file.truncate(0)
-        self._file.write(str(os.getpid()).encode())
-        self._file.flush()
+        try:
+            self._file.truncate(0)
+            self._file.write(str(os.getpid()).encode())
+        except OSError as error:
+            self.__exit__(None, None, None)
+            raise OSError(error.errno, error.strerror, str(self._folder)) from None
         return self
 
-    def _is_current(self, file: BinaryIO) -> bool:
+    def _is_current(self, file: IO[bytes]) -> bool:
         try:
             return os.path.samestat(os.fstat(file.fileno()), self._path.stat())
         except FileNotFoundError:
@@ -74,6 +81,21 @@ class FolderLock:
             self._file = None
 
 
+def _opened(path: Path) -> IO[bytes]:
+    """The file of a lock; raises OSError where it cannot be made, and BadInput where something else is in its place.
+    What lies beside a folder may have come with it: through a link, another file would be emptied."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
+    except OSError as error:
+        if error.errno == ELOOP:
+            raise BadInput(f"{path} is a link, where the lock of the folder should be: remove it") from None
+        raise
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise BadInput(f"{path} is no file, where the lock of the folder should be: remove it")
+    return os.fdopen(descriptor, "r+b", buffering=0)
+
+
 @contextmanager
 def writing(target: Path) -> Iterator[None]:
     """Be the only writer of a file or folder, which other processes are refused while this lasts; folders around it are
@@ -83,10 +105,10 @@ def writing(target: Path) -> Iterator[None]:
     and where there is no room left for what is written.
     """
     target = Path(os.path.abspath(target))
-    made: list[Path] = []
+    lock, made = FolderLock(target), list[Path]()
     try:
         _make_parents(target, made)
-        with FolderLock(target):
+        with lock:
             yield
     except OSError as error:
         if error.errno not in NO_ROOM:
@@ -97,6 +119,12 @@ def writing(target: Path) -> Iterator[None]:
         for parent in reversed(made):
             with suppress(OSError):  # something is in it
                 parent.rmdir()
+
+
+def require_writable(target: Path) -> None:
+    """Raise BadInput, before any work is done, where a target cannot be written, or another process writes it."""
+    with writing(target):
+        pass
 
 
 def _make_parents(target: Path, made: list[Path]) -> None:

@@ -11,7 +11,7 @@ from itertools import count
 from pathlib import Path
 from types import TracebackType
 
-from app.run_folder.folder_lock import FolderLock
+from app.run_folder.folder_lock import FolderLock, require_writable
 from app.stored_state.checkpoint import FILE as CHECKPOINT_FILE
 from app.stored_state.checkpoint import FOLDER as CHECKPOINT
 from app.stored_state.checkpoint import Checkpoint, read_checkpoint
@@ -52,6 +52,7 @@ class RunFolder:
         self._overwrite = overwrite
         self._lock = FolderLock(self.final)
         self._check()
+        require_writable(self.final)
         self._token = secrets.token_hex(4)
         self.partial = self.final.with_name(f".{self.final.name}.partial-{self._token}")
         self._created_parents: list[Path] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from app.query.view_crops import ViewCrops
+from app.query.view_crops import ViewCrops, read_crop
 from app.settings.run_config import InputSettings
 from razer.map_object import MapObject
 
@@ -32,7 +32,7 @@ class CropPictures:
         """A picture as JPEG, None where there is none of that number."""
         with self._lock:
             paths = [entry["crop"] for entry in self._opened().of(instance) if entry["crop"] is not None]
-        return Path(paths[number]).read_bytes() if number < len(paths) else None
+        return read_crop(Path(paths[number])) if number < len(paths) else None
 
 
 class NoPictures(CropPictures):

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from data_tools.synthetic.camera.sensor_model import SensorModel
     from data_tools.synthetic.rendered_frames import RenderedFrames
 
+MOST_FRAMES = 1_000_000
 _DEFAULT_SCENE = "room"
 MOST_PEOPLE = 20
 # Negative numbers begin as options do.
@@ -85,6 +86,8 @@ class SceneOptions(MisalignmentOptions):
             raise BadInput(f"--size {self.size}: write it as 640x480")
         if self.seed < 0:
             raise BadInput(f"seed {self.seed} is negative: give 0 or more")
+        if not 0 <= self.frames <= MOST_FRAMES:
+            raise BadInput(f"--frames {self.frames}: give 0 to {MOST_FRAMES:,}")
         walk = self.seed, self.frames, int(match[1]), int(match[2])
         cameras: dict[str, Any] = {"sensor": self.sensor_model(), "misalignment": self.misalignment()}
         if not 0 <= self.people <= MOST_PEOPLE:

@@ -52,6 +52,8 @@ def read_submission(path: Path) -> Submission:
     numbered = [(n, line) for n, line in enumerate(read_lines(path), start=1) if line.strip()]
     for number, line in numbered:
         name, label, score = _fields(path, number, line)
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise BadInput(f"{path}, line {number}: {name} leads out of the folder of the submission")
         mask = read_mask(path.parent / name)
         if masks and len(mask) != masks.n_vertices:
             of_others = masks.n_vertices

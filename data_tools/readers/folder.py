@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from data_tools.readers.pairing import Pair, pair_images
@@ -64,7 +65,7 @@ def _stamps(folder: Path, pairs: list[Pair]) -> list[float]:
 
 
 def _poses(folder: Path, keys: list[str], stamps: list[float], clocked: bool) -> PoseSource | None:
-    if (folder / "trajectory.txt").is_file():
+    if os.path.lexists(folder / "trajectory.txt"):
         trajectory = read_trajectory(folder / "trajectory.txt")
         return (InterpolatedPoses if clocked else NearestPoses)(trajectory, tuple(stamps))
     for name in _POSE_FOLDERS:

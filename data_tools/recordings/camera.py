@@ -107,6 +107,8 @@ def read_camera_file(path: Path) -> Declared:
         content = read_json(path)
     except MissingFile:
         raise BadInput(f"{path} does not exist; give {HOW_TO_DECLARE}") from None
+    if not isinstance(content, dict):
+        raise BadInput(f"{path} must be a JSON object with width, height, fx, fy, cx, cy as numbers")
     try:
         color = content.get("color")
         return Declared(_camera_from(content), _camera_from(color) if color else None, content.get("depth_scale"))
@@ -134,7 +136,14 @@ def read_camera_matrix(path: Path) -> Camera:
 def _camera_from(content: Mapping[str, Any]) -> Camera:
     fx, fy, cx, cy = (float(content[name]) for name in ("fx", "fy", "cx", "cy"))
     distortion = tuple(float(value) for value in content.get("distortion", ()))
-    return Camera(fx, fy, cx, cy, distortion, (int(content["width"]), int(content["height"])))
+    return Camera(fx, fy, cx, cy, distortion, (_side_px(content, "width"), _side_px(content, "height")))
+
+
+def _side_px(content: Mapping[str, Any], name: str) -> int:
+    side = float(content[name])
+    if not side.is_integer():
+        raise BadInput(f"{name} {side:g} is no whole number of pixels")
+    return int(side)
 
 
 def _parse_camera(text: str) -> Declared:

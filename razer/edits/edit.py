@@ -119,4 +119,5 @@ def edit_of(content: Mapping[str, Any]) -> Edit:
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"][1:])
-        raise BadInput(f"this is no edit: {f'{where}: ' if where else ''}{first['msg']}") from error
+        problem = str(first["msg"]).removeprefix("Input ").removeprefix("Value error, ")
+        raise BadInput(f"this is no edit: {f'{where}: ' if where else ''}{problem}") from error

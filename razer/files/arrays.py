@@ -6,6 +6,7 @@ Arrays of Python objects are never read, as that would run what the file says.
 from __future__ import annotations
 
 import math
+import sys
 import tokenize
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,6 +20,7 @@ from razer.files.archives import Archive
 from razer.files.file_bytes import opened
 
 _PIECE_BYTES = 2**20
+_SURROGATES = (0xD800, 0xE000)  # halves of characters
 _MALFORMED = (ValueError, TypeError, KeyError, SyntaxError, EOFError, RecursionError, MemoryError, tokenize.TokenError)
 
 
@@ -62,7 +64,17 @@ def _array(file: IO[bytes], size: int, name: str) -> NDArray:
     except _MALFORMED as error:
         raise BadInput(f"{name} is no array of NumPy, or a damaged one ({one_line(error)}): make it again") from None
     _fill(values, file, name)
+    if dtype.kind == "U":
+        _require_characters(values, name)
     return values.reshape(shape[::-1]).T if in_fortran_order else values.reshape(shape)
+
+
+def _require_characters(texts: NDArray, name: str) -> None:
+    """Raise BadInput for texts with what is no character, of which NumPy would make texts that Python cannot handle."""
+    codes = texts.view(f"{texts.dtype.str[0]}u4") if texts.nbytes else np.zeros(0, np.uint32)
+    is_half = (codes >= _SURROGATES[0]) & (codes < _SURROGATES[1])
+    if (codes > sys.maxunicode).any() or is_half.any():
+        raise BadInput(f"{name} has texts with what is no character: make it again")
 
 
 def _fill(values: NDArray, file: IO[bytes], name: str) -> None:

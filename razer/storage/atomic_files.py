@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -18,12 +19,26 @@ def replace_files(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     parts = {path: path.with_name(f".part-{os.getpid()}-{path.name}") for path in writers}
     try:
         for path, writer in writers.items():
-            writer(parts[path])
+            # What somebody left there, a link to another file, say, is not written through.
+            parts[path].unlink(missing_ok=True)
+            with _named_as(path):
+                writer(parts[path])
         for path, part in parts.items():
             os.replace(part, path)
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _named_as(path: Path) -> Iterator[None]:
+    """What the system refuses names the file that is wanted, not the hidden one that is written, or none at all."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is not None:
+            error.filename = str(path)
+        raise
 
 
 def replace_content(path: Path, content: str | bytes) -> None:

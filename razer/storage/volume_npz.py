@@ -14,7 +14,7 @@ from torch import Tensor
 from razer.arrays import Uint8Array
 from razer.config import VoxelSettings
 from razer.detection.observed_surface import BLOCK_VOXELS
-from razer.errors import BadInput
+from razer.errors import BadInput, UnusableFrame
 from razer.files import MALFORMED, parse_json, read_npz
 from razer.volume.blocks.block_pages import BLOCKS_AT_ONCE, addresses_in
 from razer.volume.voxel_map import VoxelMap
@@ -78,6 +78,8 @@ def load_voxels(path: Path, device: str = "CPU:0") -> VoxelMap:
     """The volume as it was saved, bit for bit; raises BadInput if the file is not one."""
     try:
         return _restored(path, device)
+    except UnusableFrame as error:  # what the volume says of blocks
+        raise BadInput(f"{path} is damaged: {error}") from error
     except BadInput:
         raise
     except MALFORMED as error:

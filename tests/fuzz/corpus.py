@@ -43,6 +43,7 @@ from razer.saved_map import load_map
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
 from razer.vocabulary import vocabulary
+from tests.fuzz.model_files import MODEL_FILES
 from tests.support.edited_maps import CHAIR, TABLE, do, hand_made, saved, session_of
 from tests.support.labelled_meshes import furnished_room
 from tests.support.recordings import HEIGHT, WIDTH, colour, depth
@@ -257,6 +258,7 @@ def _write_query(folder: Path) -> None:
 
 
 KINDS: dict[str, Kind] = {
+    **{name: Kind(*of_kind) for name, of_kind in MODEL_FILES.items()},
     **{layout: _recording(layout) for layout in WRITERS},
     "record3d": Kind(_write_r3d, _read_r3d),
     "ros1": Kind(_write_bag("ros1"), lambda f: _read_bag(f / "bag.bag")),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from app.console.outputs import print_next, print_outputs
+from app.console.streams import result_console
 from app.console.waiting import waiting_for
 from app.next_steps import looking_at
 from app.settings.options import Flag
@@ -63,7 +64,7 @@ def edit(
     if json:
         print(dumps({"format": FORMAT, "epoch": log.epoch, "edit": log.listed()[-1]}))
     else:
-        print(told(run, entry, log))
+        result_console().print(told(run, entry, log), soft_wrap=True)
         print_outputs(run, OUTPUTS)
         print_next(("edit", run, "redo" if entry.kind == "undo" else "undo"), looking_at(run))
     return 0
@@ -82,14 +83,15 @@ def _list(run: Path, arguments: tuple[str, ...], json: bool) -> int:
     if json:
         print(dumps(_listed(log)))
         return 0
-    undone = {edit["number"] for edit in log.listed() if edit["undone"]}
+    console, undone = result_console(), {edit["number"] for edit in log.listed() if edit["undone"]}
     for entry in log.entries:
-        print(
+        console.print(
             f"{entry.number}  {entry.time}  {f'{entry.author}: ' if entry.author else ''}{account(log, entry)}"
-            f"{' (undone)' if entry.number in undone else ''}"
+            f"{' (undone)' if entry.number in undone else ''}",
+            soft_wrap=True,
         )
     if not log.entries:
-        print("no edits yet")
+        console.print("no edits yet")
     again = [("edit", run, "undo")] if log.undoable else [("edit", run, "redo")] if log.redoable else []
     print_next(*again, looking_at(run))
     return 0

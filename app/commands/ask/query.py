@@ -13,6 +13,7 @@ from app.console.outputs import print_next
 from app.console.streams import print_notes, progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import serving
+from app.run_folder.folder_lock import require_writable
 from app.settings.options import Assignments, Flag, TrustOptions
 from app.settings.picture_options import PictureOptions
 from razer.errors import BadInput
@@ -94,6 +95,7 @@ def _checked_view(options: PictureOptions, target: Path | None) -> View:
         from app.pictures.picture_file import check_picture_path
 
         check_picture_path(target, view)
+        require_writable(target)
     return view
 
 

@@ -10,6 +10,7 @@ from app.console.streams import print_notes, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import serving
 from app.pictures.view import Style
+from app.run_folder.folder_lock import require_writable
 from app.run_folder.run_folder import TIMELINE
 from app.settings.options import Flag
 from app.settings.picture_options import PictureOptions
@@ -87,6 +88,7 @@ def _draw(run: Path, target: Path, style: Style, text: str | None, options: Pict
 
     view = options.view()
     check_picture_path(target, view)
+    require_writable(target)
     with waiting_for("opening the map"):
         panoptic = load_map(run)
     print_notes(panoptic.edit_problems)

@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.console.leaving import begin_helper
 from app.console.outputs import Words, print_next
 from app.console.waiting import waiting_for
 from app.next_steps import mapping, new_run
@@ -73,7 +74,8 @@ def _measure_run(
         from app.benchmark.report import print_bench, print_details  # late, as in `razer run`
         from app.benchmark.run_benchmark import run_benchmark
 
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+    spawn = get_context("spawn")
+    with ProcessPoolExecutor(1, spawn, begin_helper, max_tasks_per_child=1) as pool:
         runs = list(pool.map(run_benchmark, [folder] * repeat, [config] * repeat, [details or json] * repeat))
     median = sorted(runs, key=lambda run: float(run["fps"]))[(repeat - 1) // 2]
     result = {**median, "repeat": repeat, "fps_of_runs": [run["fps"] for run in runs]}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
@@ -14,6 +16,7 @@ from app.console.streams import print_notes, print_warnings, progress_console, r
 from app.console.waiting import waiting_for
 from app.next_steps import looking_at
 from app.run_folder import run_folder
+from app.run_folder.folder_lock import writing
 from app.settings.options import Assignments, Flag, TrustOptions
 from razer.errors import BadInput
 from razer.files import read_lines
@@ -147,7 +150,6 @@ def evaluate(
     with waiting_for("starting"):
         from app.evaluation.evaluate_run import evaluate_jobs
         from app.evaluation.rules import choose_rules
-        from razer.storage.file_names import is_map_folder
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
@@ -155,11 +157,30 @@ def evaluate(
     scene = reading.scene
     export = export_options.of(None if scene_list.scenes else scene or _scene_of(truth))
     names, labels, trust = reading.names, reading.labels, options.trust
-    result = evaluate_jobs(
-        jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
-    )
-    _deliver(result, jobs, notes, run if run is not None and is_map_folder(run) else None, out, json)
+    with _written(run, out) as evaluated:
+        result = evaluate_jobs(
+            jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
+        )
+        _deliver(result, jobs, notes, evaluated, out, json)
     return 0
+
+
+@contextmanager
+def _written(run: Path | None, pictures: Path | None) -> Iterator[Path | None]:
+    """Where it cannot be written what is written, raise BadInput before the work; the run folder, if it is one."""
+    from razer.storage.file_names import is_map_folder
+
+    with ExitStack() as files:
+        if run is not None and not is_map_folder(run):
+            run = None
+        if run is not None:
+            files.enter_context(writing(run / run_folder.METRICS))
+            pictures = pictures or run / PLOTS
+        if pictures is not None:
+            if pictures.exists() and not pictures.is_dir():
+                raise BadInput(f"-o {pictures}: that is a file, give a folder for the plots")
+            files.enter_context(writing(pictures))
+        yield run
 
 
 def _scene_of(truth: Path) -> str:

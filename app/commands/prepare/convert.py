@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
 from app.run_folder.folder_lock import writing
 from app.settings.options import Flag, RecordingOptions
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from app.frames.selection import Selection
@@ -48,6 +50,8 @@ def convert(
         End standard output with one line of JSON; progress goes to standard error in any case.
     """
     settings = options.input_settings()
+    if os.path.lexists(os.path.abspath(out)):
+        raise BadInput(f"{out} exists: give a new folder, or remove it first")
     with writing(out):
         return _convert(folder, out, layout, settings, lossless=lossless, as_json=json)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from json import dumps
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,7 @@ def _check_arguments(out: Path, layout: str, spacing: float) -> None:
         raise BadInput(f"unknown layout '{layout}': choose one of {', '.join(WRITERS)}")
     if not SPACING_M[0] <= spacing <= SPACING_M[1]:
         raise BadInput(f"--spacing {spacing:g}: give {SPACING_M[0]:g} to {SPACING_M[1]:g} metres")
-    if out.exists():
+    if os.path.lexists(os.path.abspath(out)):
         raise BadInput(f"{out} exists: give a new folder, or remove it first")
 
 

@@ -61,7 +61,7 @@ class RerunLog:
             for stream in self._streams:
                 stream.flush(timeout_sec=timeout_s)
         except RuntimeError:  # Rerun's, for a full disk as well
-            note_stuck("rerun")
+            note_stuck("rerun", self._streams)
             return None
         return WrittenLog(self._name, self._parts.sizes())
 
@@ -263,7 +263,7 @@ class RerunLog:
                 self._parts.remove()
         except Exception as error:  # Rerun names no class; a recording that cannot be written must not end a run
             warnings.warn(f"the timeline may be incomplete: {error}", stacklevel=3)
-            note_stuck("rerun")  # its streams go on waiting for a file that they cannot write
+            note_stuck("rerun", self._streams)  # its streams go on waiting for a file that they cannot write
         finally:
             self._parts.unlock()
 

@@ -15,7 +15,9 @@ import rerun.blueprint as rrb
 from rerun.error_utils import RerunWarning
 
 from app.timeline.entities import DEPTH, ESTIMATED, FIGURES, PATH
-from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array
+from razer.errors import BadInput, one_line
+from razer.files import MALFORMED, decode_image, opened
 from razer.frame import Intrinsics
 
 STAMP = "stamp_s"  # of a depth image
@@ -44,33 +46,47 @@ def _rows(chunk: rr.chunk.Chunk) -> list[dict]:
     return [{key.split(":")[-1]: value for key, value in row.items() if value is not None} for row in found]
 
 
-def _depth_m(encoded: Uint8Array) -> Float32Array:
-    return np.asarray(cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED), np.float32) / np.float32(1000)
-
-
 class SavedRecording:
-    """The data of a recording, read back."""
+    """The data of a recording, read back. Raises BadInput, naming the file, for one that cannot be."""
 
     def __init__(self, path: Path) -> None:
-        self._chunks = data_of(path).to_chunks()
+        self._path = path
+        with opened(path):  # whether it is a file at all
+            pass
+        try:
+            self._chunks = data_of(path).to_chunks()
+        except Exception as error:  # Rerun names no class
+            raise BadInput(f"{path} is no timeline, or a damaged one ({one_line(error)}): make it again") from None
 
     def holds(self, path: str) -> bool:
         """Whether anything was logged at an entity."""
         return any(chunk.entity_path.lstrip("/") == path for chunk in self._chunks)
 
     def depth_images(self) -> DepthImages | None:
-        """The depth images in it; None of a recording that does not say when they were taken."""
+        """The depth images in it; None of a recording that does not say when they were taken. Raises BadInput."""
+        try:
+            return self._depth_images()
+        except BadInput:
+            raise
+        except MALFORMED as error:
+            raise BadInput(f"{self._path} has depth images that cannot be read ({one_line(error)})") from None
+
+    def _depth_images(self) -> DepthImages | None:
         rows = [row for chunk in self._chunks if chunk.entity_path.lstrip("/") == DEPTH for row in _rows(chunk)]
         size, matrix = (
             next((row[key] for row in rows if key in row), None) for key in ("resolution", "image_from_camera")
         )
-        images = {row[STAMP][0]: _depth_m(np.array(row["blob"][0], np.uint8)) for row in rows if STAMP in row}
+        images = {row[STAMP][0]: self._depth_m(bytes(row["blob"][0])) for row in rows if STAMP in row}
         if not images or size is None or matrix is None:
             return None
         (width, height), columns = size[0], np.array(matrix[0]).reshape(3, 3)
         cx, cy = columns[2, :2] - 0.5  # Rerun counts from the corner of the first pixel
         camera = Intrinsics(int(width), int(height), columns[0, 0], columns[1, 1], cx, cy)
         return DepthImages(list(images.values()), np.array([*images]), camera)
+
+    def _depth_m(self, encoded: bytes) -> Float32Array:
+        millimetres = decode_image(encoded, f"{self._path}, a depth image", cv2.IMREAD_UNCHANGED)
+        return millimetres.astype(np.float32) / np.float32(1000)
 
     def under(self, name: str) -> list[rr.chunk.Chunk]:
         """All of it below the entity `name`."""

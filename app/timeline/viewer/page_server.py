@@ -5,6 +5,7 @@ It only reads files, so that the run that writes them waits for no browser, howe
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import threading
@@ -21,6 +22,7 @@ from app.timeline.viewer.rerun_viewer import UNTIL_IDLE, WINDOW, window_command
 
 LINGER_S = 60.0  # after the run, for a browser that comes late
 CHECK_S = 2.0
+_LOCAL = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?", re.IGNORECASE)
 _TYPES = {VIEWER_JS: "text/javascript", VIEWER_WASM: "application/wasm"}
 
 
@@ -58,6 +60,9 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer one request."""
         self.server.last_use_s = time.monotonic()
+        host = self.headers.get("Host", HOST)
+        if not _LOCAL.fullmatch(host):  # a page elsewhere may give this machine a name of its own
+            return self.send_error(421, "this server is not called that")
         name = self.path.partition("?")[0].lstrip("/")
         if name in _TYPES:
             return self._send(self.server.assets[name], _TYPES[name], "max-age=86400")
@@ -65,7 +70,7 @@ class _Handler(BaseHTTPRequestHandler):
         if name in recordings:
             return self._stream(recordings[name])
         if name == "":
-            urls = [f"http://{self.headers.get('Host', HOST)}/{recording}" for recording in recordings]
+            urls = [f"http://{host}/{recording}" for recording in recordings]
             return self._send(page(self.server.run.name, urls).encode(), "text/html; charset=utf-8", "no-store")
         return self.send_error(404)
 

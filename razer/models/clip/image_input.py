@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from razer.arrays import Float32Array, Uint8Array
-from razer.errors import BadInput
+from razer.errors import BadInput, one_line
+from razer.files import MALFORMED
 from razer.models.hub.sidecar_files import find_sidecar, read_json
 
 # Where the libraries write it: transformers before and since processors are one file, and exports of open_clip.
@@ -56,7 +57,10 @@ class ImageInput:
         std = config.get("image_std", config.get("std")) if scaled else (1, 1, 1)
         if mean is None or std is None:
             raise BadInput(f"{file} does not say the mean and deviation of colours: add image_mean and image_std")
-        return cls(size, tuple(mean), tuple(std))
+        try:
+            return cls(size, tuple(mean), tuple(std))
+        except MALFORMED as error:
+            raise BadInput(f"{file} does not say how pictures are scaled ({one_line(error)}): correct it") from None
 
 
 def _size(config: Mapping[str, Any]) -> int | None:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from razer.arrays import Int64Array
-from razer.errors import BadInput
+from razer.errors import BadInput, one_line
+from razer.files import MALFORMED, read_text
 from razer.models.hub.sidecar_files import find_sidecar, read_json
 
 _CLIP_LENGTH = 77
@@ -32,10 +33,21 @@ class ClipTokens:
         if file is None:
             raise BadInput(f"{text_tower} has no tokenizer.json beside it: texts cannot be read without one")
         try:
-            self._tokenizer = Tokenizer.from_file(str(file))
+            self._tokenizer = Tokenizer.from_str(read_text(file))
+        except BadInput:
+            raise
         except Exception as error:  # the library raises bare Exception
-            raise BadInput(f"{file} is no tokenizer: {error}") from error
-        length = length or _length(text_tower)
+            raise BadInput(f"{file} is no tokenizer: {one_line(error)}") from error
+        try:
+            self._shape(text_tower, length or _length(text_tower))
+        except BadInput:
+            raise
+        except MALFORMED as error:
+            told = f"{file} and the files beside it do not say how texts are cut and padded"
+            raise BadInput(f"{told} ({one_line(error)}): correct them") from None
+
+    def _shape(self, text_tower: Path, length: int) -> None:
+        """Have all rows of one length."""
         self._tokenizer.enable_truncation(length)
         padding = self._tokenizer.padding or {}
         pad = padding.get("pad_token") or _pad_token(text_tower)
