@@ -30,6 +30,7 @@ _IN_THE_WAY = (EACCES, EEXIST, EISDIR, ELOOP, ENOTDIR, ENOTEMPTY, EPERM)  # wher
 _TOO_MANY_FILES = (EMFILE, ENFILE)
 _MEMORY = "memory ran out: use fewer or smaller frames, larger voxels, or another machine"
 _PROCESSES = "no more threads or processes can be started: end others, or raise the limit (ulimit -u)"
+_ENDED = "a helper process was ended by the system, most often because memory ran out: use fewer or smaller frames"
 _FILES = "too many files are open: raise the limit (ulimit -n)"
 _SAID_BY_LIBRARIES = {
     _MEMORY: (
@@ -43,8 +44,8 @@ _SAID_BY_LIBRARIES = {
         "not enough memory",
         "insufficient memory",
         "failed to map segment",  # of a library that is loaded
-        "terminated abruptly",  # a process of a pool, which the system killed
     ),
+    _ENDED: ("terminated abruptly",),  # a process of a pool
     _PROCESSES: ("can't start new thread", "thread creation failed", "resource temporarily unavailable"),
     _FILES: ("too many open files",),
 }
@@ -67,7 +68,9 @@ def _refusal(error: OSError) -> str | None:
         return _PROCESSES
     if error.errno in _TOO_MANY_FILES:
         return _FILES
-    if error.errno in NO_ROOM or (error.errno in _IN_THE_WAY and error.filename):
+    if error.errno in NO_ROOM:
         place = f"{error.filename}: " if error.filename else ""
         return f"{place}{error.strerror}: free some space, or choose another place"
+    if error.errno in _IN_THE_WAY and error.filename:
+        return f"{error.filename}: {error.strerror}: choose another place"
     return None

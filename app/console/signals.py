@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from threading import Timer
+from threading import Timer, get_ident
 from time import monotonic
 from types import FrameType
 
@@ -23,7 +23,8 @@ def raise_signals() -> None:
 def _raise_between_imports(signum: int, frame: FrameType | None) -> None:
     first_s = _first_s.setdefault(signum, monotonic())
     if _is_importing(frame) and monotonic() - first_s < _PATIENCE_S:
-        again = Timer(_AGAIN_S, signal.raise_signal, (signum,))
+        # To this very thread, as what it may wait for by then has to be cut short.
+        again = Timer(_AGAIN_S, signal.pthread_kill, (get_ident(), signum))
         again.daemon = True
         again.start()
         return

@@ -51,6 +51,7 @@ def judged(panoptic, truth):
     return result, right.mean()
 
 
+@pytest.mark.full
 def test_perfect_masks_give_every_instance_once_and_nearly_every_vertex(room):
     frames, truth = room
     panoptic = mapped(frames)

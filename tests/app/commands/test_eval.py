@@ -137,6 +137,7 @@ def test_names_by_text_are_those_of_the_embeddings(room, run, capsys):
     assert evaluated(capsys, other, "--truth", room, "--names", "text")["class_aware"]["ap50"] < 0.3
 
 
+@pytest.mark.full
 def test_a_run_shifted_by_half_a_metre_is_found_nowhere(room, run, capsys):
     from razer.storage.ply import read_mesh_ply, write_mesh_ply
 

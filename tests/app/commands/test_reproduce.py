@@ -48,6 +48,7 @@ def reproduce(capsys, table, data, out, *more):
 SLOW = {"replica", "scannet200"}  # a table of one kind stands for all in the quick tier
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "table", [pytest.param(table, marks=[pytest.mark.full] if table in SLOW else []) for table in SCENES]
 )

@@ -82,7 +82,7 @@ def test_errors_of_the_sensor_are_switched_one_by_one(tmp_path: Path, capsys: py
     [
         (("--scene", "attic"), "unknown scene 'attic'"),
         (("--size", "640"), "--size 640"),
-        (("--frames", -2), "-2 frames"),
+        (("--frames", -2), "--frames -2: give 0 to"),
         (("--layout", "zip"), "unknown layout 'zip'"),
         (("--set", "fog=1"), "--set fog=1"),
         (("--set", "shutter=much"), "much is no number"),
@@ -180,6 +180,7 @@ def test_a_colour_camera_that_does_not_fit_depth_is_planted_and_told(
     assert (tmp_path / "plain/color/000001.png").read_bytes() != (tmp_path / "planted/color/000001.png").read_bytes()
 
 
+@pytest.mark.full
 def test_a_hall_has_the_size_light_and_people_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     usual = ("--scene", "corridors", "--extent", "12x9.5", "--frames", 6, *TINY, "--sensor", "none", "--lossless")
     for name, extra in {"day": (), "evening": ("--light", "evening"), "people": ("--people", 3)}.items():

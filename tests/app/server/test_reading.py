@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cv2
+import numpy as np
 import pytest
 
 from app.page.packet import unpack
@@ -125,10 +127,11 @@ def test_a_map_without_its_recording_has_no_crops(client):
 def test_crops_are_pictures_that_the_run_keeps(client, folder):
     kept = folder / "crops" / f"{CHAIR:04d}-{20 * CHAIR:06d}.jpg"
     kept.parent.mkdir()
-    kept.write_bytes(b"\xff\xd8 a picture")
+    picture = cv2.imencode(".jpg", np.full((8, 8, 3), 99, np.uint8))[1].tobytes()
+    kept.write_bytes(picture)
     assert client.get(f"{API}/instances/{CHAIR}").json()["crops"] == 1
     response = client.get(f"{API}/instances/{CHAIR}/crop/0.jpg")
-    assert (response.headers["content-type"], response.content) == ("image/jpeg", b"\xff\xd8 a picture")
+    assert (response.headers["content-type"], response.content) == ("image/jpeg", picture)
     assert problem_of(client.get(f"{API}/instances/{CHAIR}/crop/1.jpg"))["status"] == 404
 
 

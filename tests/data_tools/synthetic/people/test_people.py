@@ -24,6 +24,7 @@ def scene(people: int) -> SyntheticScene:
     return SyntheticScene("corridors", 0, N_FRAMES, 64, 48, people=people)
 
 
+@pytest.mark.full
 def test_somebody_is_before_the_world_in_some_frames_and_has_no_id() -> None:
     changed = []
     for index in range(N_FRAMES):
