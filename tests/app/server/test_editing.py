@@ -83,6 +83,14 @@ def test_what_another_program_edits_is_seen(client, folder):
     assert client.get(f"{API}/instances").json()["epoch"] == 1
 
 
+def test_who_was_too_late_sees_the_map_as_it_is_then(client, folder):
+    client.get(f"{API}/instances")
+    edit_run(folder, edit_of({"kind": "rename", "instance": CHAIR, "name": "throne"}), "Bob")
+    assert problem_of(client.post(f"{API}/edits", json=RENAME))["status"] == 409
+    assert client.get(f"{API}/instances/{CHAIR}").json()["epoch"] == 1
+    assert client.post(f"{API}/edits", json={**RENAME, "epoch": 1}).status_code == 201
+
+
 def test_a_damaged_log_leaves_the_map_that_is_open(client, folder):
     client.post(f"{API}/edits", json=RENAME)
     log = folder / "edits.jsonl"
