@@ -19,6 +19,7 @@ from razer.map_object import MapObject
 FORMAT = 1
 _BOX_SHAPES = {"center": (3,), "extent": (3,), "rotation": (3, 3)}
 _MAX_NUMBER = 1e7  # metres: what is farther is no place
+_MAX_ID = 2**24 - 1  # tables of colours have a row for each id up to the largest
 
 
 def write_instances_json(
@@ -68,6 +69,12 @@ def _numbers(value: Any, shape: tuple[int, ...]) -> Float64Array:
     return array
 
 
+def _id(value: Any) -> int:
+    if not 0 <= (number := int(value)) <= _MAX_ID:
+        raise ValueError(f"{value} is no id of an instance: they are 0 to {_MAX_ID}")
+    return number
+
+
 def _unit(vector: Float64Array) -> Float64Array:
     if not 0.5 < np.linalg.norm(vector) < 2:
         raise ValueError(f"{vector.tolist()} is no direction")
@@ -81,7 +88,7 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3) or (extent < 0).any():
         raise ValueError(f"the box of instance {entry['id']} is none")
     return MapObject(
-        id=int(entry["id"]),
+        id=_id(entry["id"]),
         class_name=entry["class"],
         score=float(entry["score"]),
         box=OrientedBox(center, rotation, extent),
@@ -95,7 +102,7 @@ def _object(entry: Mapping[str, Any]) -> MapObject:
         views=tuple(_view(view) for view in entry.get("best_views", ())),
         is_stuff=bool(entry.get("stuff", False)),
         class_votes=tuple(_vote(vote) for vote in entry.get("class_votes", ())),
-        part_of=None if entry.get("part_of") is None else int(entry["part_of"]),
+        part_of=None if entry.get("part_of") is None else _id(entry["part_of"]),
         is_edited=bool(entry.get("edited", False)),
         is_named_by_hand=bool(entry.get("named_by_hand", False)),
     )
