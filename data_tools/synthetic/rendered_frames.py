@@ -96,6 +96,10 @@ class RenderedFrames(FrameIteration, ABC):
     def classes(self) -> Mapping[int, str]:
         """The class name of each instance id."""
 
+    def truth_spacing_m(self, wanted_m: float) -> float:
+        """How far apart the vertices of the truth are, metres; a mesh keeps its own."""
+        return wanted_m
+
     @abstractmethod
     def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
         """The labelled surface; visible = seen within range_m (metres along the optical axis) in at least 3 frames.

@@ -16,6 +16,7 @@ from data_tools.synthetic.rendered_frames import CAMERA, RenderedFrames
 from data_tools.synthetic.rendering.ray_renderer import RayRenderer
 from data_tools.synthetic.rendering.rgbd_renderer import Renderer
 from data_tools.synthetic.shapes.thing import Thing
+from data_tools.synthetic.truth.tessellation import affordable_spacing_m
 from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
@@ -97,9 +98,14 @@ class RenderedSequence(RenderedFrames):
         """The class name of each instance id."""
         return self._classes
 
+    def truth_spacing_m(self, wanted_m: float) -> float:
+        """How far apart the vertices of the truth are: as wanted, or farther in a world that is too large for that."""
+        return affordable_spacing_m(self._final, wanted_m)
+
     def truth(self, spacing_m: float = 0.01, range_m: tuple[float, float] = (0.1, 5.0)) -> GroundTruth:
-        """The surface as it is at the end, sampled every spacing_m metres; visible = seen within range_m
+        """The surface as it is at the end, sampled as `truth_spacing_m` says; visible = seen within range_m
         (metres along the optical axis) in at least 3 frames."""
+        spacing_m = self.truth_spacing_m(spacing_m)
         viewpoints = [Viewpoint(pose, self._renderer_at(i).scene) for i, pose in enumerate(self._poses)]
         late = {self.move.instance: self.move.frame} if self.move else {}
         truth = ground_truth(self._final, viewpoints, CameraView(self.intrinsics, range_m), spacing_m, late)

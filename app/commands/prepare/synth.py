@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.console.outputs import print_files, print_next
 from app.console.streams import print_notes, progress_console, result_console
@@ -16,6 +16,9 @@ from app.run_folder.folder_lock import writing
 from app.settings.options import Flag
 from app.settings.synthetic_options import SceneOptions
 from razer.errors import BadInput
+
+if TYPE_CHECKING:
+    from data_tools.synthetic.rendered_frames import RenderedFrames
 
 FORMAT = 1
 SPACING_M = (0.002, 0.1)
@@ -40,7 +43,7 @@ def synth(
     layout:
         own, scannet, sens, replica, tum, scenenn or 7scenes.
     spacing:
-        Vertex spacing of the ground-truth surface, metres; a mesh keeps its own.
+        Vertex spacing of the ground-truth surface, metres; wider in large worlds, and a mesh keeps its own.
     lossless:
         Write colour as PNG where the layout would have JPEG.
     json:
@@ -56,7 +59,7 @@ def synth(
         with writing(out):
             with waiting_for("building the scene and its light"):
                 sequence = options.sequence(console.print)
-            print_notes(sequence.notes)
+            print_notes(_notes(sequence, spacing))
             selection = Selection.of(sequence, range(len(sequence)), console)
             with waiting_for("computing which surfaces are visible"):
                 truth = sequence.truth(spacing)
@@ -71,6 +74,14 @@ def synth(
     result |= {"instances": len(names), "classes": len({*names.values()}), "vertices": len(truth.vertices)}
     _report(result | dict(sequence.summary), out, json)
     return 0
+
+
+def _notes(sequence: RenderedFrames, wanted_m: float) -> list[str]:
+    spacing_m, notes = sequence.truth_spacing_m(wanted_m), [*sequence.notes]
+    if spacing_m > wanted_m:
+        apart = f"{100 * spacing_m:.1f} cm apart, not {100 * wanted_m:.1f}"
+        notes.append(f"vertices of the ground truth are {apart}: the world is large, and they would be too many")
+    return notes
 
 
 def _check_arguments(out: Path, layout: str, spacing: float) -> None:

@@ -12,6 +12,7 @@ from data_tools.synthetic.shapes.solids import quad_normals
 from data_tools.synthetic.shapes.thing import Thing
 from razer.arrays import Float64Array, Int32Array, Int64Array
 
+MOST_VERTICES = 10_000_000  # some 3 GB while they are worked out
 _WELD_M = 1e-4
 
 
@@ -23,6 +24,14 @@ class SampledSurface:
     normals: Float64Array
     instances: Int32Array
     triangles: Int32Array
+
+
+def affordable_spacing_m(things: Mapping[int, Thing], spacing_m: float) -> float:
+    """The spacing itself, or the least one at which the surface of things has no more than MOST_VERTICES."""
+    quads = np.concatenate([solid.quads for thing in things.values() for solid in thing.solids])
+    diagonals = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    area_m2 = float(np.linalg.norm(np.cross(*diagonals), axis=1).sum()) / 2
+    return max(spacing_m, float(np.sqrt(area_m2 / MOST_VERTICES)))
 
 
 def tessellate(things: Mapping[int, Thing], spacing_m: float) -> SampledSurface:

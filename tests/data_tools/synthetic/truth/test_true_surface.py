@@ -14,7 +14,8 @@ from data_tools.synthetic.scenes.living_room import living_room
 from data_tools.synthetic.shapes.solids import box
 from data_tools.synthetic.shapes.thing import Thing, tinted
 from data_tools.synthetic.synthetic_room import SyntheticRoom
-from data_tools.synthetic.truth.tessellation import tessellate
+from data_tools.synthetic.truth import tessellation
+from data_tools.synthetic.truth.tessellation import affordable_spacing_m, tessellate
 from data_tools.synthetic.truth.true_surface import ground_truth
 from data_tools.synthetic.truth.visibility import TOLERANCE_M, CameraView, Viewpoint
 from data_tools.truth.ground_truth import GroundTruth
@@ -35,6 +36,14 @@ def room() -> SyntheticRoom:
 @pytest.fixture(scope="module")
 def truth(room: SyntheticRoom) -> GroundTruth:
     return room.truth(spacing_m=0.05)
+
+
+def test_a_large_world_has_vertices_as_far_apart_as_can_be_afforded(monkeypatch: pytest.MonkeyPatch) -> None:
+    things = {4: Thing("hall", (box((0, 0, 0), (40, 30, 20), GREY),))}
+    monkeypatch.setattr(tessellation, "MOST_VERTICES", 20_000)
+    spacing_m = affordable_spacing_m(things, 0.01)
+    assert 18_000 < len(tessellate(things, spacing_m).vertices) < 22_000
+    assert affordable_spacing_m(things, 0.6) == 0.6
 
 
 def test_truth_covers_the_surface_evenly() -> None:
