@@ -65,6 +65,7 @@ def test_the_angle_that_is_chosen_can_be_asked_for(capsys, run, tmp_path):
     assert one.read_bytes() != other.read_bytes()
 
 
+@pytest.mark.full
 def test_each_style_is_another_picture(capsys, run, tmp_path):
     drawn = set()
     for style in ("color", "instance", "class", "query"):

@@ -21,7 +21,10 @@ def same(one: Frame, other: Frame) -> bool:
     return all(np.array_equal(a, b) for a, b in pairs) and np.array_equal(one.pose, other.pose)
 
 
-@pytest.mark.parametrize("name", SCENES)
+SLOW = {name: pytest.param(name, marks=pytest.mark.full) for name in ("warehouse", "corridors")}  # to build
+
+
+@pytest.mark.parametrize("name", [SLOW.get(name, name) for name in SCENES])
 def test_frames_depend_on_scene_seed_and_index_alone(name: str) -> None:
     sensor = SensorModel.kinect()
     scene = SyntheticScene(name, 0, 9, 64, 48, sensor=sensor)
