@@ -28,6 +28,7 @@ from errno import (
 NO_ROOM = (EDQUOT, EFBIG, EIO, ENAMETOOLONG, ENOSPC, EROFS)  # where it is written
 _IN_THE_WAY = (EACCES, EEXIST, EISDIR, ELOOP, ENOTDIR, ENOTEMPTY, EPERM)  # where a file is named
 _TOO_MANY_FILES = (EMFILE, ENFILE)
+_SPARE_BYTES = 64 * 2**20
 _MEMORY = "memory ran out: use fewer or smaller frames, larger voxels, or another machine"
 _PROCESSES = "no more threads or processes can be started: end others, or raise the limit (ulimit -u)"
 _ENDED = "a helper process was ended by the system, most often because memory ran out: use fewer or smaller frames"
@@ -57,8 +58,19 @@ def no_room_line(error: BaseException) -> str | None:
         return _MEMORY
     if isinstance(error, OSError) and error.errno is not None:
         return _refusal(error)
+    if isinstance(error, SystemError) and _is_short_of_memory():
+        return _MEMORY
     said = str(error).lower()
     return next((line for line, words in _SAID_BY_LIBRARIES.items() if any(word in said for word in words)), None)
+
+
+def _is_short_of_memory() -> bool:
+    """Whether the system refuses some more now: the interpreter itself may forget why it failed."""
+    try:
+        bytearray(_SPARE_BYTES)
+    except MemoryError:
+        return True
+    return False
 
 
 def _refusal(error: OSError) -> str | None:

@@ -118,7 +118,7 @@ class SharedMap:
             try:
                 if files != self._seen[0]:
                     self._session, self._crops = self._open()
-                elif not self._session.refresh() and self._session.epoch == self._current.epoch:
+                elif not self._session.refresh() and self._session.epoch == self._current.epoch:  # refusals refresh, too
                     self._seen = files, edits
                     return
                 self._swap()

@@ -43,7 +43,7 @@ from razer.saved_map import load_map
 from razer.storage.settings_list import list_settings
 from razer.storage.toml_text import toml_text
 from razer.vocabulary import vocabulary
-from tests.fuzz.model_files import MODEL_FILES
+from tests.fuzz.model_files import MODEL_FILES, write_pictures
 from tests.support.edited_maps import CHAIR, TABLE, do, hand_made, saved, session_of
 from tests.support.labelled_meshes import furnished_room
 from tests.support.recordings import HEIGHT, WIDTH, colour, depth
@@ -212,13 +212,6 @@ def _read_tables(folder: Path) -> None:
     read_rgbd_calibration(folder / "calibration.json")
 
 
-def _write_pictures(folder: Path) -> None:
-    folder.mkdir()
-    grey = np.random.default_rng(0).integers(0, 255, (24, 32, 3), dtype=np.uint8)
-    for name in ("a.png", "b.jpg"):
-        (folder / name).write_bytes(cv2.imencode(name[1:], grey)[1].tobytes())
-
-
 def _read_pictures(folder: Path) -> None:
     for name in ("a.png", "b.jpg"):
         embed_query_image(EMBEDDER, "appearance", folder / name, None)
@@ -275,7 +268,7 @@ KINDS: dict[str, Kind] = {
     "state": Kind(_write_state, _read_state),
     "settings": Kind(_write_texts, _read_texts, is_text=True),
     "tables": Kind(_write_tables, _read_tables),
-    "pictures": Kind(_write_pictures, _read_pictures),
+    "pictures": Kind(write_pictures, _read_pictures),
     "masks": Kind(_write_masks, _read_masks),
     "query": Kind(_write_query, _query, is_text=True),
 }

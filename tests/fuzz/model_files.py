@@ -57,7 +57,7 @@ def _read_table(folder: Path) -> None:
     table.embed_class("lamp")
 
 
-def _write_uploads(folder: Path) -> None:
+def write_pictures(folder: Path) -> None:
     folder.mkdir()
     noise = np.random.default_rng(0).integers(0, 255, (24, 32, 3), dtype=np.uint8)
     for name in ("a.png", "b.jpg"):
@@ -77,6 +77,6 @@ _Made = tuple[Callable[[Path], object], Callable[[Path], object], tuple[str, ...
 MODEL_FILES: dict[str, _Made] = {
     "sidecars": (_write_sidecars, _read_sidecars, ("*.json",), False),
     "name table": (_write_table, _read_table, ("*.npz",), False),
-    "uploads": (_write_uploads, _read_uploads, ("*",), True),
+    "uploads": (write_pictures, _read_uploads, ("*",), True),
     "drawn map": (lambda f: shutil.copytree(_RUN, f), _draw_map, ("*.json", "mesh.ply"), False),
 }

@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from app import cli
+from app.console import no_room
 from app.console.no_room import no_room_line
 from tests.support.cli import razer
 
@@ -30,6 +31,13 @@ def test_libraries_are_understood_when_they_have_no_memory(allocate):
     with pytest.raises((RuntimeError, MemoryError)) as raised:
         allocate()
     assert no_room_line(raised.value) == MEMORY
+
+
+def test_the_interpreter_may_forget_that_it_had_no_memory(monkeypatch):
+    forgotten = SystemError("error return without exception set")
+    assert no_room_line(forgotten) is None  # there is some: it is an error of the program
+    monkeypatch.setattr(no_room, "_SPARE_BYTES", FAR_TOO_LARGE)
+    assert no_room_line(forgotten) == MEMORY
 
 
 @pytest.mark.parametrize(
