@@ -118,7 +118,7 @@ class SharedMap:
             try:
                 if files != self._seen[0]:
                     self._session, self._crops = self._open()
-                elif not self._session.refresh() and self._session.epoch == self._current.epoch:  # refusals refresh, too
+                elif not self._session.refresh() and self._is_of_session():
                     self._seen = files, edits
                     return
                 self._swap()
@@ -126,6 +126,10 @@ class SharedMap:
                 self._seen = files, edits
                 return
         self._tell()
+
+    def _is_of_session(self) -> bool:
+        # An edit that was refused has taken in what others logged, without a map for those who ask.
+        return self._session.epoch == self._current.epoch
 
     def _swap(self) -> None:
         self._current = self._asked()
