@@ -137,19 +137,11 @@ class LoopClosureSettings(Settings):
         ge=0,
         description="Places of similar looks that a view is compared with. Larger: more loops found, some 20 ms each.",
     )
-    min_similarity: float = Field(
-        0.15,
+    min_similarity_sigmas: float = Field(
+        4.0,
         ge=0,
-        le=1,
-        description="Minimum similarity of the bags of words of a place worth checking (cosine). Smaller: more checks "
-        "that come to nothing; larger: loops from another side are missed.",
-    )
-    min_submap_similarity: float = Field(
-        0.03,
-        ge=0,
-        le=1,
-        description="The same across submaps, where a place from two sides hardly looks alike. Smaller: more time; "
-        "larger: submaps stay unanchored.",
+        description="How far the similarity of a place worth checking stands out among those of all keyframes, robust "
+        "standard deviations. Smaller: more checks that come to nothing; larger: loops from another side are missed.",
     )
     max_contradiction: float = Field(
         0.02,
@@ -157,6 +149,13 @@ class LoopClosureSettings(Settings):
         le=1,
         description="Share of the readings both views have that may stand where the other saw through. Larger: "
         "look-alike places close false loops; smaller: moved things keep true ones open.",
+    )
+    min_color_correlation: float = Field(
+        0.3,
+        ge=-1,
+        le=1,
+        description="How much the colours of the surfaces that two views share must vary together (correlation). "
+        "Larger: loops stay open where light changed; smaller: corners that differ in colour alone close false ones.",
     )
     drift_m: float = Field(
         0.25,

@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, Pose
 from razer.frame import Frame
+from razer.geometry import inverse
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
@@ -63,7 +64,7 @@ class SlamSystem:
         """world_from_camera of a frame as far as it is known now; None = lost, or in an unanchored submap."""
         self._last_index, self._last_result = frame.index, None
         turning = STILL if self._tracker is None else self._tracker.turning_rad_s(frame.stamp)
-        view = View.of(frame, self._extractor.extract(frame, self.calibration), turning, self.config)
+        view = View.of(frame, self._extractor.extract(frame, self.calibration), turning, self.config, self.calibration)
         tracker = self._track(view)
         if tracker is None:
             return None
@@ -76,13 +77,16 @@ class SlamSystem:
     def _track(self, view: View) -> FrameTracker | None:
         """Follow the camera to the view, or resume tracking with it, or begin a new submap."""
         tracker, submaps = self._tracker, self.config.submaps
-        if tracker is not None and (followed := tracker.follow(view, self.calibration)) is not None:
-            return self._advance(tracker, *followed)
+        if tracker is not None and self._n_missed == 0:
+            followed = tracker.follow(view, self.calibration)
+            if followed is not None:
+                return self._advance(tracker, *followed)
         self._n_missed += 1
         if tracker is not None and self._n_missed <= submaps.resume_frames:
             resumed = self._resume(tracker, view)
             if resumed is not None:
-                return self._start(tracker.reference, resumed.target_from_source, view, resumed)
+                keyframe, result = resumed
+                return self._start(keyframe, result.target_from_source, view, result)
         if view.pyramid.n_points < MIN_POINTS or len(view.features) < MIN_CORNERS:
             return None
         self._n_unknown += 1
@@ -109,12 +113,18 @@ class SlamSystem:
             tracker.turn_to(keyframe, np.eye(4))
         return tracker
 
-    def _resume(self, tracker: FrameTracker, view: View) -> IcpResult | None:
-        """The view, soon after tracking was lost, in front of the same keyframe still."""
-        result = self.map.register(tracker.reference, view, tracker.reference_from_camera, self.calibration)
-        if result is None or result.n_features < MIN_FEATURES or not tracker.may_move(result.target_from_source):
-            return None
-        return result
+    def _resume(self, tracker: FrameTracker, view: View) -> tuple[Keyframe, IcpResult] | None:
+        """The view, soon after tracking was lost, in front of one of the keyframes round about."""
+        reference = tracker.reference
+        for keyframe in self.map.around(reference, tracker.reference_from_camera, view):
+            keyframe_from_reference = inverse(keyframe.world_from_camera) @ reference.world_from_camera
+            guess = keyframe_from_reference @ tracker.reference_from_camera
+            result = self.map.recognise(keyframe, view, guess, self.calibration)
+            if result is None or result.n_features < MIN_FEATURES:
+                continue
+            if tracker.may_move(inverse(keyframe_from_reference) @ result.target_from_source):
+                return keyframe, result
+        return None
 
     def corrections(self) -> Mapping[int, Pose | None]:
         """Poses of located frames that differ from those reported last, those never reported, and None for those

@@ -7,6 +7,7 @@ from functools import partial
 
 from app.stored_state.state_codec import KnownObjects
 from razer.frame import Intrinsics
+from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
@@ -20,13 +21,14 @@ from slam.frontend.frame_tracker import FrameTracker
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration
+from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
 from slam.system import SlamSystem
 
 CLASSES = (
-    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, IcpResult, Intrinsics, Keyframe, KeyframeMap,
-    Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis, PlaceRecognition, PoseEdge, PoseGraph,
-    SlamSystem, SubmapMerging, View,
+    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, IcpResult, Intrinsics, InvertedIndex, Keyframe,
+    KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis, PlaceRecognition, PoseEdge,
+    PoseGraph, SlamSystem, SubmapMerging, View, WideFeatures,
 )  # fmt: skip
 
 

@@ -73,18 +73,29 @@ class KeyframeMap:
         self._optimise()
         return keyframe
 
-    def register(
+    def recognise(
         self, keyframe: Keyframe, view: View, guess: Float64Array, calibration: ColorCalibration
     ) -> IcpResult | None:
-        """Register a view to a keyframe; None where it may be elsewhere as well.
+        """Register a view to a keyframe that tracking does not lead to; None where it may be elsewhere as well.
 
         Args:
             keyframe: what it is registered to.
             view: the view.
-            guess: keyframe_from_view (4, 4) to start from.
+            guess: keyframe_from_view (4, 4) to start from, besides what features say.
             calibration: the colour camera as known so far.
         """
-        return self._loops.register(keyframe, view, [guess], calibration)
+        return self._loops.recognise(keyframe, view, [guess], calibration)
+
+    def around(self, keyframe: Keyframe, keyframe_from_camera: Float64Array, view: View) -> list[Keyframe]:
+        """A keyframe, and those round about a camera in front of it that look like a view.
+
+        Args:
+            keyframe: the keyframe that comes first.
+            keyframe_from_camera: (4, 4) about where the camera is.
+            view: what it sees.
+        """
+        world_from_camera = keyframe.world_from_camera @ keyframe_from_camera
+        return [keyframe, *self._loops.alike_around(view, world_from_camera, keyframe)]
 
     def search_submaps(self, located: LocatedView, calibration: ColorCalibration) -> None:
         """Compare a view of an unanchored submap with places of other submaps, now and then."""
@@ -96,10 +107,8 @@ class KeyframeMap:
     def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
         """Whether a view of one submap, with the hypotheses before, merges it with another."""
         reference, view = located.reference, located.view
-        others = [k.number for k in self.keyframes.all if k.submap != reference.submap]
-        min_similarity = self._config.loop_closure.min_submap_similarity
-        for number in self._loops.lookalikes(view.features, others, min_similarity, shortlist):
-            result = self._loops.register(self.keyframes[number], view, [], calibration)
+        for number, guesses in self._candidates(located, shortlist):
+            result = self._loops.recognise(self.keyframes[number], view, guesses, calibration)
             if result is None:
                 continue
             number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
@@ -107,6 +116,21 @@ class KeyframeMap:
             if self._add_hypothesis(edge, view.index, result.score):
                 return True
         return False
+
+    def _candidates(self, located: LocatedView, shortlist: int) -> list[tuple[int, list[Float64Array]]]:
+        """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
+        is foreseen: those that hypotheses lead to, then those that look alike."""
+        submap = located.reference.submap
+        others = [k.number for k in self.keyframes.all if k.submap != submap]
+        candidates: list[tuple[int, list[Float64Array]]] = []
+        world_from_view = located.reference.world_from_camera @ located.reference_from_camera
+        for other, other_from_submap in self._merging.expected(submap):
+            moved = other_from_submap @ world_from_view
+            for keyframe in self._loops.most_overlapping(located.view, moved, other):
+                candidates.append((keyframe.number, [inverse(keyframe.world_from_camera) @ moved]))
+        foreseen = {number for number, _ in candidates}
+        alike = self._loops.lookalikes(located.view, others, 0.0, shortlist)
+        return candidates + [(number, []) for number in alike if number not in foreseen]
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
         """Compare the keyframes still unanchored with all places that have any similarity."""

@@ -9,20 +9,21 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
+from slam.backend.color_check import color_correlation
 from slam.backend.free_space_check import contradiction
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseEdge
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import Features
 from slam.frontend.icp import IcpResult, overlap_of
 from slam.frontend.keyframes import Keyframe, Keyframes, View
-from slam.frontend.view_registration import MANY_TRIES, TRIES, ViewRegistration, is_trusted
+from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.se3 import angle_deg, length_m
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
+LOCAL_MAP = 2  # keyframes by words, and by ferns, that a camera that was just lost is looked for in front of
 RECENT = 10  # keyframes before one that tracking itself connects with it: they are no loop
 
 
@@ -44,7 +45,7 @@ class LoopClosure:
         """Queue what a new keyframe may be measured against: places first, then neighbours."""
         pairs = [(n, keyframe.number) for n in self._places_of(keyframe)]
         pairs += [(n, keyframe.number) for n in self.neighbors(keyframe, self._settings.max_neighbors)]
-        self._places.add(keyframe.view.features)
+        self._places.add(keyframe.view)
         self._queue(pairs)
 
     def queue_neighbors(self) -> None:
@@ -61,68 +62,108 @@ class LoopClosure:
         earlier = self._keyframes.all[: keyframe.number]
         own = [k.number for k in earlier[: max(0, keyframe.number - RECENT)] if k.submap == keyframe.submap]
         others = [k.number for k in earlier if k.submap != keyframe.submap]
-        features, settings = keyframe.view.features, self._settings
-        return self.lookalikes(features, own, settings.min_similarity, settings.shortlist) + self.lookalikes(
-            features, others, settings.min_submap_similarity, settings.shortlist
+        view, settings = keyframe.view, self._settings
+        return self.lookalikes(view, own, settings.min_similarity_sigmas, settings.shortlist) + self.lookalikes(
+            view, others, 0.0, settings.shortlist
         )
 
-    def lookalikes(self, features: Features, among: Sequence[int], min_similarity: float, limit: int) -> list[int]:
-        """The keyframes whose appearance is most similar to the features', the most similar first.
-
-        Args:
-            features: those of the view that is compared.
-            among: numbers of the keyframes it is compared with.
-            min_similarity: least cosine of their bags of words.
-            limit: most keyframes that are returned.
-        """
-        if not among:
-            return []
-        numbers = np.array(among)
-        similarity = self._places.similarity(features)[numbers]
-        best = np.argsort(-similarity, kind="stable")[:limit]
-        return [int(numbers[n]) for n in best if similarity[n] >= min_similarity]
+    def lookalikes(self, view: View, among: Sequence[int], min_sigmas: float, limit: int) -> list[int]:
+        """The keyframes among those numbered that a view may show again, as PlaceRecognition has them."""
+        return self._places.lookalikes(view, among, min_sigmas, limit)
 
     def neighbors(self, keyframe: Keyframe, limit: int | None = None) -> list[int]:
         """Earlier keyframes of the same submap, but for the one just before, whose view overlaps with this one's, the
         most overlapping first."""
-        overlapping = []
-        grid = self._keyframes.view(keyframe).pyramid.levels[0]
         earlier = [k for k in self._keyframes.all[: max(0, keyframe.number - 1)] if k.submap == keyframe.submap]
-        for other in in_reach(keyframe.world_from_camera, earlier, self._settings):
-            other_from_this = inverse(other.world_from_camera) @ keyframe.world_from_camera
-            share = overlap_of(grid, self._keyframes.view(other).pyramid.levels[0], other_from_this)
+        view = self._keyframes.view(keyframe)
+        return [k.number for k in self._overlapping(view, keyframe.world_from_camera, earlier)[:limit]]
+
+    def most_overlapping(
+        self, view: View, world_from_camera: Float64Array, submap: int, limit: int = 1
+    ) -> list[Keyframe]:
+        """The keyframes of a submap whose views overlap most with a view at a pose.
+
+        Args:
+            view: the view.
+            world_from_camera: (4, 4) its pose in the submap.
+            submap: the submap.
+            limit: most keyframes that are returned.
+        """
+        among = [k for k in self._keyframes.all if k.submap == submap]
+        return self._overlapping(view, world_from_camera, among)[:limit]
+
+    def alike_around(self, view: View, world_from_camera: Float64Array, keyframe: Keyframe) -> list[Keyframe]:
+        """Keyframes of a keyframe's submap about a pose, without itself, that look like a view.
+
+        Args:
+            view: the view.
+            world_from_camera: (4, 4) about where it was taken.
+            keyframe: the keyframe that is left out.
+        """
+        same = [k for k in self._keyframes.all if k.submap == keyframe.submap and k is not keyframe]
+        near = [k.number for k in in_reach(world_from_camera, same, self._settings)]
+        return [self._keyframes[number] for number in self.lookalikes(view, near, 0.0, LOCAL_MAP)]
+
+    def _overlapping(self, view: View, world_from_camera: Float64Array, among: Sequence[Keyframe]) -> list[Keyframe]:
+        grid, overlapping = view.pyramid.levels[0], []
+        for other in in_reach(world_from_camera, among, self._settings):
+            other_from_view = inverse(other.world_from_camera) @ world_from_camera
+            share = overlap_of(grid, self._keyframes.view(other).pyramid.levels[0], other_from_view)
             if share >= self._settings.min_overlap:
                 overlapping.append((-share, other.number))
-        return [number for _, number in sorted(overlapping)[:limit]]
+        return [self._keyframes[number] for _, number in sorted(overlapping)]
 
     def measure_next(self, calibration: ColorCalibration) -> PoseEdge | None:
         """Measure the next pair; None if it came to nothing."""
         a, b = (self._keyframes[n] for n in self._waiting.popleft())
-        guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if a.submap == b.submap else []
-        result = self.register(a, self._keyframes.view(b), guesses, calibration)
-        if result is None or (a.submap == b.submap and not plausible(a, b, result.target_from_source, self._settings)):
+        view, known = self._keyframes.view(b), a.submap == b.submap
+        if known:
+            result = self.register(a, view, [inverse(a.world_from_camera) @ b.world_from_camera], calibration)
+        else:
+            result = self.recognise(a, view, [], calibration)
+        if result is None or (known and not plausible(a, b, result.target_from_source, self._settings)):
             return None
         return PoseEdge(a.number, b.number, result.target_from_source, result.information)
 
     def register(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
     ) -> IcpResult | None:
-        """Register a view to a keyframe that tracking did not lead to; None where it may be elsewhere as well.
+        """Register a view to a keyframe near which it is known to be; None where it may be elsewhere as well.
 
         Args:
             keyframe: what it is registered to.
             view: the view.
-            guesses: keyframe_from_view (4, 4) to start from, none where appearance alone led to the pair.
+            guesses: keyframe_from_view (4, 4) to start from.
             calibration: the colour camera as known so far.
         """
-        tries = TRIES if guesses else MANY_TRIES
-        result = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, tries)
+        return self._verified(keyframe, view, guesses, calibration, wide=False)
+
+    def recognise(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
+    ) -> IcpResult | None:
+        """Register a view to a keyframe that appearance or a hypothesis led to: some of its features must agree, too.
+
+        Args:
+            keyframe: what it is registered to.
+            view: the view.
+            guesses: keyframe_from_view (4, 4) to start from, if any.
+            calibration: the colour camera as known so far.
+        """
+        return self._verified(keyframe, view, guesses, calibration, wide=True)
+
+    def _verified(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
+    ) -> IcpResult | None:
+        result = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, wide)
         if result is None or not is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES):
             return None
-        if not guesses and result.n_features < MIN_FEATURES:
+        if wide and result.n_features < MIN_FEATURES:
             return None
-        against = contradiction(keyframe.view, view, result.target_from_source, self._free_space)
-        return result if against <= self._settings.max_contradiction else None
+        motion = result.target_from_source
+        if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:
+            return None
+        alike = color_correlation(keyframe.view, view, motion, self._free_space)
+        return result if alike >= self._settings.min_color_correlation else None
 
 
 def in_reach(

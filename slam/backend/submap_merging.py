@@ -49,6 +49,16 @@ class SubmapMerging:
             return ()
         return sorted(agreeing, key=lambda other: -other.strength)
 
+    def expected(self, submap: int) -> list[tuple[int, Float64Array]]:
+        """Other submaps that hypotheses connect one with, and other_from_submap (4, 4) as most views have it."""
+        found = []
+        for (home, other), hypotheses in self._hypotheses.items():
+            if submap in (home, other):
+                best = max(hypotheses, key=lambda one: _n_views([two for two in hypotheses if _agree(one, two)]))
+                home_from_other = best.home_from_submap
+                found.append((home, home_from_other) if submap == other else (other, inverse(home_from_other)))
+        return found
+
     def forget(self, submap: int) -> None:
         """The submap is no more: it became part of another."""
         self._hypotheses = {pair: kept for pair, kept in self._hypotheses.items() if submap not in pair}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -95,6 +96,11 @@ class Correspondences:
     def none(cls) -> Correspondences:
         """No correspondences at all."""
         return cls.at_rest(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Correspondences]) -> Correspondences:
+        """Those of all parts."""
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     def __len__(self) -> int:
         return len(self.sigma)

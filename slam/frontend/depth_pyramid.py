@@ -43,15 +43,6 @@ def fine_depth(depth: Float32Array, intrinsics: Intrinsics, max_depth_m: float) 
     return near, intrinsics
 
 
-def sparse_depth(depth: Float32Array, intrinsics: Intrinsics, width: int) -> tuple[Float32Array, Intrinsics]:
-    """One reading, as it is, of every few pixels of a depth image (H, W), about `width` across."""
-    step = max(1, round(intrinsics.width / width))
-    sparse = np.ascontiguousarray(depth[step // 2 :: step, step // 2 :: step])
-    k = intrinsics
-    middle = (k.cx - step // 2) / step, (k.cy - step // 2) / step
-    return sparse, Intrinsics(sparse.shape[1], sparse.shape[0], k.fx / step, k.fy / step, *middle)
-
-
 class DepthPyramid:
     """Grids of oriented points of a reduced depth image (H, W), made when they are first asked for."""
 

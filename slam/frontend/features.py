@@ -11,7 +11,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray, Uint8Array
 from razer.frame import Frame
-from slam.config import FeatureSettings, SlamConfig
+from slam.config import ColorSettings, FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 
 OCTAVE = 1.2  # reduction from one level of ORB's image pyramid to the next, as its authors chose
@@ -43,7 +43,7 @@ class FeatureExtractor:
 
     def __init__(self, config: SlamConfig) -> None:
         self._settings = config.features
-        self._rolling_shutter = config.color.rolling_shutter
+        self._color = config.color
         self._detector = cv2.ORB.create(
             nfeatures=DETECTED_PER_KEPT * self._settings.count, fastThreshold=FAST_THRESHOLD, scaleFactor=OCTAVE
         )
@@ -56,14 +56,14 @@ class FeatureExtractor:
             faint, of_faint = self._described(faint_texture(gray))
             corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
         if len(corners) == 0:
-            return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
+            return no_features(descriptors)
         octaves = np.array([corner.octave for corner in corners]) & 255
         pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._settings.pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
-        row_times = (pixels[:, 1] + 0.5) / k.height - 0.5 if self._rolling_shutter else np.zeros(len(pixels))
-        return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, row_times)
+        times = row_times(pixels, k.height, self._color)
+        return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
 
     def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
         """Corners spread over the image, and their descriptors (N, 32)."""
@@ -72,6 +72,16 @@ class FeatureExtractor:
         if descriptors is None:
             return [], np.zeros((0, 32), np.uint8)
         return corners, descriptors.astype(np.uint8, copy=False)
+
+
+def no_features(descriptors: Uint8Array) -> Features:
+    """Features of an image without corners; descriptors (0, B) say of which kind."""
+    return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def row_times(pixels: Float64Array, height: int, settings: ColorSettings) -> Float64Array:
+    """When each of the pixels (N, 2) of an image of so many rows was read, as Features have it."""
+    return (pixels[:, 1] + 0.5) / height - 0.5 if settings.rolling_shutter else np.zeros(len(pixels))
 
 
 def faint_texture(gray: Uint8Array) -> Uint8Array:

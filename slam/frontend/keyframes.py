@@ -7,11 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array
+from razer.arrays import Float32Array, Float64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
-from slam.frontend.depth_pyramid import DepthPyramid, fine_depth, sparse_depth
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.features import Features
+from slam.frontend.sparse_readings import sparse_readings
+from slam.frontend.wide_features import WideFeatures
 
 KEPT_PYRAMIDS = 64  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
 STILL = np.zeros(3)
@@ -20,18 +23,28 @@ STILL = np.zeros(3)
 @dataclass(frozen=True)
 class View:
     """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
-    its own axes; and a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics."""
+    its own axes; a few of its readings, far ones among them, and their colours, on the pixel grid of sparse_intrinsics;
+    and features that match from afar."""
 
     index: int
     stamp: float
     turning_rad_s: Float64Array
     pyramid: DepthPyramid
     sparse_depth: Float32Array
+    sparse_rgb: Uint8Array
     sparse_intrinsics: Intrinsics
     features: Features
+    wide: WideFeatures
 
     @classmethod
-    def of(cls, frame: Frame, features: Features, turning_rad_s: Float64Array, config: SlamConfig) -> View:
+    def of(
+        cls,
+        frame: Frame,
+        features: Features,
+        turning_rad_s: Float64Array,
+        config: SlamConfig,
+        calibration: ColorCalibration | None = None,
+    ) -> View:
         """Reduce a frame to what registration needs.
 
         Args:
@@ -39,10 +52,12 @@ class View:
             features: those of the frame.
             turning_rad_s: (3,) how the camera turns about its own axes, as far as known.
             config: how far depth is used, and how much of it for the free-space check.
+            calibration: the colour camera as known so far, None = nominal.
         """
         pyramid = DepthPyramid(*fine_depth(frame.depth, frame.intrinsics, config.depth.max_depth_m))
-        sparse = sparse_depth(frame.depth, frame.intrinsics, config.free_space.image_width)
-        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, *sparse, features)
+        sparse = sparse_readings(frame, config.free_space.image_width)
+        wide = WideFeatures(frame, calibration or ColorCalibration.nominal(), config)
+        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, *sparse, features, wide)
 
     def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise; the pyramid is shared."""

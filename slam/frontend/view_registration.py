@@ -16,6 +16,7 @@ from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import match_features
 from slam.frontend.icp import COARSE, FINE, IcpResult, icp
 from slam.frontend.keyframes import View
+from slam.frontend.wide_features import match_wide_features
 from slam.se3 import angle_deg, length_m
 
 # Correspondences within this many sigmas of a guess take part: the guess is only a guess.
@@ -76,7 +77,7 @@ class ViewRegistration:
         source: View,
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
-        tries: int = TRIES,
+        wide: bool = False,
     ) -> IcpResult | None:
         """The motion target_from_source from the best of the guesses and of what the features alone say; None where
         there is nothing to start from.
@@ -86,11 +87,16 @@ class ViewRegistration:
             source: the view that is brought to it.
             guesses: target_from_source (4, 4) to start from, possibly none.
             calibration: the colour camera as known so far.
-            tries: RANSAC's iterations to find features that agree.
+            wide: whether the views may be far apart: features that match from afar take part, and are tried for
+                longer.
         """
-        pair = self._pair(target, source, calibration)
-        start = solve_pnp(pair.correspondences, calibration, tries)
-        guesses = [*guesses, *([] if start is None else [start])]
+        correspondences = [self._correspondences(target, source)]
+        if wide:
+            correspondences.append(_wide_correspondences(target, source))
+        tries = MANY_TRIES if wide else TRIES
+        solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
+        guesses = [*guesses, *(start for start in solved if start is not None)]
+        pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         results = [pair.fine(start) for start in starts]
         return _most_plausible(results) if results else None
@@ -104,15 +110,23 @@ class ViewRegistration:
             guess: target_from_source (4, 4).
             calibration: the colour camera as known so far.
         """
-        return self._pair(target, source, calibration).fine(guess)
+        return self._pair(target, source, self._correspondences(target, source), calibration).fine(guess)
 
-    def _pair(self, target: View, source: View, calibration: ColorCalibration) -> _ViewPair:
+    def _correspondences(self, target: View, source: View) -> Correspondences:
         matches = match_features(target.features, source.features, self.config.features)
-        correspondences = Correspondences.of(
-            target.features, source.features, matches, target.turning_rad_s, source.turning_rad_s
-        )
+        return Correspondences.of(target.features, source.features, matches, target.turning_rad_s, source.turning_rad_s)
+
+    def _pair(
+        self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration
+    ) -> _ViewPair:
         smear = EXPOSURE_GAP_S * max(float(np.linalg.norm(view.turning_rad_s)) for view in (target, source))
         return _ViewPair(target, source, correspondences, calibration, DepthNoise(self.config.depth, smear))
+
+
+def _wide_correspondences(target: View, source: View) -> Correspondences:
+    there, here = target.wide.features, source.wide.features
+    matches = match_wide_features(there, here)
+    return Correspondences.of(there, here, matches, target.turning_rad_s, source.turning_rad_s)
 
 
 def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:

@@ -1,0 +1,89 @@
+"""Inverted index of hashed SIFT descriptors: which keyframes share words with a view, rare words weighing more (tf-idf;
+Sivic and Zisserman, ICCV 2003).
+
+A word is which of two entries of a descriptor is larger, for a few fixed pairs of entries, once for each of several
+tables: hashing that keeps what is near together (Gionis, Indyk and Motwani, VLDB 1999; by order: Yagnik, Strelow, Ross
+and Lin, ICCV 2011). So there is no vocabulary to download, to fill, or to outgrow.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from razer.arrays import Float32Array, IndexArray, Int64Array, Uint8Array
+
+N_TABLES, WORD_BITS = 8, 16  # a descriptor seen again shares a word of some table; unlike ones seldom any
+CELLS, DIRECTIONS = 4, 8  # of a SIFT descriptor: cells each way, and directions of the histogram of each
+
+
+class InvertedIndex:
+    """Keyframes by their words, in the order in which they were added."""
+
+    def __init__(self) -> None:
+        self._first, self._second = _mirrored_pairs()
+        self._postings: defaultdict[int, array[int]] = defaultdict(_posting)
+        self._size = 0
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getstate__(self) -> dict[str, Any]:
+        words = np.fromiter(self._postings, np.int64, len(self._postings))
+        lengths = np.fromiter(map(len, self._postings.values()), np.int64, len(self._postings))
+        return {"_size": self._size, "words": words, "lengths": lengths, "keyframes": _joined(self._postings.values())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__()  # type: ignore[misc]
+        self._size = state["_size"]
+        ends = np.cumsum(state["lengths"]).tolist()
+        for word, length, end in zip(state["words"].tolist(), state["lengths"].tolist(), ends, strict=True):
+            self._postings[word] = array("I", state["keyframes"][end - length : end].tolist())
+
+    def add(self, descriptors: Uint8Array) -> None:
+        """A further keyframe with descriptors (N, 128)."""
+        for word in self._words(descriptors).tolist():
+            self._postings[word].append(self._size)
+        self._size += 1
+
+    def similarity(self, descriptors: Uint8Array) -> Float32Array:
+        """How much (K,) of what tells a view with descriptors (N, 128) from others each keyframe has, in [0, 1]."""
+        found = [self._postings[word] for word in self._words(descriptors).tolist() if word in self._postings]
+        if not found:
+            return np.zeros(self._size, np.float32)
+        lengths = np.fromiter(map(len, found), np.int64, len(found))
+        weights = np.square(np.log((1 + self._size) / lengths))
+        shared = np.bincount(_joined(found), np.repeat(weights, lengths), self._size)
+        result: Float32Array = (shared / weights.sum().clip(1e-9)).astype(np.float32)
+        return result
+
+    def _words(self, descriptors: Uint8Array) -> Int64Array:
+        """The different words of descriptors (N, 128), those of each table in a range of their own."""
+        bits = descriptors[:, self._first] > descriptors[:, self._second]
+        words = bits @ (1 << np.arange(WORD_BITS)) + (np.arange(N_TABLES) << WORD_BITS)
+        return np.unique(words)
+
+
+def _mirrored_pairs() -> tuple[IndexArray, IndexArray]:
+    """Entries of descriptors (N_TABLES, WORD_BITS), and each one's mirror image, which is larger as often as not."""
+    rng, shape = np.random.default_rng(0), (N_TABLES, WORD_BITS)
+    row, column = rng.integers(CELLS, size=shape), rng.integers(CELLS, size=shape)
+    direction, axis = rng.integers(DIRECTIONS, size=shape), rng.integers(3, size=shape)
+    mirrored_row = np.where(axis != 0, CELLS - 1 - row, row)
+    mirrored_column = np.where(axis != 1, CELLS - 1 - column, column)
+    first = (row * CELLS + column) * DIRECTIONS + direction
+    second = (mirrored_row * CELLS + mirrored_column) * DIRECTIONS + direction
+    return first, second
+
+
+def _posting() -> array[int]:
+    return array("I")
+
+
+def _joined(postings: Iterable[array[int]]) -> Int64Array:
+    views = [np.frombuffer(posting, np.uintc) for posting in postings]
+    return np.concatenate([np.zeros(0, np.int64), *views], dtype=np.int64)

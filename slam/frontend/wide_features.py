@@ -1,0 +1,82 @@
+"""SIFT features, which match where ORB's do not: from another side, closer, or in another light (Lowe, IJCV 2004;
+compared as RootSIFT: Arandjelovic and Zisserman, CVPR 2012)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+
+from razer.arrays import Float32Array, IndexArray, Uint8Array
+from razer.frame import Frame
+from slam.config import FeatureSettings, SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import Features, depth_at, no_features, row_times, spread
+
+WIDTH = 320  # pixels across of the image that is looked at: larger ones take four times as long and match no better
+CONTRAST = 0.004  # of grey levels in [0, 1]; low, as walls have little, and the raster keeps the strongest anyway
+RASTER = FeatureSettings(count=500)
+USUAL_SIZE_PIXELS = 4.0  # of the smallest features
+MAX_RATIO = 0.9  # the best match must be nearer than this share of the second's distance (Lowe), and mutual
+
+
+class WideFeatures:
+    """The features of a frame, extracted when they are first asked for; until then the frame is kept."""
+
+    def __init__(self, frame: Frame, calibration: ColorCalibration, config: SlamConfig) -> None:
+        self._frame: Frame | None = frame
+        self._calibration, self._config = calibration, config
+        self._features = no_features(np.zeros((0, 128), np.uint8))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_frame": None, "_features": self.features}
+
+    @property
+    def features(self) -> Features:
+        """Features with descriptors (N, 128)."""
+        if self._frame is not None:
+            self._features, self._frame = _extracted(self._frame, self._calibration, self._config), None
+        return self._features
+
+
+def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) -> Features:
+    k = frame.intrinsics
+    step = max(1, round(k.width / WIDTH))
+    gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
+    small = cv2.resize(gray, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+    detector = cv2.SIFT.create(contrastThreshold=CONTRAST)
+    points, descriptors = detector.compute(small, spread(detector.detect(small), small.shape, RASTER))
+    if descriptors is None:
+        return no_features(np.zeros((0, 128), np.uint8))
+    scale = np.array(gray.shape[::-1]) / np.array(small.shape[::-1])
+    pixels = (np.array([point.pt for point in points]) + 0.5) * scale - 0.5
+    rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
+    coarseness = step * np.maximum(1.0, np.array([point.size for point in points]) / USUAL_SIZE_PIXELS)
+    return Features(
+        rays,
+        descriptors.clip(0, 255).astype(np.uint8),
+        depth_at(frame, calibration, rays),
+        config.features.pixel_sigma / k.fx * coarseness,
+        row_times(pixels, k.height, config.color),
+    )
+
+
+def match_wide_features(target: Features, source: Features) -> IndexArray:
+    """Pairs (M, 2) of (target, source) features that are each other's nearest by far, of which the target has a
+    depth."""
+    with_depth = np.flatnonzero(target.depth_m > 0)
+    if len(with_depth) < 2 or len(source) < 2:
+        return np.zeros((0, 2), np.intp)
+    cosine = _root_sift(source.descriptors) @ _root_sift(target.descriptors[with_depth]).T
+    second, best = np.partition(cosine, -2, axis=1)[:, -2:].T
+    nearest = cosine.argmax(axis=1)
+    mutual = cosine.argmax(axis=0)[nearest] == np.arange(len(source))
+    kept = np.flatnonzero(mutual & (1 - best < MAX_RATIO**2 * (1 - second)))
+    return np.column_stack([with_depth[nearest[kept]], kept])
+
+
+def _root_sift(descriptors: Uint8Array) -> Float32Array:
+    root = np.sqrt(descriptors.astype(np.float32))
+    result: Float32Array = root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), np.float32(1e-6))
+    return result
