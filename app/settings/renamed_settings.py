@@ -3,6 +3,7 @@ left out in older run folders."""
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 RENAMED = {
@@ -28,6 +29,8 @@ REMOVED = {
     "maintenance.fuse_frames": "see maintenance.fuse_log_odds",
     "maintenance.fuse_prior": "see maintenance.fuse_log_odds",
     "maintenance.fuse_cosine": "see maintenance.fuse_log_odds",
+    "slam.loop_closure.min_similarity": "see slam.loop_closure.min_similarity_sigmas",
+    "slam.loop_closure.min_submap_similarity": "submaps are compared with the places most alike, however alike",
     "timeline.boxes_every": "boxes come with the surface: see timeline.surface_every",
     "timeline.points_thinning": "the map grows as a surface: see timeline.surface_cell_m",
 }
@@ -36,7 +39,7 @@ REMOVED = {
 def with_new_names(tree: dict[str, Any]) -> dict[str, Any]:
     """Settings as a TOML file holds them, under the names of today, without those that there are no more; a setting
     under both names keeps the new one's."""
-    translated = {section: dict(keys) if isinstance(keys, dict) else keys for section, keys in tree.items()}
+    translated = deepcopy(tree)
     for old, new in RENAMED.items():
         (old_section, old_key), (new_section, new_key) = old.split("."), new.split(".")
         keys = translated.get(old_section)
@@ -49,7 +52,10 @@ def with_new_names(tree: dict[str, Any]) -> dict[str, Any]:
         if isinstance(target, dict):
             target.setdefault(new_key, value)
     for name in REMOVED:
-        section, key = name.split(".")
-        if isinstance(keys := translated.get(section), dict):
+        *sections, key = name.split(".")
+        keys = translated
+        for section in sections:
+            keys = keys.get(section) if isinstance(keys, dict) else None
+        if isinstance(keys, dict):
             keys.pop(key, None)
     return translated

@@ -56,6 +56,14 @@ def test_under_both_names_the_new_one_counts():
     assert tree == {"follow": {"every": 2}, "reintegration": {"frames_per_keyframe": 3}}
 
 
+def test_settings_that_there_are_no_more_are_left_out_of_sections_within_sections(tmp_path):
+    file = tmp_path / "config.toml"
+    file.write_text("[slam.loop_closure]\nmin_similarity = 0.2\nshortlist = 5\n")
+    assert read_run_config(file).slam.loop_closure.shortlist == 5
+    with pytest.raises(BadInput, match=r"min_similarity is gone: see .*min_similarity_sigmas"):
+        read_config(file, [], {})
+
+
 @pytest.mark.parametrize("content", ["follow = 3", "reintegration = 3\n[follow]\nevery = 2", "[follow]\never = 2"])
 def test_what_is_no_former_name_is_refused_in_a_run_folder_too(tmp_path, content):
     file = tmp_path / "config.toml"

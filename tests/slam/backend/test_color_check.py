@@ -1,0 +1,61 @@
+"""Whether the colours of two views go together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from razer.frame import Frame, Intrinsics
+from slam.backend.color_check import color_correlation
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.keyframes import STILL, View
+
+CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
+CONFIG = SlamConfig()
+HERE = np.eye(4)
+
+
+def wall():
+    """Depth and colours of a wall two metres away, with broad stripes of three colours."""
+    stripe = (np.arange(320) // 40) % 3
+    colors = np.array([(200, 60, 50), (60, 160, 70), (50, 70, 190)], np.uint8)
+    return np.broadcast_to(colors[stripe], (240, 320, 3)), np.full((240, 320), 2.0, np.float32)
+
+
+def view(rgb, depth):
+    frame = Frame(0, 0.0, np.ascontiguousarray(rgb, np.uint8), depth, CAMERA)
+    return View.of(frame, FeatureExtractor(CONFIG).extract(frame, ColorCalibration.nominal()), STILL, CONFIG)
+
+
+def correlation(a, b, motion=HERE):
+    return color_correlation(a, b, motion, CONFIG.free_space)
+
+
+def test_one_wall_under_another_exposure_and_white_balance_is_one_wall():
+    rgb, depth = wall()
+    assert correlation(view(rgb, depth), view(rgb * (0.5, 0.6, 0.8), depth)) > 0.97
+
+
+def test_a_wall_of_other_colours_is_another():
+    rgb, depth = wall()
+    assert correlation(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth)) < 0.0
+
+
+def test_a_wall_moved_by_a_stripe_goes_together_at_that_motion_alone():
+    rgb, depth = wall()
+    stripe_m = 40 * 2.0 / 260.0
+    moved = view(np.roll(rgb, 40, axis=1), depth)
+    at = np.eye(4)
+    at[0, 3] = -stripe_m
+    assert correlation(view(rgb, depth), moved, at) > 0.95
+    assert correlation(view(rgb, depth), moved) < 0.3
+
+
+@pytest.mark.parametrize("other_m", [2.0, 3.0])
+def test_what_says_nothing_speaks_against_nothing(other_m):
+    """Plain walls, and surfaces that are not the same."""
+    plain = np.full((240, 320, 3), 120, np.uint8)
+    rgb, depth = wall() if other_m == 3.0 else (plain, wall()[1])
+    assert correlation(view(plain, wall()[1]), view(rgb, depth * other_m / 2)) == 1.0

@@ -1,0 +1,72 @@
+"""Features that match from afar."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from razer.geometry import inverse
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor, Features
+from slam.frontend.keyframes import STILL, View
+from slam.frontend.view_registration import ViewRegistration, is_trusted
+from slam.frontend.wide_features import WideFeatures, match_wide_features
+from slam.se3 import angle_deg, length_m
+
+NOMINAL = ColorCalibration.nominal()
+
+
+def features(descriptors, depth_m):
+    n = len(descriptors)
+    return Features(np.zeros((n, 2)), descriptors, np.full(n, depth_m), np.ones(n), np.zeros(n))
+
+
+def test_pairs_are_mutual_and_by_far_the_best(rng):
+    """Against the definition, one feature after the other."""
+    there = rng.integers(0, 120, (40, 128)).astype(np.uint8)
+    here = np.concatenate([there[[7, 3, 3]], rng.integers(0, 120, (20, 128)).astype(np.uint8)])
+    here[2] = (here[2] + rng.integers(0, 30, 128)).astype(np.uint8)  # less like it than the one before
+    there[11] = there[7]  # twice the same: neither is the best by far
+    matched = match_wide_features(features(there, 1.0), features(here, 0.0))
+    assert matched.tolist() == [[3, 1]]
+    assert len(match_wide_features(features(there, 0.0), features(here, 1.0))) == 0
+
+
+def test_what_is_seen_lies_where_it_is(room):
+    """Many of the features of two frames that match are the same points in the world."""
+    frames = [room[i] for i in (10, 16)]
+    a, b = (WideFeatures(frame, NOMINAL, SlamConfig()).features for frame in frames)
+    pairs = match_wide_features(a, b)
+    pairs = pairs[b.depth_m[pairs[:, 1]] > 0]
+    points = [
+        np.column_stack([f.rays, np.ones(len(f))])[n] * f.depth_m[n, None] @ frame.pose[:3, :3].T + frame.pose[:3, 3]
+        for f, n, frame in ((a, pairs[:, 0], frames[0]), (b, pairs[:, 1], frames[1]))
+    ]
+    off_m = np.linalg.norm(points[0] - points[1], axis=1)
+    assert (off_m < 0.02).sum() > 30
+    assert (off_m < 0.03).mean() > 0.3
+
+
+def test_the_frame_is_let_go_once_its_features_are_known(room):
+    wide = WideFeatures(room[10], NOMINAL, SlamConfig())
+    state = wide.__getstate__()
+    assert state["_frame"] is None
+    assert wide._frame is None
+    assert wide.features is state["_features"]
+    assert wide.features.descriptors.shape[1] == 128
+
+
+@pytest.mark.parametrize(("first", "second"), [(0, 96), (8, 104)])
+def test_views_of_a_real_kitchen_apart_are_registered_without_a_guess(real_data, first, second):
+    from data_tools.registry import open_sequence
+
+    clip, extractor = open_sequence(real_data / "redkitchen"), FeatureExtractor(SlamConfig())
+    frames = [clip[first], clip[second]]
+    target, source = (View.of(f, extractor.extract(f, NOMINAL), STILL, SlamConfig()) for f in frames)
+    result = ViewRegistration(SlamConfig()).register(target, source, [], NOMINAL, wide=True)
+    assert result is not None
+    assert is_trusted(result)
+    off = inverse(inverse(frames[0].pose) @ frames[1].pose) @ result.target_from_source
+    assert length_m(off) < 0.08
+    assert angle_deg(off) < 3.0
