@@ -1,7 +1,7 @@
 """Colour check of two views: where both see one surface, its colours go together.
 
-Corners of rooms have one shape, and a few corners of windows and doors one look; that their surfaces are light and dark,
-red and blue in the same places is another matter. Exposure and white balance may differ from view to view, so what is
+Corners of rooms have one shape, and windows one look; that their surfaces are light and dark, red and blue in the same
+places is another matter. Exposure and white balance may differ from view to view, so what is
 compared is how colours vary, not what they are.
 """
 
@@ -10,12 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
-from razer.frame import Intrinsics
+from slam.backend.reprojection import reprojected
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
-MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
 DARK = 4.0  # grey levels of noise, so that black has a logarithm
 
@@ -45,23 +44,10 @@ def _same_surface(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
 ) -> tuple[IndexArray, IndexArray]:
     """Pixels (M,) of a view and those of the other that read the same surface."""
-    pixel = np.flatnonzero(view.sparse_depth)
-    points = _points(view, pixel) @ other_from_view[:3, :3].T + other_from_view[:3, 3]
-    in_front = points[:, 2] > MIN_DEPTH_M
-    pixel, points = pixel[in_front], points[in_front]
-    k: Intrinsics = other.sparse_intrinsics
-    column, row = np.rint(points[:, :2] / points[:, 2:] * (k.fx, k.fy) + (k.cx, k.cy)).T.astype(int)
-    inside = np.flatnonzero((column >= 0) & (column < k.width) & (row >= 0) & (row < k.height))
-    falls_on = row[inside] * k.width + column[inside]
-    read = other.sparse_depth.ravel()[falls_on]
-    near = np.abs(read - points[inside, 2]) < settings.margin_m + settings.margin_per_m * read
-    near &= read > 0
-    return pixel[inside[near]], falls_on[near]
-
-
-def _points(view: View, pixel: IndexArray) -> Float64Array:
-    k, z = view.sparse_intrinsics, view.sparse_depth.ravel()[pixel].astype(np.float64)
-    return np.column_stack([(pixel % k.width - k.cx) / k.fx * z, (pixel // k.width - k.cy) / k.fy * z, z])
+    here, there, z = reprojected(view, other, other_from_view)
+    read = other.sparse_depth.ravel()[there]
+    near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
+    return here[near], there[near]
 
 
 def _centred(view: View, pixel: IndexArray) -> Float64Array:

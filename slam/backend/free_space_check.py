@@ -10,14 +10,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array
-from razer.frame import Intrinsics
+from razer.arrays import Float64Array
 from razer.geometry import inverse
+from slam.backend.reprojection import reprojected
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
-MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 
 def contradiction(target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings) -> float:
@@ -37,21 +36,11 @@ def contradiction(target: View, source: View, target_from_source: Float64Array, 
 
 
 def _standing_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
-    points = _points(view.sparse_depth, view.sparse_intrinsics) @ other_from_view[:3, :3].T + other_from_view[:3, 3]
-    k = other.sparse_intrinsics
-    points = points[points[:, 2] > MIN_DEPTH_M]
-    column, row = np.rint(points[:, :2] / points[:, 2:] * (k.fx, k.fy) + (k.cx, k.cy)).T.astype(int)
-    inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
+    _, pixel, z = reprojected(view, other, other_from_view)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
-    nearest = cv2.erode(other.sparse_depth, np.ones((3, 3), np.uint8))[row[inside], column[inside]]
-    read = other.sparse_depth[row[inside], column[inside]] > 0
+    nearest = cv2.erode(other.sparse_depth, np.ones((3, 3), np.uint8)).ravel()[pixel]
+    read = other.sparse_depth.ravel()[pixel] > 0
     if read.sum() < MIN_SHARED:
         return 0.0
-    standing = points[inside, 2] < nearest - (settings.margin_m + settings.margin_per_m * nearest)
+    standing = z < nearest - (settings.margin_m + settings.margin_per_m * nearest)
     return float(standing[read].mean())
-
-
-def _points(depth: Float32Array, k: Intrinsics) -> Float64Array:
-    row, column = np.nonzero(depth)
-    z = depth[row, column].astype(np.float64)
-    return np.column_stack([(column - k.cx) / k.fx * z, (row - k.cy) / k.fy * z, z])

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from razer.arrays import Float32Array
 from slam.backend.inverted_index import InvertedIndex
 from slam.frontend.keyframes import View
 
 MAD_TO_SIGMA = 1.4826  # from the median absolute deviation of a normal distribution to its standard deviation
+MIN_SIGMA = 1e-4  # of a share, which is what noise makes of it; where few are compared all may be the same
 
 
 class PlaceRecognition:
@@ -34,8 +36,14 @@ class PlaceRecognition:
         if not among:
             return []
         numbers = np.array(among)
-        similarity = self._index.similarity(view.wide.features.descriptors)[numbers]
-        middle = np.median(similarity)
-        sigma = MAD_TO_SIGMA * float(np.median(np.abs(similarity - middle)))
-        best = np.argsort(-similarity, kind="stable")[:limit]
-        return [int(numbers[n]) for n in best if similarity[n] > 0 and similarity[n] - middle >= min_sigmas * sigma]
+        sigmas = _sigmas(self._index.similarity(view.wide.features.descriptors)[numbers])
+        best = np.argsort(-sigmas, kind="stable")[:limit]
+        return [int(numbers[n]) for n in best if sigmas[n] >= min_sigmas]
+
+
+def _sigmas(similarity: Float32Array) -> Float32Array:
+    """How far each stands out, robust standard deviations."""
+    above = similarity - np.median(similarity)
+    sigma = MAD_TO_SIGMA * np.median(np.abs(above))
+    result: Float32Array = above / max(float(sigma), MIN_SIGMA)
+    return result

@@ -3,6 +3,7 @@ compared as RootSIFT: Arandjelovic and Zisserman, CVPR 2012)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -43,23 +44,25 @@ class WideFeatures:
 def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) -> Features:
     k = frame.intrinsics
     step = max(1, round(k.width / WIDTH))
-    gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
-    small = cv2.resize(gray, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+    points, descriptors = _described(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY), step)
+    if len(points) == 0:
+        return no_features(descriptors)
+    pixels = (np.array([point.pt for point in points]) + 0.5) * step - 0.5
+    rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
+    sigma = config.features.pixel_sigma / k.fx * step * np.array([max(1, p.size / USUAL_SIZE_PIXELS) for p in points])
+    times = row_times(pixels, k.height, config.color)
+    return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
+
+
+def _described(gray: Uint8Array, step: int) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
+    """Features of an image reduced by a whole number, spread over it, and their descriptors (N, 128)."""
+    rows, columns = (length // step * step for length in gray.shape)
+    small = cv2.resize(gray[:rows, :columns], (columns // step, rows // step), interpolation=cv2.INTER_AREA)
     detector = cv2.SIFT.create(contrastThreshold=CONTRAST)
     points, descriptors = detector.compute(small, spread(detector.detect(small), small.shape, RASTER))
     if descriptors is None:
-        return no_features(np.zeros((0, 128), np.uint8))
-    scale = np.array(gray.shape[::-1]) / np.array(small.shape[::-1])
-    pixels = (np.array([point.pt for point in points]) + 0.5) * scale - 0.5
-    rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
-    coarseness = step * np.maximum(1.0, np.array([point.size for point in points]) / USUAL_SIZE_PIXELS)
-    return Features(
-        rays,
-        descriptors.clip(0, 255).astype(np.uint8),
-        depth_at(frame, calibration, rays),
-        config.features.pixel_sigma / k.fx * coarseness,
-        row_times(pixels, k.height, config.color),
-    )
+        return [], np.zeros((0, 128), np.uint8)
+    return points, descriptors.clip(0, 255).astype(np.uint8)
 
 
 def match_wide_features(target: Features, source: Features) -> IndexArray:
