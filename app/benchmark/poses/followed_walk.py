@@ -68,7 +68,11 @@ class FollowedWalk:
 
     def figures(self, frames_per_s: float) -> Figures:
         """The figures of a finished walk; None where one does not apply, or for a camera that was not found again."""
-        final = {index: pose for index, pose in self.slam.trajectory().items() if index in self.truth}
+        final = {
+            index: pose
+            for index, pose in self.slam.trajectory().items()
+            if index in self.truth and np.isfinite(pose).all()  # others say nothing of where the camera was
+        }
         frames = [keyframe.view.index for keyframe in self.slam.keyframes.all]
         seeing = max(len(self.truth), 1)
         return {

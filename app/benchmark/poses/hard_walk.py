@@ -47,10 +47,7 @@ class HardWalk:
             frame = self._blind() if index is None else self.change(self.recording[index])
             pose = None if index is None else self.recording.poses[index]
             # Whoever estimates poses is given images alone.
-            yield Shot(
-                Frame(number, number / self.frames_per_s, frame.rgb, frame.depth, frame.intrinsics),
-                pose,
-            )
+            yield Shot(Frame(number, number / self.frames_per_s, frame.rgb, frame.depth, frame.intrinsics), pose)
 
     def _blind(self) -> Frame:
         camera = self.recording.intrinsics

@@ -20,10 +20,10 @@ SMALL, VGA = (320, 240), (640, 480)
 N_FRAMES = 240  # of worlds that are no whole walk, at 15 a second
 BLIND_S, LONG_BLIND_S = 1.0, 10.0
 KINECT, PLAIN = SensorModel.kinect(), SensorModel.plain()
-NOISY = replace(KINECT, axial_noise=2.0)
+NOISY = replace(KINECT, axial_noise=2.0, shutter=0.5)  # in the dark the shutter stays open for longer
 DARK, DARK_SIGMA = 0.12, 4.0  # share of the light, and grey levels of noise
 MISALIGNMENT = RgbdMisalignment(0.94, (3.0, -2.0), (0.025, 0.0, 0.0))  # its shift in pixels of SMALL
-N_PEOPLE = 5
+N_PEOPLE = 3
 STRIDES = (1, 2, 4, 8, 16)
 _INTO_ROOM = 8  # frames before a door and after the next one that the camera is blind besides
 _BEYOND_DOOR_M = 1.0  # from the middle of the hall, roughly
@@ -112,7 +112,8 @@ WORLDS: dict[str, HardWorld] = {
     "people": HardWorld("people walk through", partial(_walk, partial(_scene, "room", people=N_PEOPLE))),
     "dark": HardWorld("dim light, noise", _dark),
     "blank-walls": HardWorld(
-        "a corridor whose walls are of one colour", partial(_walk, partial(_scene, "corridor-loop", walls="bare"))
+        "once round a corridor whose walls are of one colour",
+        partial(_walk, partial(_scene, "corridor-loop", walls="bare"), usual=None, every=3),
     ),
     "fast-turns": HardWorld("turns to and fro by up to 200 degrees/s, rolling shutter", _fast_turns),
     "misregistered": HardWorld(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from razer.arrays import Pose
 from razer.geometry import inverse
 from slam.se3 import angle_deg, length_m
@@ -12,9 +14,9 @@ MAX_OFF_M, MAX_OFF_DEG = 0.3, 10.0  # beyond these no drift of the next neighbou
 
 
 def is_false(a_from_b: Pose, true_a_from_b: Pose) -> bool:
-    """Whether a motion (4, 4) is off the true one by more than MAX_OFF_M or MAX_OFF_DEG."""
+    """Whether a motion (4, 4) is off the true one by more than MAX_OFF_M or MAX_OFF_DEG, or is not finite."""
     off = inverse(true_a_from_b) @ a_from_b
-    return length_m(off) > MAX_OFF_M or angle_deg(off) > MAX_OFF_DEG
+    return not np.isfinite(off).all() or length_m(off) > MAX_OFF_M or angle_deg(off) > MAX_OFF_DEG
 
 
 def leads_astray(poses: Mapping[int, Pose], truth: Mapping[int, Pose], a: int, b: int) -> bool:

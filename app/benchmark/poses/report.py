@@ -9,21 +9,27 @@ import numpy as np
 from rich.table import Table
 
 Row = dict[str, Any]
+_FAR = 1000
 
 
 def _values(rows: Sequence[Row], key: str) -> list[float]:
     return [row[key] for row in rows if row[key] is not None]
 
 
-def _mean(rows: Sequence[Row], key: str, decimals: int = 1) -> str:
+def _mean(rows: Sequence[Row], key: str) -> str:
     values = _values(rows, key)
-    return f"{np.mean(values):.{decimals}f}" if values else "–"
+    return f"{np.mean(values):.0f}" if values else "-"
 
 
 def _middle_and_most(rows: Sequence[Row], key: str) -> str:
     """The median, and behind it the worst."""
     values = _values(rows, key)
-    return f"{np.median(values):.1f} ({max(values):.1f})" if values else "–"
+    return f"{_short(float(np.median(values)))} ({_short(max(values))})" if values else "-"
+
+
+def _short(value: float) -> str:
+    """Beyond _FAR it does not matter how far."""
+    return f"{value:.{1 if value >= 1 else 2}f}" if value < _FAR else f"> {_FAR}"
 
 
 def _tracked(rows: Sequence[Row]) -> str:
@@ -46,7 +52,7 @@ COLUMNS: dict[str, Callable[[Sequence[Row]], str]] = {
     "false ties": lambda rows: f"{sum(row['false_ties'] for row in rows)}",
     "ATE cm": lambda rows: _middle_and_most(rows, "ate_cm"),
     "rotation deg": lambda rows: _middle_and_most(rows, "rotation_deg"),
-    "CPU ms": lambda rows: _mean(rows, "cpu_ms", 0),
+    "CPU ms": lambda rows: _mean(rows, "cpu_ms"),
     "NEES": lambda rows: _middle_and_most(rows, "nees"),
 }
 """What the table says of the runs of one world: shares as mean (least), errors as median (worst) over the seeds."""
@@ -63,8 +69,9 @@ def by_world(rows: Sequence[Row]) -> dict[str, list[Row]]:
 def poses_table(rows: Sequence[Row]) -> Table:
     """One line for each world."""
     seeds = list(dict.fromkeys(row["seed"] for row in rows))
-    table = Table(title=f"poses, seeds {', '.join(map(str, seeds))}: mean (least), median (worst)", title_justify="left")
-    table.add_column("world")
+    told = "tracked: mean (least); errors: median (worst)"
+    table = Table(title=f"poses, seeds {', '.join(map(str, seeds))}; {told}", title_justify="left")
+    table.add_column("world", no_wrap=True)
     for name in COLUMNS:
         table.add_column(name, justify="right")
     for world, runs in by_world(rows).items():

@@ -133,21 +133,24 @@ def _measure_serving(json: bool) -> None:
 
 def poses(
     *,
-    worlds: str = "",
+    worlds: Annotated[str, Parameter(show_default=False)] = "",
     frames: int = 0,
     seed: Annotated[str, Parameter(name=("--seed", "--seeds"))] = "1,2,3",
     json: Flag = False,
 ) -> None:
-    """Measure pose estimation in synthetic worlds that make it hard: what is tracked, how soon a lost camera is found, which
-    places are taken for others, how exact poses are, and how right their covariances.
+    """Measure pose estimation in synthetic worlds that make it hard.
+
+    What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
+    right their covariances.
 
     Nothing is written. All worlds take some 20 minutes; what each is stands in docs/pose_benchmark.md.
 
     Parameters
     ----------
     worlds:
-        Only these, by name with commas between: stride-1 (2, 4, 8, 16), plain-sensor, vga, blind-1s, blind-10s, people,
-        dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms, blind-between-twins.
+        Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
+        blind-1s, blind-10s, people, dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms,
+        blind-between-twins.
     frames:
         At most so many of each walk; 0 = as many as it usually has.
     seed:

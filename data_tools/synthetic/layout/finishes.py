@@ -13,8 +13,8 @@ from data_tools.synthetic.shapes.materials import around
 from data_tools.synthetic.shapes.solids import Material
 from data_tools.synthetic.shapes.thing import Thing, tinted
 
-# "painted": a roller's grain and slow unevenness, which is faint; "textured": what has corners to be found again; "bare":
-# one even colour.
+# "painted": a roller's grain and slow unevenness, which is faint; "textured": what has corners to be found again;
+# "bare": one even colour.
 Walls = Literal["painted", "textured", "bare"]
 
 _WHITES = ((240, 238, 232), (236, 232, 222), (232, 233, 232), (242, 241, 238))

@@ -229,8 +229,10 @@ def test_of_twin_rooms_one_is_the_other_moved_but_for_colours_and_a_piece_in_eac
         low, high = floor.bounds
         inside = [t for t in things if (np.mean(t.bounds, 0)[:2] > low[:2] - 0.01).all()]
         inside = [t for t in inside if (np.mean(t.bounds, 0)[:2] < high[:2] + 0.01).all()]
-        corners = [np.concatenate([s.quads for s in t.solids]) + (shift, 0, 0) for t in inside]
-        return Counter((t.class_name, *np.rint(1000 * c).ravel().tolist()) for t, c in zip(inside, corners, strict=True))
+        corners = [np.add(np.concatenate([s.quads for s in t.solids]), (shift, 0, 0)) for t in inside]
+        return Counter(
+            (t.class_name, *np.rint(1000 * c).ravel().tolist()) for t, c in zip(inside, corners, strict=True)
+        )
 
     west, east = pieces(floors[0], apart), pieces(floors[1], 0.0)
     assert [name for name, *_ in west - east] == ["suitcase"]
