@@ -6,16 +6,8 @@ from razer.errors import BadInput
 
 
 def whole_numbers(option: str, text: str, least: int) -> list[int]:
-    """The numbers of a text with commas between them.
-
-    Args:
-        option: whose value it is, for the message.
-        text: the value.
-        least: that each must be.
-
-    Raises:
-        BadInput: for anything else, and for none.
-    """
+    """The numbers, each `least` or more, of the text that is an option's value; raises BadInput for anything else, and
+    for none."""
     try:
         numbers = [int(number) for number in text.split(",")]
     except ValueError:

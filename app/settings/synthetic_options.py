@@ -63,7 +63,7 @@ class SceneOptions(MisalignmentOptions):
     people: int = 0
     """How many people walk about in a scene. They are in the frames, with instance id 0, and not in the truth."""
     walls: Literal["painted", "textured", "bare"] = "painted"
-    """Walls and ceilings of a scene. painted: a faint grain; textured: bricks, plaster, wood, paper; bare: one colour."""
+    """Walls and ceilings of a scene. painted: a faint grain; textured: bricks, wood and such; bare: one even colour."""
     mesh: Path | None = None
     """Instead of a scene a labelled mesh: a PLY file, or a folder with a truth (ScanNet, Replica, SceneNN, own)."""
     mesh_scale: float = 1.0

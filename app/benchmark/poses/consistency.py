@@ -17,15 +17,9 @@ DEGREES_OF_FREEDOM = 6  # the mean of the NEES of covariances that are right
 def pose_nees(
     poses: Mapping[int, Pose], covariances: Mapping[int, Float64Array], truth: Mapping[int, Pose]
 ) -> Float64Array:
-    """The NEES (K,) of poses e^T C^-1 e with e the small motion (rotation, radians; shift, metres) along the camera's
-    own axes from the estimated pose to the true one; of all but the most certain pose, which is the world's and where
-    the two trajectories are made to agree.
-
-    Args:
-        poses: world_from_camera (4, 4) by frame.
-        covariances: (6, 6) by frame, of frames that have a pose.
-        truth: true poses of these frames, in a world of their own.
-    """
+    """The NEES (K,) e^T C^-1 e of poses with their covariances (6, 6), all by frame, against true poses in a world of
+    their own. e is the small motion (rotation, radians; shift, metres) along the camera's own axes from the estimated
+    pose to the true one. The most certain pose, which is the world's, is left out: the two worlds agree in it."""
     if len(covariances) < 2:
         return np.zeros(0)
     home = min(covariances, key=lambda frame: float(np.trace(covariances[frame])))

@@ -33,12 +33,8 @@ class MergeWatch:
         self._submaps: list[int] = []  # of each keyframe, when it was looked at last
 
     def see(self, keyframes: Sequence[Keyframe], truth: Mapping[int, Pose]) -> None:
-        """Compare the submaps of the keyframes with those that they had before.
-
-        Args:
-            keyframes: all of them, in the order of their numbers.
-            truth: true poses by frame.
-        """
+        """Compare the submaps of all keyframes, in the order of their numbers, with those that they had before; `truth`
+        holds true poses by frame."""
         now = [keyframe.submap for keyframe in keyframes]
         before, self._submaps = self._submaps, now
         if now[: len(before)] == before:

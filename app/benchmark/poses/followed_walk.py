@@ -68,24 +68,27 @@ class FollowedWalk:
 
     def figures(self, frames_per_s: float) -> Figures:
         """The figures of a finished walk; None where one does not apply, or for a camera that was not found again."""
-        final = {
-            index: pose
-            for index, pose in self.slam.trajectory().items()
-            if index in self.truth and np.isfinite(pose).all()  # others say nothing of where the camera was
-        }
-        frames = [keyframe.view.index for keyframe in self.slam.keyframes.all]
-        seeing = max(len(self.truth), 1)
+        final, seeing = self._final(), max(len(self.truth), 1)
         return {
             "frames": len(self.truth),
             "share_tracked": round(len(final) / seeing, 4),
             "share_in_time": round(len(self.in_time & self.truth.keys()) / seeing, 4),
             "recoveries": len(self.recovery.frames_to_recover),
             "frames_to_recover": self.recovery.longest,
-            "false_ties": count_false_edges(self.slam.graph.edges, frames, self.truth) + self.merges.n_false,
+            "false_ties": self._false_edges() + self.merges.n_false,
             **_errors(self.truth, final, frames_per_s),
             "cpu_ms": round(1000 * self.cpu_s / seeing, 1),
             "nees": self._nees(),
         }
+
+    def _final(self) -> dict[int, Pose]:
+        """Poses of frames that show something; those that are not finite say nothing of where the camera was."""
+        trajectory = self.slam.trajectory().items()
+        return {index: pose for index, pose in trajectory if index in self.truth and np.isfinite(pose).all()}
+
+    def _false_edges(self) -> int:
+        frames = [keyframe.view.index for keyframe in self.slam.keyframes.all]
+        return count_false_edges(self.slam.graph.edges, frames, self.truth)
 
     def _nees(self) -> float | None:
         graph = self.slam.report().graph

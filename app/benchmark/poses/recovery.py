@@ -26,14 +26,9 @@ class RecoveryWatch:
         self._is_lost = False
 
     def see(self, frame: int, cells: Int64Array | None, poses: Mapping[int, Pose], truth: Mapping[int, Pose]) -> None:
-        """Take in one frame, as soon as it was located or not.
-
-        Args:
-            frame: its index.
-            cells: what it shows; None = nothing, as the camera is blind.
-            poses: of the frames located so far, as known now; that of `frame` among them if it was.
-            truth: true poses of all frames so far that show something.
-        """
+        """Take in one frame, as soon as it was located or not, by its index, and the cells that it shows, None = none
+        as the camera is blind; with the poses so far as known now, its own among them if it was located, and the true
+        ones of all frames that show something."""
         if cells is not None and frame in poses and not self._is_astray(frame, poses, truth):
             self._found(frame, cells)
             return

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 Row = dict[str, Any]
@@ -24,18 +25,20 @@ def _mean(rows: Sequence[Row], key: str) -> str:
 def _middle_and_most(rows: Sequence[Row], key: str) -> str:
     """The median, and behind it the worst."""
     values = _values(rows, key)
-    return f"{_short(float(np.median(values)))} ({_short(max(values))})" if values else "-"
+    if len(values) < 2:
+        return _short(values[0]) if values else "-"
+    return f"{_short(float(np.median(values)))} ({_short(max(values))})"
 
 
 def _short(value: float) -> str:
     """Beyond _FAR it does not matter how far."""
-    return f"{value:.{1 if value >= 1 else 2}f}" if value < _FAR else f"> {_FAR}"
+    return f"{value:.{1 if value >= 1 else 2}f}" if value < _FAR else f">{_FAR}"
 
 
 def _tracked(rows: Sequence[Row]) -> str:
     """The mean of the shares, and behind it the least."""
     shares = _values(rows, "share_tracked")
-    return f"{100 * np.mean(shares):.0f} ({100 * min(shares):.0f})"
+    return f"{100 * np.mean(shares):.0f}" + (f" ({100 * min(shares):.0f})" if len(shares) > 1 else "")
 
 
 def _recovery(rows: Sequence[Row]) -> str:
@@ -51,7 +54,7 @@ COLUMNS: dict[str, Callable[[Sequence[Row]], str]] = {
     "frames to recover": _recovery,
     "false ties": lambda rows: f"{sum(row['false_ties'] for row in rows)}",
     "ATE cm": lambda rows: _middle_and_most(rows, "ate_cm"),
-    "rotation deg": lambda rows: _middle_and_most(rows, "rotation_deg"),
+    "turn deg": lambda rows: _middle_and_most(rows, "rotation_deg"),
     "CPU ms": lambda rows: _mean(rows, "cpu_ms"),
     "NEES": lambda rows: _middle_and_most(rows, "nees"),
 }
@@ -70,7 +73,7 @@ def poses_table(rows: Sequence[Row]) -> Table:
     """One line for each world."""
     seeds = list(dict.fromkeys(row["seed"] for row in rows))
     told = "tracked: mean (least); errors: median (worst)"
-    table = Table(title=f"poses, seeds {', '.join(map(str, seeds))}; {told}", title_justify="left")
+    table = Table(title=f"poses, seeds {', '.join(map(str, seeds))}; {told}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("world", no_wrap=True)
     for name in COLUMNS:
         table.add_column(name, justify="right")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any
 
 from rich.console import Console
@@ -10,10 +11,9 @@ from rich.console import Console
 from app.benchmark.poses.followed_walk import follow
 from app.benchmark.poses.hard_worlds import WORLDS
 from app.console.progress import show_progress
+from app.console.waiting import is_live, waiting_for
 from razer.errors import BadInput
 from slam.system import SlamSystem
-
-SEEDS = (1, 2, 3)
 
 
 def chosen_worlds(names: Sequence[str]) -> list[str]:
@@ -27,29 +27,24 @@ def chosen_worlds(names: Sequence[str]) -> list[str]:
 def measure_poses(
     worlds: Sequence[str], seeds: Sequence[int], n_frames: int | None, console: Console
 ) -> list[dict[str, Any]]:
-    """The figures of each world with each seed, with the keys `world` and `seed`.
-
-    Args:
-        worlds: names in WORLDS.
-        seeds: of the scenes, of what the sensor does, and of the hand that holds it.
-        n_frames: of each walk, at most; None = as many as it usually has.
-        console: where progress goes.
-    """
+    """The figures of each world (a name in WORLDS) with each seed, with the keys `world` and `seed`; of n_frames of its
+    walk at most, None = as many as it usually has. Progress goes to the console."""
     runs = [(world, seed) for world in worlds for seed in seeds]
     rows: list[dict[str, Any]] = []
-
-    def status() -> str:
-        world, seed = runs[min(len(rows), len(runs) - 1)]
-        return f"{world}, seed {seed}"
-
-    rows_of_runs = _rows(runs, n_frames)
-    for row in show_progress(rows_of_runs, len(runs), status, console, first="the first world", things="worlds"):
+    measured = (_measure(world, seed, n_frames, console) for world, seed in runs)
+    for row in show_progress(measured, len(runs), lambda: _told(rows), console, first=runs[0][0], things="runs"):
         rows.append(row)
     return rows
 
 
-def _rows(runs: Sequence[tuple[str, int]], n_frames: int | None) -> Iterator[dict[str, Any]]:
-    for world, seed in runs:
+def _told(rows: Sequence[dict[str, Any]]) -> str:
+    """What was measured last."""
+    return f"{rows[-1]['world']}, seed {rows[-1]['seed']}" if rows else ""
+
+
+def _measure(world: str, seed: int, n_frames: int | None, console: Console) -> dict[str, Any]:
+    # A bar goes on by itself; elsewhere one is told every ten seconds what is waited for.
+    with nullcontext() if is_live(console) else waiting_for(f"{world}, seed {seed}", console):
         walk = WORLDS[world].walk(seed, n_frames)
         figures = follow(walk, SlamSystem()).figures(walk.frames_per_s)
-        yield {"world": world, "seed": seed, **figures}
+    return {"world": world, "seed": seed, **figures}
