@@ -19,13 +19,13 @@ LEAST_M = 0.25  # between the eye and anything
 INSIDE_M = 0.4  # from the border of a floor, to be in that room
 # Metres that a walk leads: a room or a lane left out makes one shorter.
 LEAST_WALK_M = {
-    "room": 5.0,
-    "apartment": 35.0,
-    "corridor-loop": 24.0,
-    "tabletop": 4.0,
-    "warehouse": 25.0,
+    "room": 5.5,
+    "apartment": 40.0,
+    "corridor-loop": 26.0,
+    "tabletop": 5.5,
+    "warehouse": 33.0,
     "corridors": 130.0,
-    "twin-rooms": 25.0,
+    "twin-rooms": 26.0,
 }
 
 
