@@ -18,7 +18,7 @@ from app.console.signals import raise_signals
 from app.console.streams import QUIET
 from app.console.typed_values import typed_value
 from app.console.usage import usage_text
-from app.verbs import MODEL_VERBS, VERBS, Verb
+from app.verbs import MODEL_VERBS, VERBS
 from razer.errors import BadInput
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -43,18 +43,14 @@ def _add_verbs(app: App) -> None:
                 f"app.commands.{verb.target}",
                 name=verb.name,
                 help=verb.about,
-                help_epilogue=_examples(verb),
                 group=group,
                 sort_key=order,
+                **({} if verb.is_app else {"help_epilogue": verb.epilogue}),
             )
     models = App(name="models", help="List and download 2D models.", help_format="markdown", group=group, sort_key=9)
     for function, (name, about) in MODEL_VERBS.items():
         models.command(f"app.commands.prepare.models:{function}", name=name, help=about)
     app.command(models)
-
-
-def _examples(verb: Verb) -> str:
-    return "  \n".join(("Examples:", *verb.examples))  # two blanks end a line of Markdown
 
 
 _add_verbs(app)

@@ -6,16 +6,23 @@ from typing import NamedTuple
 
 
 class Verb(NamedTuple):
-    """Where a verb's function lies, what it does in a line, and calls to learn from."""
+    """Where a verb's function lies, what it does in a line, and calls to learn from; `is_app` where the target is no
+    function but an App, which has further commands and says its examples itself."""
 
     target: str
     about: str
     examples: tuple[str, ...]
+    is_app: bool = False
 
     @property
     def name(self) -> str:
         """What a user types."""
         return self.target.partition(":")[0].rpartition(".")[2]
+
+    @property
+    def epilogue(self) -> str:
+        """What stands below its options in the help."""
+        return "  \n".join(("Examples:", *self.examples))  # two blanks end a line of Markdown
 
 
 VERBS = {
@@ -89,9 +96,14 @@ VERBS = {
             ("razer compare GIVEN SLAM", "razer compare GIVEN SLAM --truth TRUTH -o SHEETS"),
         ),
         Verb(
-            "measure.bench:bench",
-            "Measure time per stage and memory, beside plain TSDF fusion.",
-            ("razer bench", "razer bench FOLDER --frames 200 --repeat 3"),
+            "measure.bench:verb",
+            "Measure time per stage and memory, beside plain TSDF fusion; or pose estimation in hard worlds.",
+            (
+                "razer bench",
+                "razer bench FOLDER --frames 200 --repeat 3",
+                "razer bench poses --worlds blind-1s,fast-turns --seed 1,2",
+            ),
+            is_app=True,
         ),
         Verb(
             "measure.ablate:ablate",
@@ -122,3 +134,8 @@ MODEL_VERBS = {
     "info": ("info", "Show a model's source, licence, files, and whether it is in the cache."),
     "pull": ("pull", "Download a model, or resume a broken download."),
 }
+
+
+def named(name: str) -> Verb:
+    """The verb that a user types so; raises StopIteration for none."""
+    return next(verb for verbs in VERBS.values() for verb in verbs if verb.name == name)

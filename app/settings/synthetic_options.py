@@ -55,13 +55,15 @@ class SceneOptions(MisalignmentOptions):
     """Synthetic scene or labelled mesh, camera path and sensor model."""
 
     scene: str = _DEFAULT_SCENE
-    """room, apartment, corridor-loop, tabletop, warehouse or corridors."""
+    """room, apartment, corridor-loop, tabletop, warehouse, corridors or twin-rooms."""
     extent: str = ""
     """Length x width of a warehouse or of corridors, metres, such as 60x60; their usual size if not given."""
     light: Literal["day", "evening"] = "day"
     """day: light from the windows; evening: from lamps and ceilings."""
     people: int = 0
     """How many people walk about in a scene. They are in the frames, with instance id 0, and not in the truth."""
+    walls: Literal["painted", "textured", "bare"] = "painted"
+    """Walls and ceilings of a scene. painted: a faint grain; textured: bricks, wood and such; bare: one even colour."""
     mesh: Path | None = None
     """Instead of a scene a labelled mesh: a PLY file, or a folder with a truth (ScanNet, Replica, SceneNN, own)."""
     mesh_scale: float = 1.0
@@ -96,6 +98,7 @@ class SceneOptions(MisalignmentOptions):
             from data_tools.synthetic.synthetic_scene import SyntheticScene
 
             cameras |= {"light": self.light, "people": self.people, "extent_m": self._extent_m()}
+            cameras |= {"walls": self.walls}
             return SyntheticScene(self.scene, *walk, **cameras)
         from data_tools.synthetic.mesh_sequence import MeshSequence
 
@@ -128,8 +131,8 @@ class SceneOptions(MisalignmentOptions):
     def _check_mesh(self) -> None:
         if self.scene != _DEFAULT_SCENE:
             raise BadInput(f"--scene {self.scene} and --mesh {self.mesh}: give one of them")
-        if self.extent or self.people or self.light != "day":
-            raise BadInput("--extent, --light and --people are for scenes: a mesh has its own size and light")
+        if self.extent or self.people or self.light != "day" or self.walls != "painted":
+            raise BadInput("--extent, --light, --people and --walls are for scenes: a mesh has its own size and looks")
         if not 0 < self.mesh_scale < float("inf"):
             raise BadInput(f"--mesh-scale {self.mesh_scale:g}: give metres per unit, such as 0.001 for millimetres")
         assert self.mesh is not None

@@ -82,6 +82,11 @@ class RenderedFrames(FrameIteration, ABC):
         return Frame(index, stamp, rgb, depth, self.intrinsics, pose.copy(), ids, names, part_ids=parts)
 
     @property
+    def poses(self) -> Float64Array:
+        """world_from_camera (N, 4, 4) of all frames, which takes no rendering."""
+        return self._poses
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What one should know of how the recording was made, in words."""
         return ()

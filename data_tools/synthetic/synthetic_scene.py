@@ -9,6 +9,7 @@ from typing import Any
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames, walk
+from data_tools.synthetic.layout.finishes import Walls, with_walls
 from data_tools.synthetic.light.emitters import Light
 from data_tools.synthetic.people.walkers import walkers
 from data_tools.synthetic.rendered_sequence import CAMERA, RenderedSequence
@@ -18,6 +19,7 @@ from data_tools.synthetic.scenes.apartment import apartment
 from data_tools.synthetic.scenes.corridor_loop import corridor_loop
 from data_tools.synthetic.scenes.single_room import single_room
 from data_tools.synthetic.scenes.tabletop import tabletop
+from data_tools.synthetic.scenes.twin_rooms import twin_rooms
 from data_tools.synthetic.scenes.world import World
 from razer.errors import BadInput
 
@@ -28,6 +30,7 @@ SCENES: dict[str, Callable[[int], World]] = {
     "tabletop": tabletop,
     "warehouse": store.warehouse,
     "corridors": office.corridors,
+    "twin-rooms": twin_rooms,
 }
 # Scenes of any size, and the least length and width of them, metres.
 SIZED: dict[str, tuple[Callable[[int, tuple[float, float]], World], tuple[float, float]]] = {
@@ -53,6 +56,7 @@ class SyntheticScene(RenderedSequence):
         light: the time of day.
         extent_m: length and width, metres, of a scene in SIZED; None = its usual size.
         people: how many walk about; they are in the frames, as nobody, and not in the truth.
+        walls: the finish of walls and ceilings.
 
     Raises:
         BadInput: for an unknown scene or a recording of fewer than 0 frames, a size that a scene cannot have, or people
@@ -72,6 +76,7 @@ class SyntheticScene(RenderedSequence):
         light: Light = "day",
         extent_m: tuple[float, float] | None = None,
         people: int = 0,
+        walls: Walls = "painted",
     ) -> None:
         if scene not in SCENES:
             raise BadInput(f"unknown scene '{scene}': choose one of {', '.join(SCENES)}")
@@ -87,11 +92,11 @@ class SyntheticScene(RenderedSequence):
         count = n_frames or usual
         rate = FRAMES_PER_S * max(count - 1, 1) / (usual - 1)
         options: dict[str, Any] = {"sensor": sensor, "misalignment": misalignment, "light": light}
-        options |= {"extent_m": extent_m, "people": people}
+        options |= {"extent_m": extent_m, "people": people, "walls": walls}
         poses = walk(world.stations, count, seed)
         super().__init__(
             f"synthetic-{scene}-{seed}",
-            world.things,
+            with_walls(world.things, walls, seed),
             poses,
             CAMERA.resized(width, height),
             sensor,

@@ -13,6 +13,7 @@ from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import looking_at
+from app.settings.number_lists import whole_numbers
 from app.settings.options import Flag
 from app.settings.oracle_options import OracleErrors, OracleOptions, oracle_options
 from razer.errors import BadInput
@@ -74,8 +75,8 @@ def ablate(
         if not instead.naming:
             raise BadInput("--naming needs finished runs: razer ablate --naming RUN ...")
         return _ablate_naming(instead.naming, json)
-    seed_numbers = _whole_numbers("--seeds", seeds, 0)
-    strides = list(dict.fromkeys(_whole_numbers("--stride", stride, 1)))
+    seed_numbers = whole_numbers("--seeds", seeds, 0)
+    strides = list(dict.fromkeys(whole_numbers("--stride", stride, 1)))
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
     asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
     _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
@@ -114,16 +115,6 @@ def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]
     """The rows of each stride, and those of the first once more by themselves."""
     by_stride = [{"stride": stride, "variants": [row[stride] for row in rows]} for stride in strides]
     return {"strides": strides, "variants": by_stride[0]["variants"], "by_stride": by_stride}
-
-
-def _whole_numbers(option: str, text: str, least: int) -> list[int]:
-    try:
-        numbers = [int(number) for number in text.split(",")]
-    except ValueError:
-        numbers = []
-    if not numbers or min(numbers) < least:
-        raise BadInput(f"{option} {text}: give whole numbers from {least} on with commas between, such as 1,2,3")
-    return numbers
 
 
 def _ablate_naming(runs: tuple[Path, ...], json: bool) -> int:

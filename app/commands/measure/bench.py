@@ -1,4 +1,5 @@
-"""`razer bench`: time of each stage and memory of a run, beside plain TSDF fusion as the baseline."""
+"""`razer bench`: time of each stage and memory of a run, beside plain TSDF fusion as the baseline; `razer bench poses`:
+pose estimation in hard worlds."""
 
 from __future__ import annotations
 
@@ -6,14 +7,19 @@ from concurrent.futures import ProcessPoolExecutor
 from json import dumps
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Group, Parameter
 
 from app.console.leaving import begin_helper
 from app.console.outputs import Words, print_next
+from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping, new_run
 from app.settings.extra_libraries import require_serve
+from app.settings.number_lists import whole_numbers
 from app.settings.options import Flag, RunOptions
+from app.verbs import named
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
@@ -37,7 +43,7 @@ def bench(
     Parameters
     ----------
     folder:
-        The recording; a synthetic room if not given.
+        The recording; a synthetic room if not given. One that is called `poses` is given as ./poses.
     repeat:
         How many runs, each in a process of its own; the one of median speed is shown.
     details:
@@ -123,3 +129,51 @@ def _measure_serving(json: bool) -> None:
         return
     print_serving(result)
     print_next(("demo", "-o", new_run(Path("demo"))))
+
+
+def poses(
+    *,
+    worlds: Annotated[str, Parameter(show_default=False)] = "",
+    frames: int = 0,
+    seed: Annotated[str, Parameter(name=("--seed", "--seeds"))] = "1,2,3",
+    json: Flag = False,
+) -> None:
+    """Measure pose estimation in synthetic worlds that make it hard.
+
+    What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
+    right their covariances.
+
+    Nothing is written. All worlds take some 20 minutes; what each is stands in docs/pose_benchmark.md.
+
+    Parameters
+    ----------
+    worlds:
+        Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
+        blind-1s, blind-10s, people, dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms,
+        blind-between-twins.
+    frames:
+        At most so many of each walk; 0 = as many as it usually has.
+    seed:
+        Seeds of the worlds, with commas between; the table is over all of them, --json has each.
+    json:
+        One line of JSON.
+    """
+    if frames < 0:
+        raise BadInput(f"--frames {frames}: give 0 or more")
+    seeds = list(dict.fromkeys(whole_numbers("--seed", seed, 0)))
+    with waiting_for("starting"):
+        from app.benchmark.poses.report import poses_table
+        from app.benchmark.poses.run_poses import chosen_worlds, measure_poses
+
+    chosen = chosen_worlds(worlds.split(",") if worlds else ())
+    rows = measure_poses(chosen, seeds, frames or None, progress_console())
+    if json:
+        print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows}))
+        return
+    result_console().print(poses_table(rows))
+    print_next(("config",))  # the settings of the pose estimation are among them
+
+
+verb = App(name="bench", help_format="markdown", help_epilogue=named("bench").epilogue)
+verb.default(bench)
+verb.command(poses, name="poses", group=Group("Instead"), help_epilogue=named("bench").epilogue)

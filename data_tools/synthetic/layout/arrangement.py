@@ -32,9 +32,11 @@ class Arrangement:
 
     def hangs(self, thing: Thing) -> None:
         """Note the walls that a thing was put against."""
+        least, most = thing.bounds
         for wall in self._walls():
-            low, high = (np.maximum(thing.bounds[0], wall.bounds[0]), np.minimum(thing.bounds[1], wall.bounds[1]))
-            across = int(np.subtract(*wall.bounds[::-1])[:2].argmin())
+            begin, end = wall.bounds
+            low, high = np.maximum(least, begin), np.minimum(most, end)
+            across = int((end - begin)[:2].argmin())
             along = np.delete(high - low, across)
             if (along > 0).all() and low[across] - high[across] <= AGAINST_M:
                 self._note(thing, "against", wall)

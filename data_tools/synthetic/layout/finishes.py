@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 
 from data_tools.synthetic.layout.building import Finish
 from data_tools.synthetic.shapes.materials import around
 from data_tools.synthetic.shapes.solids import Material
-from data_tools.synthetic.shapes.thing import tinted
+from data_tools.synthetic.shapes.thing import Thing, tinted
+
+# "painted": a roller's grain and slow unevenness, which is faint; "textured": what has corners to be found again;
+# "bare": one even colour.
+Walls = Literal["painted", "textured", "bare"]
 
 _WHITES = ((240, 238, 232), (236, 232, 222), (232, 233, 232), (242, 241, 238))
 _TINTS = ((208, 214, 208), (200, 209, 216), (224, 212, 196), (214, 208, 202), (190, 198, 196))
+# Rough plaster, bricks, panels of wood, printed paper: contrast, and metres of a tile.
+_COVERINGS = (("plaster", 0.4, 1.8), ("bricks", 0.5, 2.0), ("planks", 0.45, 2.2), ("shapes", 0.3, 1.4))
 _FLOORS = (("planks", (205, 165, 120)), ("planks", (176, 132, 95)), ("cloth", (176, 168, 156)))
 
 
@@ -38,3 +48,29 @@ def finish(floor: Material, rng: np.random.Generator) -> Finish:
     walls = [paint] * 4
     walls[int(rng.integers(4))] = feature
     return Finish(floor, ceiling, (walls[0], walls[1], walls[2], walls[3]))
+
+
+def with_walls(things: Mapping[int, Thing], walls: Walls, seed: int) -> dict[int, Thing]:
+    """The things of a world with walls and ceilings of another finish, in the colours that they have.
+
+    Args:
+        things: instance id -> Thing.
+        walls: the finish; "painted" is that which they are made with.
+        seed: of what covers which wall, where they are textured.
+    """
+    if walls == "painted":
+        return dict(things)
+    rng = np.random.default_rng([seed, 91])
+    return {number: _refinished(thing, walls, rng) for number, thing in things.items()}
+
+
+def _refinished(thing: Thing, walls: Walls, rng: np.random.Generator) -> Thing:
+    if thing.class_name not in ("wall", "ceiling"):
+        return thing
+    texture, contrast, tile_m = _COVERINGS[int(rng.integers(len(_COVERINGS))) if thing.class_name == "wall" else 0]
+    if walls == "bare":
+        texture, contrast = "smooth", 0.0
+    return Thing(
+        thing.class_name,
+        tuple(replace(s, material=tinted(texture, s.material.light, contrast, tile_m)) for s in thing.solids),
+    )

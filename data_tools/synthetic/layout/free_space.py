@@ -51,21 +51,32 @@ class EmptyCells:
 
 
 class FreeSpace:
-    """The places that a camera can reach from `home` (x, y) while it keeps clear_m away from everything; without a home
-    the largest part of all. Raises ValueError where home itself, or all, is not free."""
+    """The places that a camera can reach from `home` (x, y), or from the free place that is nearest to it within
+    reach_m, while it keeps clear_m away from everything; without a home the largest part of all. Raises ValueError
+    where nothing within reach, or nothing at all, is free."""
 
-    def __init__(self, cells: EmptyCells, home: Sequence[float] | None = None, clear_m: float = CLEAR_M) -> None:
+    def __init__(
+        self, cells: EmptyCells, home: Sequence[float] | None = None, clear_m: float = CLEAR_M, *, reach_m: float = 0.0
+    ) -> None:
         self._origin, self._clear_m = cells.origin, clear_m
         self._room_m = cv2.distanceTransform(cells.empty, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M
         wide = self._room_m > clear_m
         parts, n_parts = label(wide if cells.ground is None else wide & cells.ground)
         sizes = np.bincount(parts.ravel(), minlength=2)
-        home_part = int(sizes[1:].argmax()) + 1 if home is None else parts[self._cell(home)]
+        home_part = int(sizes[1:].argmax()) + 1 if home is None else self._part_at(parts, home, reach_m)
         if home_part == 0 or n_parts == 0:
             raise ValueError("no camera can be anywhere" if home is None else f"no camera can be at {tuple(home)}")
         self._free = parts == home_part
         self._cells = np.argwhere(self._free)
         self._graph = self._connected()
+
+    def _part_at(self, parts: NDArray, home: Sequence[float], reach_m: float) -> int:
+        """The number of the part that home, or else the free cell nearest to it, belongs to; 0 = none within reach."""
+        if (part := int(parts[self._cell(home)])) or not parts.any():
+            return part
+        free = np.argwhere(parts > 0)
+        away_m = np.linalg.norm(self._origin + (free + 0.5) * CELL_M - home, axis=1)
+        return int(parts[tuple(free[away_m.argmin()])]) if away_m.min() <= reach_m else 0
 
     @property
     def places(self) -> Float64Array:

@@ -125,7 +125,8 @@ def _tour(size: tuple[float, float], things: list[Thing]) -> CameraPath:
     """Once round against the clock, from the middle of the south side and back to it."""
     x, y, half = *size, _WIDE_M / 2
     start = (x / 2, half)
-    path = CameraPath(FreeSpace(EmptyCells.among(things), start), start)
+    # What leans on the outer wall may come near to the start; the way past it is free.
+    path = CameraPath(FreeSpace(EmptyCells.among(things), start, reach_m=half), start)
     path.look((x, half))
     for corner in ((x - half, half), (x - half, y - half), (half, y - half), (half, half), start):
         path.go(corner, _SWAY_DEG)

@@ -142,6 +142,7 @@ def test_a_walk_through_a_labelled_mesh_is_written_with_the_mesh_as_truth(
         (("--mesh", "room/mesh.ply", "--up", "w"), "--up w"),
         (("--mesh", "room/mesh.ply", "--seed", -1), "seed -1"),
         (("--mesh", "room/mesh.ply", "--light", "evening"), "are for scenes"),
+        (("--mesh", "room/mesh.ply", "--walls", "bare"), "are for scenes"),
     ],
 )
 def test_a_mesh_that_cannot_be_walked_through_is_said_in_one_line(

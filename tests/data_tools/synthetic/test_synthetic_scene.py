@@ -21,7 +21,9 @@ def same(one: Frame, other: Frame) -> bool:
     return all(np.array_equal(a, b) for a, b in pairs) and np.array_equal(one.pose, other.pose)
 
 
-SLOW = {name: pytest.param(name, marks=pytest.mark.full) for name in ("warehouse", "corridors")}  # to build
+SLOW = {
+    name: pytest.param(name, marks=pytest.mark.full) for name in ("warehouse", "corridors", "twin-rooms")
+}  # to build
 
 
 @pytest.mark.parametrize("name", [SLOW.get(name, name) for name in SCENES])
@@ -95,3 +97,28 @@ def test_blur_is_that_of_the_moving_hand_and_not_of_the_gap_between_frames() -> 
 def test_what_is_no_scene_is_refused(options: tuple, words: str) -> None:
     with pytest.raises(BadInput, match=words):
         SyntheticScene(*options)
+
+
+def test_walls_may_be_bare_or_textured_and_all_else_stays_as_it_is() -> None:
+    painted, textured, bare = (
+        SyntheticScene("room", 1, 40, 160, 120, light="even", walls=walls)[20]
+        for walls in ("painted", "textured", "bare")
+    )
+    walls = np.isin(painted.instance_ids, [n for n, name in painted.instance_classes.items() if name == "wall"])
+    assert walls.mean() > 0.05
+    for other in (textured, bare):
+        assert np.array_equal(other.depth, painted.depth)
+        assert np.array_equal(other.rgb[~walls & ~ceiling(other)], painted.rgb[~walls & ~ceiling(other)])
+
+    def contrast(frame: Frame) -> float:
+        """How much grey levels differ from pixel to pixel within walls."""
+        steps = np.abs(np.diff(frame.rgb.astype(float).mean(axis=2), axis=1))
+        within = walls[:, 1:] & (frame.instance_ids[:, 1:] == frame.instance_ids[:, :-1])
+        return float(steps[within].mean())
+
+    assert contrast(bare) < 0.2 * contrast(painted)
+    assert contrast(textured) > 2 * contrast(painted)
+
+
+def ceiling(frame: Frame) -> np.ndarray:
+    return np.isin(frame.instance_ids, [n for n, name in frame.instance_classes.items() if name == "ceiling"])

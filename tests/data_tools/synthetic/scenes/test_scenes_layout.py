@@ -34,6 +34,7 @@ LEAST = {
     "tabletop": (25, 22, 0),
     "warehouse": (90, 25, 0),
     "corridors": (80, 12, None),
+    "twin-rooms": (60, 25, 12),
 }
 CASES = [(name, seed) for name in SCENES for seed in ((0, 3) if name != "warehouse" else (3,))]
 
@@ -216,3 +217,36 @@ def test_the_walk_through_the_room_sees_nearly_everything() -> None:
     truth = room.truth(0.04)
     seen = set(np.unique(truth.instances[truth.visible]))
     assert len(set(room.classes) - seen) <= 2
+
+
+def test_of_twin_rooms_one_is_the_other_moved_but_for_colours_and_a_piece_in_each() -> None:
+    things = list(world("twin-rooms", 1).things.values())
+    floors = [thing for thing in things if thing.class_name == "floor"][:2]
+    apart = float(floors[1].bounds[0][0] - floors[0].bounds[0][0])
+
+    def pieces(floor: Thing, shift: float) -> Counter[tuple]:
+        """Class and corners, to the millimetre, of what is in a room, moved by so much."""
+        low, high = floor.bounds
+        inside = [t for t in things if (np.mean(t.bounds, 0)[:2] > low[:2] - 0.01).all()]
+        inside = [t for t in inside if (np.mean(t.bounds, 0)[:2] < high[:2] + 0.01).all()]
+        corners = [np.add(np.concatenate([s.quads for s in t.solids]), (shift, 0, 0)) for t in inside]
+        return Counter(
+            (t.class_name, *np.rint(1000 * c).ravel().tolist()) for t, c in zip(inside, corners, strict=True)
+        )
+
+    west, east = pieces(floors[0], apart), pieces(floors[1], 0.0)
+    assert [name for name, *_ in west - east] == ["suitcase"]
+    assert [name for name, *_ in east - west] == ["laundry basket"]
+    assert (west & east).total() > 35
+
+
+def test_what_is_repeated_in_the_twin_room_is_repeated_with_its_relations() -> None:
+    twins = world("twin-rooms", 1)
+    x = {number: float(np.mean(thing.bounds, axis=0)[0]) for number, thing in twins.things.items()}
+    furniture = {number for number, thing in twins.things.items() if thing.class_name not in STUFF}
+    rests = [(one, relation, other) for one, relation, other in twins.relations if {one, other} <= furniture]
+    assert len(rests) > 20
+    # What stands on something is above it, in either room.
+    assert all(abs(x[one] - x[other]) < 1 for one, _, other in rests)
+    on_floors = {other for _, _, other in twins.relations if twins.things[other].class_name == "floor"}
+    assert len(on_floors) == 3

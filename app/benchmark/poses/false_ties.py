@@ -1,0 +1,57 @@
+"""False ties: edges of a pose graph, and merges of submaps, that tie places together which lie elsewhere in truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from app.benchmark.poses.motion_error import is_false
+from razer.arrays import Pose
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge
+from slam.frontend.keyframes import Keyframe
+
+
+def count_false_edges(edges: Iterable[PoseEdge], frames: Sequence[int], truth: Mapping[int, Pose]) -> int:
+    """How many edges measure a motion that is false.
+
+    Args:
+        edges: of the pose graph.
+        frames: the index of each keyframe's frame, by the keyframe's number.
+        truth: true poses by frame.
+    """
+    true = [truth[frame] for frame in frames]
+    return sum(is_false(edge.a_from_b, inverse(true[edge.a]) @ true[edge.b]) for edge in edges)
+
+
+class MergeWatch:
+    """Looks on as submaps are merged, and counts merges that put a submap where it is not."""
+
+    def __init__(self) -> None:
+        self.n_false = 0
+        self._submaps: list[int] = []  # of each keyframe, when it was looked at last
+
+    def see(self, keyframes: Sequence[Keyframe], truth: Mapping[int, Pose]) -> None:
+        """Compare the submaps of all keyframes, in the order of their numbers, with those that they had before; `truth`
+        holds true poses by frame."""
+        now = [keyframe.submap for keyframe in keyframes]
+        before, self._submaps = self._submaps, now
+        if now[: len(before)] == before:
+            return
+        parts: dict[int, dict[int, list[Keyframe]]] = {}
+        for was, is_in, keyframe in zip(before, now, keyframes, strict=False):
+            parts.setdefault(is_in, {}).setdefault(was, []).append(keyframe)
+        for merged in parts.values():
+            one, *others = sorted(merged.values(), key=len, reverse=True)
+            self.n_false += sum(_is_false_merge(one, other, truth) for other in others)
+
+
+def _is_false_merge(one: Sequence[Keyframe], other: Sequence[Keyframe], truth: Mapping[int, Pose]) -> bool:
+    """By the two keyframes that are nearest to each other in truth, so that drift counts as little as it can."""
+    places = [np.stack([truth[keyframe.view.index][:3, 3] for keyframe in part]) for part in (one, other)]
+    away = np.linalg.norm(places[0][:, None] - places[1], axis=2)
+    first, second = np.unravel_index(away.argmin(), away.shape)
+    a, b = one[int(first)], other[int(second)]
+    measured = inverse(a.world_from_camera) @ b.world_from_camera
+    return is_false(measured, inverse(truth[a.view.index]) @ truth[b.view.index])
