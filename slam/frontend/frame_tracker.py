@@ -12,14 +12,17 @@ from razer.geometry import inverse
 from slam.config import KeyframeSettings
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
-from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.se3 import angle_deg, length_m, turn_rad
 
 # Nobody moves a camera faster from one frame to the next, even if every fourth frame alone is used.
 MAX_STEP_M, MAX_STEP_DEG = 0.7, 50.0
 UNFORESEEN_RAD_S = 0.2  # turning that differs by more from what was predicted is taken into account
-MIN_GAP_S, USUAL_GAP_S, MAX_GAP_S = 0.005, 1 / 30, 0.5  # between frames; stamps that say otherwise are not times
+MIN_GAP_S, USUAL_GAP_S = 0.005, 1 / 30  # between frames; stamps that are nearer to each other are not times
+# How the camera turned from one picture to the next says how it turned while it took them if the time between is short,
+# and if it is one: nobody turns a camera faster.
+MAX_GAP_S, MAX_TURNING_RAD_S = 0.5, 5.0
 
 
 @dataclass
@@ -67,9 +70,9 @@ class FrameTracker:
         return self._turning(self.predicted(), stamp)
 
     def _turning(self, reference_from_camera: Float64Array, stamp: float) -> Float64Array:
-        gap_s = stamp - self.stamp
-        step = inverse(self.reference_from_camera) @ reference_from_camera
-        return turn_rad(step) / (gap_s if MIN_GAP_S <= gap_s <= MAX_GAP_S else USUAL_GAP_S)
+        gap_s = stamp - self.stamp if stamp >= self.stamp + MIN_GAP_S else USUAL_GAP_S
+        turning = turn_rad(inverse(self.reference_from_camera) @ reference_from_camera) / gap_s
+        return STILL if gap_s > MAX_GAP_S or np.linalg.norm(turning) > MAX_TURNING_RAD_S else turning
 
     def advance(self, reference_from_camera: Float64Array, stamp: float) -> None:
         """The camera was located, at the time of `stamp`."""

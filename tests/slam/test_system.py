@@ -90,6 +90,15 @@ def test_keyframes_are_fewer_than_frames_and_edges_connect_them(frames, tracked)
     assert connected == set(range(1, len(slam.keyframes)))
 
 
+def test_pictures_half_a_second_and_a_dozen_degrees_apart_are_all_located():
+    """Each 16th frame of a walk: 0.2 m and 12 degrees from one to the next."""
+    clip, slam = SyntheticScene("room", 2, 480, 320, 240, sensor=SensorModel.kinect()), SlamSystem()
+    shots = [clip[index] for index in range(0, 320, 16)]
+    assert all(slam.locate(replace(shot, world_from_camera=None)) is not None for shot in shots)
+    slam.finish()
+    assert root_mean_square(errors_m(slam.trajectory(), {shot.index: shot.pose for shot in shots})) < 0.02
+
+
 def test_a_real_kitchen_is_tracked(real_data):
     clip = open_sequence(real_data / "redkitchen")
     slam, truth = SlamSystem(), {}

@@ -73,7 +73,12 @@ def poses_table(rows: Sequence[Row]) -> Table:
     """One line for each world."""
     seeds = list(dict.fromkeys(row["seed"] for row in rows))
     told = "tracked: mean (least); errors: median (worst)"
-    table = Table(title=f"poses, seeds {', '.join(map(str, seeds))}; {told}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        title=f"poses, seeds {', '.join(map(str, seeds))}; {told}",
+        title_justify="left",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+    )
     table.add_column("world", no_wrap=True)
     for name in COLUMNS:
         table.add_column(name, justify="right")
