@@ -88,8 +88,8 @@ def _clear_of(things: list[Thing], stations: list[Station]) -> list[Station]:
     """The same round, carried higher where it would come too near to what stands on the table."""
     scene, eyes = scene_of(dict(enumerate(things, start=1))), np.array([station.eye for station in stations])
     for lift in _LIFTS_M:
-        lifted = eyes + (0, 0, lift)
-        if scene.compute_distance(o3d.core.Tensor(lifted.astype(np.float32))).numpy().min() >= _CLEAR_M:
+        lifted = np.add(eyes, (0, 0, lift))
+        if scene.compute_distance(o3d.core.Tensor.from_numpy(lifted.astype(np.float32))).numpy().min() >= _CLEAR_M:
             break
     rows = zip(lifted.tolist(), stations, strict=True)
     return [Station((x, y, z), station.target) for (x, y, z), station in rows]
