@@ -72,13 +72,8 @@ def by_world(rows: Sequence[Row]) -> dict[str, list[Row]]:
 def poses_table(rows: Sequence[Row]) -> Table:
     """One line for each world."""
     seeds = list(dict.fromkeys(row["seed"] for row in rows))
-    told = "tracked: mean (least); errors: median (worst)"
-    table = Table(
-        title=f"poses, seeds {', '.join(map(str, seeds))}; {told}",
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-    )
+    title = f"poses, seeds {', '.join(map(str, seeds))}; tracked: mean (least); errors: median (worst)"
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("world", no_wrap=True)
     for name in COLUMNS:
         table.add_column(name, justify="right")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import cycle
 
 import numpy as np
+import open3d as o3d
 
 from data_tools.synthetic.camera.walk import Station
 from data_tools.synthetic.layout.building import Room, shell
@@ -12,6 +13,7 @@ from data_tools.synthetic.layout.finishes import finish, warm_floor
 from data_tools.synthetic.layout.free_space import CLEAR_M
 from data_tools.synthetic.layout.furnishing import against, piece, scatter, window
 from data_tools.synthetic.layout.placement import Placer
+from data_tools.synthetic.rendering.ray_renderer import scene_of
 from data_tools.synthetic.scenes.world import World
 from data_tools.synthetic.shapes.thing import Thing
 
@@ -23,6 +25,8 @@ _OTHERS = (
 _THINGS = (18, 23)
 _TURNS = 1.0
 _BEYOND_M = 0.42
+_CLEAR_M = 0.26  # between the eye and the tallest things on the table; a hand's shake comes off it
+_LIFTS_M = np.arange(0, 0.8, 0.02)
 
 
 def tabletop(seed: int) -> World:
@@ -36,7 +40,7 @@ def tabletop(seed: int) -> World:
     table = placer.on_floor(room, piece("dining table", placer), *room.center)
     assert table is not None
     _set_table(table, placer)
-    stations = _round(table, rng)
+    stations = _clear_of(placer.things, _round(table, rng))
     eyes = np.array([station.eye for station in stations])
     placer.keep_free((eyes.min(axis=0) - CLEAR_M).tolist(), (eyes.max(axis=0) + CLEAR_M).tolist())
     _background(room, placer)
@@ -78,3 +82,14 @@ def _round(table: Thing, rng: np.random.Generator) -> list[Station]:
         at = middle[:2] + 0.3 * half[:2] * (np.cos(2 * angle), np.sin(2 * angle))
         stations.append(Station(eye, (float(at[0]), float(at[1]), float(high[2] + 0.05))))
     return stations
+
+
+def _clear_of(things: list[Thing], stations: list[Station]) -> list[Station]:
+    """The same round, carried higher where it would come too near to what stands on the table."""
+    scene, eyes = scene_of(dict(enumerate(things, start=1))), np.array([station.eye for station in stations])
+    for lift in _LIFTS_M:
+        lifted = np.add(eyes, (0, 0, lift))
+        if scene.compute_distance(o3d.core.Tensor.from_numpy(lifted.astype(np.float32))).numpy().min() >= _CLEAR_M:
+            break
+    rows = zip(lifted.tolist(), stations, strict=True)
+    return [Station((x, y, z), station.target) for (x, y, z), station in rows]

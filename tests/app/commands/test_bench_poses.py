@@ -84,7 +84,7 @@ def test_the_table_says_the_worst_of_the_seeds_as_well():
 
 @pytest.mark.full
 def test_a_camera_that_is_blind_for_a_second_is_found_again():
-    walk = WORLDS["blind-1s"].walk(4, N_FRAMES // 2)
+    walk = WORLDS["blind-1s"].walk(1, N_FRAMES // 2)
     figures = follow(walk, SlamSystem()).figures(walk.frames_per_s)
     assert figures["frames"] == len([index for index in walk.order if index is not None])
     assert figures["recoveries"] == 2
