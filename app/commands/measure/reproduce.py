@@ -16,6 +16,7 @@ from app.next_steps import looking_at
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.folder_lock import writing
 from app.settings.options import BOTH, Flag, PosesName, RunOptions
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from app.reproduction.reproduce_table import Reproduced
@@ -58,6 +59,8 @@ def reproduce(
         from app.reproduction.reproduce_table import Reproduction
 
     scene_names = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
+    if isinstance(options.poses, Path) or options.poses_from is not None:
+        raise BadInput("a table has many recordings, and a file poses one: leave --poses FILE and --poses-from out")
     both = options.poses == "both"
     folders: dict[PosesName | None, Path]
     folders = {name: out / name for name in BOTH} if both else {options.poses: out}
