@@ -20,19 +20,23 @@ from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
-from slam.frontend.view_registration import ViewRegistration
+from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.located_frames import LocatedFrames
 from slam.report import GraphReport, PoseReport, TrackingQuality
-from slam.se3 import exp_se3, length_m, orthonormal, turn_rad
+from slam.se3 import angle_deg, exp_se3, length_m, orthonormal, turn_rad
 from slam.system import MIN_POINTS
+
+# Registrations that differ by more from the given motion are held against what fits there. As drift goes, it is a jump.
+FAR_M, FAR_DEG = 0.05, 3.0
+MIN_OVERLAP = 0.05  # that divides
+AS_WELL, AS_MANY = 0.95, 0.8  # of the share of depth that fits, where views overlap, and of features
 
 
 @dataclass(frozen=True)
 class Observed:
-    """What is known of a frame in front of a keyframe: the given motion reference_from_camera (4, 4), and the one that
+    """What is known of a frame in front of a keyframe: the given motion keyframe_from_camera (4, 4), and the one that
     was registered with its information, None where that failed."""
 
-    reference: int
     given: Float64Array
     measured: PoseEdge | None
 
@@ -108,21 +112,20 @@ class RefinedPoses:
         """Locate a frame from the given motion, or, where registration fails, by it."""
         by_given_motion = tracker.predicted()
         view = self._view(frame, tracker.turning_rad_s(frame.stamp))
-        view, result = self._register(tracker, view)
-        self._last_result = result
-        reference = tracker.reference
+        view, result = self._register(tracker, view, by_given_motion)
+        self._last_result, reference = result, tracker.reference
         edge = None if result is None else _edge(reference, len(self.keyframes), result)
-        given_motion = inverse(self._given_keyframes[reference.number]) @ given
-        self._observed[frame.index] = Observed(reference.number, given_motion if edge else by_given_motion, edge)
-        tracker.advance(self._observed[frame.index].motion(self._uncertainty), frame.stamp)
+        from_keyframe = inverse(self._given_keyframes[reference.number]) @ given
+        observed = Observed(by_given_motion if edge is None else from_keyframe, edge)
+        tracker.advance(observed.motion(self._uncertainty), frame.stamp)
         self._travelled_m += length_m(tracker.step)
-        is_far = result is None or needs_keyframe(result, self.config.keyframes)
-        if is_far and view.pyramid.n_points >= MIN_POINTS:
+        if (result is None or needs_keyframe(result, self.config.keyframes)) and view.pyramid.n_points >= MIN_POINTS:
             pose = self.map.pose(reference.number, tracker.reference_from_camera)
-            del self._observed[frame.index]  # it is where the keyframe is
             tracker.turn_to(self._add_keyframe(view, pose, given, reference, edge), np.eye(4))
+        else:
+            self._observed[frame.index] = observed
 
-    def _register(self, tracker: FrameTracker, view: View) -> tuple[View, IcpResult | None]:
+    def _register(self, tracker: FrameTracker, view: View, given_motion: Float64Array) -> tuple[View, IcpResult | None]:
         """A view in front of the reference, looked for where the given motion leads, then where the camera was: given
         poses may jump."""
         followed = tracker.follow(view, self.calibration)
@@ -131,8 +134,21 @@ class RefinedPoses:
             followed = tracker.follow(view, self.calibration)
         if followed is None:
             return view, None
-        self.calibration = followed[1].calibration
-        return followed
+        view, result = self._nearest_fit(tracker, *followed, given_motion)
+        self.calibration = result.calibration
+        return view, result
+
+    def _nearest_fit(
+        self, tracker: FrameTracker, view: View, result: IcpResult, given_motion: Float64Array
+    ) -> tuple[View, IcpResult]:
+        """What was registered, unless that is far from the given motion and depth fits there about as well: things
+        repeat, and places look alike."""
+        offset = inverse(given_motion) @ result.target_from_source
+        if length_m(offset) <= FAR_M and angle_deg(offset) <= FAR_DEG:
+            return view, result
+        target = self.keyframes.view(tracker.reference)
+        there = self._registration.refine(target, view, given_motion, self.calibration)
+        return view, there if is_trusted(there) and _fits_as_well(there, result) else result
 
     def _add_keyframe(
         self, view: View, pose: Float64Array, given: Pose, before: Keyframe | None, edge: PoseEdge | None
@@ -185,3 +201,10 @@ class RefinedPoses:
 def _edge(reference: Keyframe, number: int, result: IcpResult) -> PoseEdge:
     """What tracking measured, as an edge from a keyframe to the one that may follow."""
     return PoseEdge(reference.number, number, result.target_from_source, result.information, is_odometry=True)
+
+
+def _fits_as_well(there: IcpResult, result: IcpResult) -> bool:
+    """Whether one registration is about as good as another one. What overlaps less is no worse for that: depth that
+    slides along a wall slides to where it overlaps most."""
+    fits, best = (one.fit / max(one.overlap, MIN_OVERLAP) for one in (there, result))
+    return fits >= AS_WELL * best and there.n_features >= AS_MANY * result.n_features

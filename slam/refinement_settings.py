@@ -12,14 +12,14 @@ class RefinementSettings(Settings):
     the next and wrong in the long run."""
 
     sigma_m: float = Field(
-        0.02,
+        0.05,
         gt=0,
         le=1,
         description="Standard deviation of the given motion between neighbouring keyframes, metres, until the end, "
         "when it is measured. Larger: registration decides; smaller: the given motion does.",
     )
     sigma_deg: float = Field(
-        1.0, gt=0, le=45, description="... and of its direction, degrees. Larger or smaller: as for sigma_m."
+        3.0, gt=0, le=45, description="... and of its direction, degrees. Larger or smaller: as for sigma_m."
     )
     absolute_sigma_m: float = Field(
         0.5,

@@ -50,6 +50,13 @@ def open_unchecked(folder: Path, settings: InputSettings) -> RgbdSequence:
     )
 
 
+def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
+    """The recording in `folder`, unchecked, where it is said what poses from elsewhere are; raises BadInput."""
+    sequence = open_unchecked(folder, settings)
+    print_poses_note(sequence, console)
+    return sequence
+
+
 def print_poses_note(sequence: RgbdSequence, console: Console) -> None:
     """Say what the poses from elsewhere are that a recording was opened with, if they are."""
     if note := getattr(sequence, "poses_note", ""):

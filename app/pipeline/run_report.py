@@ -31,17 +31,16 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
         content = run_json(folder, accounting, len(panoptic.objects), timings) | {"parts": len(panoptic.parts)}
-        corrections = _corrections(result)
-        content |= {"corrected": None if corrections is None else corrections.as_json()}
+        content |= {"corrected": None if (moved := _corrections(result)) is None else moved.as_json()}
         print(dumps(content | _rgbd_json(result.registration) | _models_json(result.config)))
         return
     console = result_console()
     print_instances(panoptic, console)
     print_speed(timings, console)
     print_frames(accounting, console)
-    if (corrections := _corrections(result)) is not None:
-        console.print(corrections.describe(), soft_wrap=True, highlight=False)
     _print_cuts(timings, console)
+    if (moved := _corrections(result)) is not None:
+        console.print(moved.describe(), soft_wrap=True, highlight=False)
     print_outputs(folder, console=console)
 
 

@@ -4,7 +4,7 @@ places are seen again, beyond what registrations contradict each other."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -56,14 +56,16 @@ class GivenUncertainty:
             smoothed: the poses that follow from these.
         """
         unit = _unit_weight(edges, smoothed) or self.unit
-        steps = _sigmas(given, [edge for edge in edges if edge.is_odometry], unit)
-        longest, times = _longest(given, edges)
-        drift = _sigmas(given, longest, unit)
-        step_m, step_deg = steps or (self.step_m, self.step_deg)
-        absolute_m, absolute_deg = (self.absolute_m, self.absolute_deg) if drift is None else times * np.array(drift)
-        return GivenUncertainty(
-            step_m, step_deg, max(float(absolute_m), step_m), max(float(absolute_deg), step_deg), unit
-        )
+        span = _Span.of(given, edges)
+        step, drift = _sigmas(given, _surest(edges), unit), _sigmas(given, span.edges, unit)
+        if step is None or drift is None:
+            return replace(self, unit=unit)
+        # What grows with the way goes on growing over all of it; what does not is noise.
+        growth = np.sqrt(np.maximum(drift**2 - step**2, 0.0))
+        absolute = np.hypot(step, growth * span.n_times)
+        # A chain of steps that each err by themselves must be able to err as much as was measured over many.
+        step = np.maximum(step, drift / np.sqrt(span.n_steps))
+        return GivenUncertainty(step[0], step[1], absolute[0], absolute[1], unit)
 
     def priors(self, given: Poses, number: int, before: int | None) -> list[PosePrior]:
         """What the given poses say of a keyframe: where it lies, and how from the one before.
@@ -98,25 +100,46 @@ def _unit_weight(edges: Sequence[PoseEdge], smoothed: Poses) -> float | None:
     return IN_COMMON * float(np.sqrt(squared / NINE_TENTHS_OF_SIX * len(edges) / n_redundant))
 
 
-def _sigmas(given: Poses, edges: Sequence[PoseEdge], unit: float) -> tuple[float, float] | None:
-    """Standard deviations along each axis, metres and degrees, by which given motions differ from measured ones beyond
-    what is due to these; None for too few edges."""
+def _sigmas(given: Poses, edges: Sequence[PoseEdge], unit: float) -> Float64Array | None:
+    """Standard deviations along each axis (2,), metres and degrees, by which given motions differ from measured ones
+    beyond what is due to these; None for too few edges."""
     if len(edges) < FEWEST:
         return None
     offsets = [inverse(inverse(given[edge.a]) @ given[edge.b]) @ edge.a_from_b for edge in edges]
     squared = np.median([(length_m(o) ** 2, angle_deg(o) ** 2) for o in offsets], axis=0) / HALF_OF_THREE
-    covariances = [unit**2 * np.diag(np.linalg.inv(edge_information(edge))) for edge in edges]
-    rotation, shift = np.median(covariances, axis=0).reshape(2, 3).mean(axis=1)
-    sigma_m, sigma_deg = np.sqrt(np.maximum(squared - (shift, np.degrees(1.0) ** 2 * rotation), 0.0)).tolist()
-    return max(sigma_m, MIN_SIGMA_M), max(sigma_deg, MIN_SIGMA_DEG)
+    own = np.median([_variances(edge) for edge in edges], axis=0) * unit**2
+    return np.maximum(np.sqrt(np.maximum(squared - own, 0.0)), (MIN_SIGMA_M, MIN_SIGMA_DEG))
 
 
-def _longest(given: Poses, edges: Sequence[PoseEdge]) -> tuple[list[PoseEdge], float]:
-    """The quarter of the edges that span most of the given way, and how many times that of the shortest of them the
-    whole way is."""
-    numbers = sorted(given)
-    steps = [length_m(inverse(given[a]) @ given[b]) for a, b in pairwise(numbers)]
-    way_m = dict(zip(numbers, np.cumsum([0.0, *steps]).tolist(), strict=True))
-    spans = sorted(((way_m[edge.b] - way_m[edge.a], n) for n, edge in enumerate(edges)), reverse=True)
-    kept = spans[: max(len(spans) // 4, FEWEST)]
-    return [edges[n] for _, n in kept], way_m[numbers[-1]] / max(kept[-1][0], MIN_WAY_M) if kept else 1.0
+def _variances(edge: PoseEdge) -> Float64Array:
+    """Mean variances along the axes (2,) that an edge counts with, of shift, m^2, and of rotation, deg^2."""
+    rotation, shift = np.diag(np.linalg.inv(edge_information(edge))).reshape(2, 3).mean(axis=1)
+    return np.array([shift, np.degrees(1.0) ** 2 * rotation])
+
+
+def _surest(edges: Sequence[PoseEdge]) -> list[PoseEdge]:
+    """The quarter of the edges along the way of the camera that is known best: the others tell little."""
+    along = sorted((edge for edge in edges if edge.is_odometry), key=lambda edge: float(_variances(edge)[0]))
+    return along[: max(len(along) // 4, FEWEST)]
+
+
+@dataclass(frozen=True)
+class _Span:
+    """The quarter of all edges that span most of the given way: how many keyframes the usual one of them does, and how
+    many times its way the whole one is."""
+
+    edges: list[PoseEdge]
+    n_steps: float
+    n_times: float
+
+    @classmethod
+    def of(cls, given: Poses, edges: Sequence[PoseEdge]) -> _Span:
+        numbers = sorted(given)
+        steps = [length_m(inverse(given[a]) @ given[b]) for a, b in pairwise(numbers)]
+        way_m = dict(zip(numbers, np.cumsum([0.0, *steps]).tolist(), strict=True))
+        longest = sorted(edges, key=lambda edge: way_m[edge.a] - way_m[edge.b])[: max(len(edges) // 4, FEWEST)]
+        if not longest:
+            return cls([], 1.0, 1.0)
+        usual_m = float(np.median([way_m[edge.b] - way_m[edge.a] for edge in longest]))
+        n_steps = float(np.median([edge.b - edge.a for edge in longest]))
+        return cls(longest, n_steps, max(way_m[numbers[-1]] / max(usual_m, MIN_WAY_M), 1.0))

@@ -55,7 +55,7 @@ def track(
 
     # Late, as in `razer run`.
     with waiting_for("starting"):
-        from app.frames.open_recording import open_unchecked, print_poses_note
+        from app.frames.open_recording import open_noted
         from app.pipeline.track_only import tracked_path
         from app.run_folder.save_run import tum_text
 
@@ -63,8 +63,7 @@ def track(
         for path in dict.fromkeys([out, live_poses]):
             if path is not None:
                 files.enter_context(_written(path))
-        sequence = open_unchecked(folder, config.input)
-        print_poses_note(sequence, progress_console())
+        sequence = open_noted(folder, config.input, progress_console())
         tracked = tracked_path(sequence, config, progress_console())
         for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
             if path is not None:

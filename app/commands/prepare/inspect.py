@@ -47,15 +47,13 @@ def inspect(
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     with waiting_for("starting"):
-        from app.frames.open_recording import open_unchecked, print_poses_note
+        from app.frames.open_recording import open_noted
         from data_tools.checks.inspection import inspect_sequence
         from data_tools.registry import recognise
 
     settings = options.input_settings()
     with waiting_for("looking at frames all over the recording"):
-        sequence = open_unchecked(folder, settings)
-        inspection = inspect_sequence(sequence)
-    print_poses_note(sequence, progress_console())
+        inspection = inspect_sequence(open_noted(folder, settings, progress_console()))
     layout = settings.reader or recognise(folder)
     if write is not None:
         _write_calibration(write, inspection.rgbd_estimate)

@@ -11,7 +11,7 @@ import pytest
 from data_tools import open_sequence
 from tests.support.cli import N_FRAMES, QUICK, call, razer, write_small_room
 from tests.support.drifting_poses import noisy
-from tests.support.pose_files import write_colmap, write_kitti, write_tum_lines
+from tests.support.pose_files import write_kitti, write_tum_lines
 
 MODELS = ("--segmenter", "geometric", "--embedder", "appearance", "--no-timeline", *QUICK)
 
@@ -53,16 +53,7 @@ def test_other_verbs_take_the_file_too(recording, true_poses, elsewhere, tmp_pat
     assert open_sequence(tmp_path / "copy")[4].pose[0, 3] == pytest.approx(3 + true_poses[4][0, 3], abs=1e-6)
 
 
-def test_the_scale_of_colmap_is_measured_by_depth(recording, true_poses, tmp_path, capsys):
-    small = [pose.copy() for pose in true_poses]
-    for pose in small:
-        pose[:3, 3] *= 0.4
-    path = write_colmap(tmp_path / "images.txt", [f"{i:06d}.png" for i in range(N_FRAMES)], small)
-    code, _, err = razer(capsys, "inspect", recording, "--poses-from", path)
-    assert code == 0
-    assert "multiplied by 2.5" in err
-
-
+@pytest.mark.full
 def test_refined_poses_are_reported_by_run_and_compare(recording, true_poses, tmp_path, capsys):
     given = noisy(true_poses, np.random.default_rng(4))
     path = write_tum_lines(tmp_path / "noisy.txt", [i / 30 for i in range(N_FRAMES)], given)

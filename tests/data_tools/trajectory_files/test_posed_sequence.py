@@ -128,6 +128,22 @@ def test_of_images_of_one_name_those_of_the_colour_folder_are_meant(folder, tmp_
     assert "two poses for one image" in refused(folder, again)
 
 
+@pytest.mark.parametrize("scale", [0.4, 1.0])
+def test_the_scale_of_colmap_is_measured_by_depth(scale, real_data, tmp_path):
+    """A real kitchen, every tenth image of which has a pose: those of KinectFusion in another unit."""
+    folder = real_data / "redkitchen"
+    numbers = range(0, 600, 10)
+    poses = [np.loadtxt(folder / f"frame-{n:06d}.pose.txt") for n in numbers]
+    for pose in poses:
+        pose[:3, 3] *= scale
+    path = write_colmap(tmp_path / "images.txt", [f"frame-{n:06d}.color.jpg" for n in numbers], poses)
+    sequence = open_sequence(folder, poses_from=path)
+    assert ("as depth confirms" in sequence.poses_note) == (scale == 1)
+    own = open_sequence(folder)
+    way, true_way = (np.linalg.norm(s[300].pose[:3, 3] - s[0].pose[:3, 3]) for s in (sequence, own))
+    assert way == pytest.approx(true_way, rel=0.04)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
