@@ -185,5 +185,5 @@ class RunOptions(RecordingOptions, SettingOptions):
             raise BadInput(f"--poses {self.poses} and --poses-from {self.poses_from} both name a file: leave one out")
         if not self.poses.exists():
             choices = ", ".join(get_args(PosesName))
-            raise BadInput(f"--poses {self.poses}: there is no such file, and it is none of {choices}")
+            raise BadInput(f"--poses {self.poses}: there is no such file, and it is none of {choices} (see --help)")
         return {"input.poses": "given", "input.poses_from": str(self.poses.absolute())}
