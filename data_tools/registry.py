@@ -42,6 +42,7 @@ def open_sequence(
     depth_scale: float | None = None,
     depth_to_color: Path | None = None,
     use_poses: bool = True,
+    poses_from: Path | None = None,
     trust: Trust | None = None,
 ) -> RgbdSequence:
     """The recording in a folder, a .sens, a .r3d or a .bag.
@@ -54,6 +55,7 @@ def open_sequence(
         depth_scale: units per metre, instead of what the folder says.
         depth_to_color: a file with the 4x4 matrix from the depth to the colour camera, metres.
         use_poses: False leaves the poses unread.
+        poses_from: a file with other poses: TUM, KITTI, COLMAP's images.txt, transforms.json.
         trust: which outside code may be loaded by name; None = none.
 
     Raises:
@@ -66,11 +68,20 @@ def open_sequence(
         if not callable(reader):
             _require_layout(folder, reader)
         declared = declare(camera, depth_scale, depth_to_color)
+        own_poses = use_poses and poses_from is None
+        sequence: RgbdSequence
         if callable(reader):
-            return reader(folder, declared, use_poses)
-        options = {"folder": folder, "declared": declared, "use_poses": use_poses}
-        sequence: RgbdSequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
-        return sequence
+            sequence = reader(folder, declared, own_poses)
+        else:
+            options = {"folder": folder, "declared": declared, "use_poses": own_poses}
+            sequence = load("reader", reader or recognise(folder), READERS, options, trust=trust)
+        return sequence if poses_from is None else _posed_by(sequence, poses_from)
+
+
+def _posed_by(sequence: RgbdSequence, path: Path) -> RgbdSequence:
+    from data_tools.trajectory_files.posed_sequence import posed_by  # brings OpenCV along
+
+    return posed_by(sequence, path)
 
 
 def recognise(folder: Path) -> str:

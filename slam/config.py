@@ -9,6 +9,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from razer.settings import Settings
+from slam.refinement_settings import RefinementSettings
 
 
 class FeatureSettings(Settings):
@@ -291,3 +292,4 @@ class SlamConfig(Settings):
     color: ColorSettings = ColorSettings()
     free_space: FreeSpaceSettings = FreeSpaceSettings()
     submaps: SubmapSettings = SubmapSettings()
+    refinement: RefinementSettings = RefinementSettings()

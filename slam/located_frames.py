@@ -46,6 +46,11 @@ class LocatedFrames:
         self._unchecked.add(index)
         return located.reported
 
+    def move(self, index: int, keyframe_from_camera: Float64Array) -> None:
+        """Let a frame that was taken in lie elsewhere in front of its keyframe."""
+        self._frames[index].keyframe_from_camera = keyframe_from_camera
+        self._unchecked.add(index)
+
     def _pose(self, located: LocatedFrame) -> Pose | None:
         if self._map.keyframes[located.keyframe].submap:
             return None

@@ -22,17 +22,10 @@ from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
 from app.console.waiting import waiting_for
 from app.frames.color_registration import register_color
-from app.frames.open_recording import open_recording
+from app.frames.open_recording import open_recording, require_poses
 from app.frames.selection import selected_frames
 from app.pipeline.map_sequence import map_sequence
-from app.pipeline.prepare_run import (
-    begin_run,
-    make_mapper,
-    open_timeline,
-    print_model_note,
-    require_poses,
-    resolve_models,
-)
+from app.pipeline.prepare_run import begin_run, make_mapper, open_timeline, print_model_note, resolve_models
 from app.profiling.map_device import MapDevice
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig

@@ -67,11 +67,13 @@ class Comparison:
         """The machine-readable contract: plain JSON values only, null where a part does not apply or is no number."""
         a, b = (None if side is None else side.as_json() for side in (self.truth_a, self.truth_b))
         compared = {"format": 1, "run_a": self.a.name, "run_b": self.b.name, "preset": self.preset}
+        sides = self._sides()
         results = {
             "a": a,
             "b": b,
             "delta": None if a is None or b is None else differences(_metrics(a), _metrics(b)),
-            "frames": {side: None if run.account is None else run.account.as_json() for side, run in self._sides()},
+            "frames": {side: None if run.account is None else run.account.as_json() for side, run in sides},
+            "corrected": {side: None if run.corrections is None else run.corrections.as_json() for side, run in sides},
             "alignment": self.alignment.as_json(),
             "pose": self._pose(),
             "surface": self.surface,

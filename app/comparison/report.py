@@ -42,6 +42,8 @@ def report(result: Comparison, console: Console, folder: Path) -> None:
     for side, run in (("A", result.a), ("B", result.b)):
         if run.account is not None:
             console.print(f"{side}: {run.account.describe()}")
+        if run.corrections is not None:
+            console.print(f"{side}: {run.corrections.describe()}", soft_wrap=True, highlight=False)
     console.print(f"maps aligned by {result.alignment.describe()}", soft_wrap=True)
     if (pose := content["pose"]) is not None:
         _print_poses(pose, console)

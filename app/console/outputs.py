@@ -18,6 +18,7 @@ CONTENTS = {
     "instances.json": "names, boxes, scores, relations",
     "map.npz": "what queries and edits need, with embeddings.npz",
     "trajectory.txt": "where the camera was: stamp tx ty tz qx qy qz qw",
+    "given_trajectory.txt": "the poses that these were corrected from",
     "world.json": "where the origin of the map is in the world of the recording",
     "timeline.rrd": "the run as it went, for Rerun",
     "timings.json": "time of each stage, memory, frames that were left out",

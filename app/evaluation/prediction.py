@@ -97,7 +97,7 @@ def _of_run(
             i: probability for i, (_, probability) in (named or {}).items() if naming == "text" or i not in own
         },
         trajectory=None if (own_poses := run_poses(folder)) is None else own_poses[0],
-        own_frame=config.input.poses == "slam",
+        own_frame=config.input.poses == "slam" or config.input.poses_from is not None,
     )
 
 

@@ -16,8 +16,8 @@ from slam.report import GraphReport
 
 @dataclass(slots=True)
 class FrameAccounting:
-    """The account of one run over `planned` frames of the sequence `name`; graph, the finished pose graph where poses
-    were estimated to the end."""
+    """The account of one run over `planned` frames of the sequence `name`; given, the poses that frames used came with,
+    by index; graph, the finished pose graph where poses were estimated to the end."""
 
     name: str
     planned: int
@@ -30,6 +30,7 @@ class FrameAccounting:
     notes: Counter[str] = field(default_factory=Counter)
     interrupted: bool = False
     graph: GraphReport | None = None
+    given: dict[int, Pose] = field(default_factory=dict)
 
     @property
     def used(self) -> int:
@@ -40,8 +41,11 @@ class FrameAccounting:
         """What became of the frames so far."""
         return FrameAccount.of(self.planned, self.indices, self.skipped, self.lost)
 
-    def use(self, frame: Frame) -> None:
-        """Count a posed frame that went into the map, be it later than its neighbours."""
+    def use(self, frame: Frame, given: Pose | None = None) -> None:
+        """Count a posed frame that went into the map, be it later than its neighbours; `given`: the pose it came with,
+        where another was estimated."""
+        if given is not None:
+            self.given[frame.index] = given
         self.lost.discard(frame.index)
         position = bisect(self.indices, frame.index)
         if position and frame.stamp <= self.stamps[position - 1]:
@@ -50,6 +54,10 @@ class FrameAccounting:
         self.poses.insert(position, frame.pose)
         self.indices.insert(position, frame.index)
         self.notes.update(frame.notes)
+
+    def by_index(self) -> dict[int, Pose]:
+        """The poses of frames used, by index."""
+        return dict(zip(self.indices, self.poses, strict=True))
 
     def correct(self, corrections: Mapping[int, Pose | None]) -> None:
         """Replace poses by corrected ones, by frame index; frames used whose pose is None are lost after all."""

@@ -10,6 +10,7 @@ from app.console.waiting import waiting_for
 from app.settings.run_config import InputSettings
 from data_tools import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
+from razer.errors import BadInput
 
 
 def open_recording(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
@@ -21,6 +22,7 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
 
     with waiting_for("opening the recording", console):
         sequence = open_unchecked(folder, settings)
+    print_poses_note(sequence, console)
     with waiting_for("checking its poses and its depth", console):
         sample = Sample.of(sequence)
         poses = check_poses(sample)
@@ -36,15 +38,39 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
 
 def open_unchecked(folder: Path, settings: InputSettings) -> RgbdSequence:
     """The recording in `folder` as the settings say; raises BadInput."""
-    extrinsic = settings.depth_to_color
+    extrinsic, elsewhere = settings.depth_to_color, settings.poses_from
     return open_sequence(
         folder,
         reader=settings.reader,
         camera=settings.intrinsics,
         depth_scale=settings.depth_scale,
         depth_to_color=None if extrinsic is None else Path(extrinsic),
+        poses_from=None if elsewhere is None else Path(elsewhere),
         trust=settings.trust,
     )
+
+
+def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
+    """The recording in `folder`, unchecked, where it is said what poses from elsewhere are; raises BadInput."""
+    sequence = open_unchecked(folder, settings)
+    print_poses_note(sequence, console)
+    return sequence
+
+
+def print_poses_note(sequence: RgbdSequence, console: Console) -> None:
+    """Say what the poses from elsewhere are that a recording was opened with, if they are."""
+    if note := getattr(sequence, "poses_note", ""):
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
+
+
+def require_poses(sequence: RgbdSequence) -> None:
+    """Raise BadInput if the sequence has no poses at all."""
+    if not sequence.has_poses:
+        raise BadInput(
+            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
+            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader, or a file of "
+            "poses with --poses-from"
+        )
 
 
 def _warn(problem: str, console: Console) -> None:

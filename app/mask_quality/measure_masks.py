@@ -14,10 +14,10 @@ from rich.table import Table
 from app.console.progress import show_progress
 from app.console.streams import progress_console, result_console
 from app.frames.color_registration import register_color
+from app.frames.open_recording import require_poses
 from app.frames.selection import selected_frames
 from app.mask_quality.mask_consistency import MaskConsistency, View
 from app.mask_quality.opened_recording import opened
-from app.pipeline.prepare_run import require_poses
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import UnusableFrame

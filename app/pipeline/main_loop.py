@@ -44,7 +44,7 @@ def map_frames(
                 with recorder.frame(packet.stage_ms) as stage_ms:
                     _show_tracking(packet, timeline)
                     step = mapper.fuse(observation)
-                    accounting.use(observation.frame)
+                    accounting.use(observation.frame, packet.pose_update.given)
                     with stage("log"):
                         timeline.show(observation.frame, step, mapper, stage_ms)
             case Perceived(observation):  # the timeline has passed it

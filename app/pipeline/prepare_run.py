@@ -14,6 +14,7 @@ from rich.console import Console
 from app.checkpoints.ongoing_run import OngoingRun
 from app.frames.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
+from app.frames.open_recording import require_poses
 from app.frames.selection import selected_frames
 from app.profiling.map_device import MapDevice
 from app.profiling.recorder import Recorder
@@ -54,16 +55,16 @@ def make_mapper(config: RunConfig) -> Mapper:
 
 def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
     """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses are
-    estimated. Raises BadInput where poses are asked for that the sequence does not have."""
+    estimated or corrected. Raises BadInput where poses are asked for that the sequence does not have."""
     choice = config.input.poses
     if choice == "auto":
         choice = "given" if sequence.has_poses else "slam"
-    if choice == "given":
+    if choice != "slam":
         require_poses(sequence)
     return config.model_copy(
         update={
             "input": config.input.model_copy(update={"poses": choice}),
-            "reintegration": config.reintegration.model_copy(update={"enabled": choice == "slam"}),
+            "reintegration": config.reintegration.model_copy(update={"enabled": choice != "given"}),
         }
     )
 
@@ -83,20 +84,15 @@ def print_model_note(note: str, console: Console) -> None:
 
 def poses_of(config: RunConfig) -> Callable[[], Poses]:
     """What makes the source of poses, by settings with the choice of poses made."""
-    if config.input.poses != "slam":
+    if config.input.poses == "given":
         return GivenPoses
+    if config.input.poses == "refine":
+        from slam.refinement import RefinedPoses
+
+        return partial(RefinedPoses, config.slam)
     from slam.system import SlamSystem
 
     return partial(SlamSystem, config.slam)
-
-
-def require_poses(sequence: RgbdSequence) -> None:
-    """Raise BadInput if the sequence has no poses at all."""
-    if not sequence.has_poses:
-        raise BadInput(
-            f"{sequence.name}: no camera poses found; --poses slam estimates them, or add trajectory.txt with "
-            "lines 'stamp tx ty tz qx qy qz qw' (world from camera), or name the layout with --reader"
-        )
 
 
 def _device(choice: str) -> str:

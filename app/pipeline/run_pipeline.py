@@ -178,7 +178,7 @@ def _checkpoints(
     """What writes checkpoints of a run, which goes on from the one that the folder holds, if any."""
     save_config(folder, config, sequence.name)  # by which it is resumed
     plan = RunPlan.of(sequence, selected_frames(sequence, config.input), vocabulary)
-    slam = config.slam if config.input.poses == "slam" else None
+    slam = None if config.input.poses == "given" else config.slam
     if (before := folder.checkpoint) is not None:
         plan.require_same(before)
         run.restore(folder.checkpoints, before)
@@ -191,7 +191,7 @@ def _save(
     """Write all files of a run but its timeline; returns the contents of timings.json."""
     save_run(folder, config, sequence.name, run.mapper, panoptic, run.accounting)
     save_camera(folder, sequence.intrinsics)
-    if config.input.poses == "given":
+    if config.input.poses != "slam":
         save_world(folder, origin_of(sequence))
     save_registration(folder, run.registration)
     reintegrator, accounting = run.mapper.reintegrator, run.accounting

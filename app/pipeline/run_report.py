@@ -16,6 +16,7 @@ from app.frames.color_registration import ColorRegistration
 from app.frames.frame_account import FrameAccount
 from app.frames.frame_accounting import FrameAccounting
 from app.pipeline.run_pipeline import RunResult
+from app.run_folder.pose_corrections import PoseCorrections
 from app.settings.run_config import RunConfig
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
@@ -30,6 +31,7 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
         content = run_json(folder, accounting, len(panoptic.objects), timings) | {"parts": len(panoptic.parts)}
+        content |= {"corrected": None if (moved := _corrections(result)) is None else moved.as_json()}
         print(dumps(content | _rgbd_json(result.registration) | _models_json(result.config)))
         return
     console = result_console()
@@ -37,7 +39,16 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     print_speed(timings, console)
     print_frames(accounting, console)
     _print_cuts(timings, console)
+    if (moved := _corrections(result)) is not None:
+        console.print(moved.describe(), soft_wrap=True, highlight=False)
     print_outputs(folder, console=console)
+
+
+def _corrections(result: RunResult) -> PoseCorrections | None:
+    """What was corrected of given poses, None where these were not to be."""
+    if result.config.input.poses != "refine":
+        return None
+    return PoseCorrections.of(result.accounting.given, result.accounting.by_index())
 
 
 def run_json(folder: Path, accounting: FrameAccounting, n_instances: int, timings: dict[str, Any]) -> dict[str, Any]:

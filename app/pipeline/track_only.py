@@ -13,8 +13,10 @@ from rich.console import Console
 from app.console.progress import show_progress
 from app.console.waiting import waiting_for
 from app.frames.frame_account import FrameAccount, SkippedFrame
+from app.frames.open_recording import require_poses
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest
+from app.run_folder.pose_corrections import PoseCorrections
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
@@ -23,6 +25,7 @@ from razer.frame import Frame
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
+from slam.refinement import RefinedPoses
 from slam.system import SlamSystem
 
 ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
@@ -32,7 +35,7 @@ ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "alig
 class TrackedPath:
     """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
     stamps of all frames that could be used; skipped, the others; n_asked, how many were asked for; ms for each
-    frame."""
+    frame; refined, whether the final poses are the given ones, corrected."""
 
     n_asked: int
     stamps: dict[int, float] = field(default_factory=dict)
@@ -44,6 +47,7 @@ class TrackedPath:
     n_keyframes: int = 0
     n_loops: int = 0
     interrupted: bool = False
+    refined: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """The contract of `razer track --json`; errors are null where the recording brings no poses."""
@@ -55,7 +59,12 @@ class TrackedPath:
             "ms_median": round(float(median), 1),
             "ms_p95": round(float(p95), 1),
             **self._errors(),
+            "corrected": self._corrected(),
         }
+
+    def _corrected(self) -> dict[str, Any] | None:
+        corrections = PoseCorrections.of(self.given, self.final) if self.refined else None
+        return None if corrections is None else corrections.as_json()
 
     def account(self) -> FrameAccount:
         """What became of the frames, by the final poses."""
@@ -88,7 +97,7 @@ class TrackedPath:
 def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) -> TrackedPath:
     """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
     indices = selected_frames(sequence, config.input)
-    path, slam = TrackedPath(len(indices)), SlamSystem(config.slam)
+    path, slam = TrackedPath(len(indices), refined=config.input.poses == "refine"), _estimation(sequence, config)
     with StopRequest() as stop:
         for index in show_progress(indices, len(indices), lambda: f"{len(path.stamps) - len(path.live)} lost", console):
             if stop.requested:
@@ -108,7 +117,14 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
     return path
 
 
-def _locate(frame: Frame, slam: SlamSystem, path: TrackedPath) -> None:
+def _estimation(sequence: RgbdSequence, config: RunConfig) -> SlamSystem | RefinedPoses:
+    if config.input.poses != "refine":
+        return SlamSystem(config.slam)
+    require_poses(sequence)
+    return RefinedPoses(config.slam)
+
+
+def _locate(frame: Frame, slam: SlamSystem | RefinedPoses, path: TrackedPath) -> None:
     if frame.world_from_camera is not None:
         path.given[frame.index] = frame.world_from_camera
     start_s = perf_counter()

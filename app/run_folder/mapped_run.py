@@ -9,6 +9,7 @@ import numpy as np
 
 from app.console.streams import print_notes
 from app.frames.frame_account import FrameAccount
+from app.run_folder.pose_corrections import PoseCorrections, read_corrections
 from app.run_folder.timed_poses import run_poses
 from razer.arrays import Float64Array
 from razer.boxes.oriented_box import OrientedBox
@@ -21,12 +22,14 @@ from razer.saved_map import load_map
 @dataclass(frozen=True)
 class MappedRun:
     """The map of a run and its trajectory, both in the same frame, and the account of its frames; name, that of its
-    folder. A saved map has neither trajectory nor account."""
+    folder; what was corrected of given poses, None where they were not refined. A saved map has neither trajectory
+    nor account."""
 
     name: str
     panoptic: PanopticMap
     trajectory: TimedPoses | None
     account: FrameAccount | None
+    corrections: PoseCorrections | None = None
 
     @property
     def tracked(self) -> float | None:
@@ -46,7 +49,7 @@ class MappedRun:
         panoptic = PanopticMap(objects, moved_mesh, up=up, parts=parts, vertex_parts=vertex_parts)
         trajectory = self.trajectory
         moved = None if trajectory is None else moved_poses(target_from_own, trajectory)
-        return MappedRun(self.name, panoptic, moved, self.account)
+        return MappedRun(self.name, panoptic, moved, self.account, self.corrections)
 
 
 def moved_poses(target_from_own: Float64Array, trajectory: TimedPoses) -> TimedPoses:
@@ -64,4 +67,4 @@ def read_run(folder: Path) -> MappedRun:
     trajectory, account = run_poses(folder) or (None, None)
     panoptic = load_map(folder)
     print_notes(panoptic.edit_problems)
-    return MappedRun(folder.absolute().name, panoptic, trajectory, account)
+    return MappedRun(folder.absolute().name, panoptic, trajectory, account, read_corrections(folder))

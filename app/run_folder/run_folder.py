@@ -26,6 +26,7 @@ from razer.storage.file_names import VOXELS as VOXELS
 
 RGBD_CALIBRATION = "rgbd_calibration.json"
 TRAJECTORY = "trajectory.txt"
+GIVEN_TRAJECTORY = "given_trajectory.txt"  # where trajectory.txt is that, corrected
 POSE_COVARIANCES = "pose_covariances.npz"
 MESH_GLB = "mesh.glb"
 TIMINGS = "timings.json"

@@ -38,6 +38,7 @@ def save_run(
     """Write every file of a run but the timeline and the timings."""
     save_config(folder, config, name)
     save_poses(folder, accounting)
+    save_given_poses(folder, config, accounting)
     folder.write(names.MESH_PLY, lambda path: write_mesh_ply(path, panoptic.mesh))
     stamps = dict(zip(accounting.indices, accounting.stamps, strict=True))
     folder.write(names.MESH_GLB, lambda path: write_map_glb(path, panoptic))
@@ -54,6 +55,15 @@ def save_poses(folder: RunFolder, accounting: FrameAccounting) -> None:
     folder.write(names.TRAJECTORY, lambda path: _write_text(path, tum_text(accounting.stamps, accounting.poses)))
     if (graph := accounting.graph) is not None:
         folder.write(names.POSE_COVARIANCES, lambda path: write_pose_covariances(path, graph))
+
+
+def save_given_poses(folder: RunFolder, config: RunConfig, accounting: FrameAccounting) -> None:
+    """Write given_trajectory.txt, the poses that those of trajectory.txt were corrected from, where they were."""
+    if config.input.poses != "refine":
+        return
+    both = [(stamp, accounting.given[i]) for i, stamp in zip(accounting.indices, accounting.stamps, strict=True)]
+    text = tum_text([stamp for stamp, _ in both], [pose for _, pose in both])
+    folder.write(names.GIVEN_TRAJECTORY, lambda path: _write_text(path, text))
 
 
 def save_config(folder: RunFolder, config: RunConfig, name: str) -> None:

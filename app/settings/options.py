@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from cyclopts import Group, Parameter
 
@@ -17,7 +17,7 @@ from razer.plugins import FULL_TRUST, NO_TRUST, Trust
 Assignments = Annotated[
     tuple[str, ...], Parameter(name="--set", negative="", show_default=False, consume_multiple=False)
 ]
-PosesName = Literal["given", "slam", "auto", "both"]
+PosesName = Literal["given", "slam", "refine", "auto", "both"]
 BOTH: tuple[PosesName, ...] = ("given", "slam")
 DEFAULT_PORT = 8700
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
@@ -72,6 +72,8 @@ class SourceOptions:
     """Depth image units per metre: 1000 for millimetres."""
     depth_to_color: Annotated[str | None, _in(RECORDING, "the recording's")] = None
     """File with the 4x4 extrinsic transform from the depth to the colour camera."""
+    poses_from: Annotated[Path | None, _in(RECORDING, "the recording's")] = None
+    """File with other poses: TUM, KITTI, COLMAP's images.txt or transforms.json; its content tells which."""
 
     def input_settings(self) -> InputSettings:
         """The settings these options lead to; raises BadInput."""
@@ -84,7 +86,8 @@ class SourceOptions:
 
     def _recording_flags(self) -> dict[str, Any]:
         known = {field.name for field in fields(self)} & set(InputSettings.model_fields)
-        return {f"input.{name}": getattr(self, name) for name in known}
+        elsewhere = None if self.poses_from is None else str(self.poses_from.absolute())  # a run may go on elsewhere
+        return {f"input.{name}": getattr(self, name) for name in known} | {"input.poses_from": elsewhere}
 
 
 @Parameter(name="*")
@@ -107,6 +110,9 @@ class RecordingOptions(SourceOptions):
 class TrackOptions(RecordingOptions, SettingOptions):
     """A recording, and settings of which those of the pose estimation count."""
 
+    poses: Annotated[Literal["slam", "refine"] | None, _in(POSES, "slam")] = None
+    """Estimated by slam from the images alone, or refine: the given ones, corrected."""
+
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
         flags = self._recording_flags()
@@ -118,8 +124,9 @@ class TrackOptions(RecordingOptions, SettingOptions):
 class RunOptions(RecordingOptions, SettingOptions):
     """Options that are shorter names for settings; those not given leave the setting as it is."""
 
-    poses: Annotated[PosesName | None, _in(POSES, "auto")] = None
-    """given with the recording, estimated by slam, or auto: given if there are any; both: two runs, compared."""
+    poses: Annotated[PosesName | Path | None, _in(POSES, "auto")] = None
+    """given with the recording, estimated by slam, refine: given and corrected, or auto: given if there are any; both:
+    given and slam, two runs, compared; a file: given by it, as with --poses-from."""
     max_bad: Annotated[float | None, _in(RECORDING, "0.5")] = None
     """Largest share of unusable frames before the run is given up."""
     rgbd_calibration: Annotated[str | None, _in(RECORDING, "auto")] = None
@@ -156,8 +163,6 @@ class RunOptions(RecordingOptions, SettingOptions):
 
     def flags(self) -> dict[str, Any]:
         """Dotted names of settings with the values of these options, None = not given; raises BadInput."""
-        if self.poses == "both":
-            raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
         models = {"segmenter.name": self.segmenter, "embedder.name": self.embedder}
         if self.oracle is not None:
             if self.segmenter or self.embedder:
@@ -165,6 +170,20 @@ class RunOptions(RecordingOptions, SettingOptions):
             models = oracle_flags(self.oracle)
         return (
             self._recording_flags()
+            | self._poses_flags()
             | models
             | {"run.device": self.device, "run.timeline": self.timeline, "run.checkpoint_every": self.checkpoint_every}
         )
+
+    def _poses_flags(self) -> dict[str, Any]:
+        """What --poses sets: which poses are used, or the file whose poses are."""
+        if self.poses == "both":
+            raise BadInput("--poses both means two runs, which only `razer run` and `razer reproduce` make")
+        if not isinstance(self.poses, Path):
+            return {}
+        if self.poses_from is not None:
+            raise BadInput(f"--poses {self.poses} and --poses-from {self.poses_from} both name a file: leave one out")
+        if not self.poses.exists():
+            choices = ", ".join(get_args(PosesName))
+            raise BadInput(f"--poses {self.poses}: there is no such file, and it is none of {choices} (see --help)")
+        return {"input.poses": "given", "input.poses_from": str(self.poses.absolute())}

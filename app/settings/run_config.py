@@ -29,10 +29,15 @@ class InputSettings(PluginSettings):
         1, ge=1, description="Use every n-th frame. Larger: faster, with less overlap between frames in fast motion."
     )
     max_frames: int | None = Field(None, ge=1, description="Use at most this many frames. Not set: all.")
-    poses: Literal["given", "slam", "auto"] = Field(
+    poses: Literal["given", "slam", "refine", "auto"] = Field(
         "auto",
-        description="Where poses come from: 'given' with the folder, 'slam' from its images; 'auto' takes those given "
-        "if there are any.",
+        description="Where poses come from: 'given' with the folder, 'slam' from its images, 'refine' from both: those "
+        "given, corrected by registration; 'auto' takes those given if there are any.",
+    )
+    poses_from: str | None = Field(
+        None,
+        description="File whose poses stand for those given with the folder: TUM, KITTI, COLMAP's images.txt or "
+        "transforms.json. Not set: the folder's own.",
     )
     max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
     intrinsics: str | None = Field(

@@ -7,11 +7,12 @@ from functools import partial
 
 from app.stored_state.state_codec import KnownObjects
 from razer.frame import Intrinsics
+from slam.backend.given_uncertainty import GivenUncertainty
 from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph
+from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph, PosePrior
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -23,17 +24,19 @@ from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
+from slam.refinement import Observed, RefinedPoses
 from slam.system import SlamSystem
 
 CLASSES = (
-    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, IcpResult, Intrinsics, InvertedIndex, Keyframe,
-    KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis, PlaceRecognition, PoseEdge,
-    PoseGraph, SlamSystem, SubmapMerging, View, WideFeatures,
+    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
+    InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis,
+    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, RefinedPoses, SlamSystem, SubmapMerging, View,
+    WideFeatures,
 )  # fmt: skip
 
 
 def known_poses(config: SlamConfig) -> KnownObjects:
-    """What a saved `SlamSystem` of these settings may speak of."""
+    """What a saved `SlamSystem` or `RefinedPoses` of these settings may speak of."""
     made: dict[type, Callable[[], object]] = {
         kind: partial(kind, config) for kind in (FeatureExtractor, ViewRegistration)
     }

@@ -54,6 +54,10 @@ class ArchiveImages(ImageSource):
         name = f"rgbd/{self.numbers[index]}.jpg"
         return decode_rgb(self._read(name), name)
 
+    def color_file(self, index: int) -> str:
+        """The colour image's name in the archive."""
+        return f"rgbd/{self.numbers[index]}.jpg"
+
     def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading or one of low confidence; raises UnusableFrame."""
         name = f"rgbd/{self.numbers[index]}.depth"
@@ -122,6 +126,10 @@ class FolderImages(ImageSource):
     def color(self, index: int) -> Uint8Array:
         """(H, W, 3) in RGB order; raises UnusableFrame."""
         return read_rgb(self._file("rgb", index, (".jpg", ".png", ".jpeg")))
+
+    def color_file(self, index: int) -> str:
+        """The path of the colour image."""
+        return self._file("rgb", index, (".jpg", ".png", ".jpeg")).as_posix()
 
     def depth(self, index: int) -> Float32Array:
         """(h, w) in metres, 0 = no reading; raises UnusableFrame."""

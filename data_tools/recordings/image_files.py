@@ -65,6 +65,10 @@ class ImageFiles(ImageSource):
         path = {"colour": paths.color, "depth": paths.depth, "parts": paths.parts}.get(kind, paths.ids)
         return kind if path is None else short_name(path)
 
+    def color_file(self, index: int) -> str:
+        """The path of the colour image."""
+        return self.paths[index].color.as_posix()
+
 
 def file_sequence(
     folder: Path,

@@ -52,6 +52,10 @@ class ImageSource(Protocol):
         """What messages call an image; kind is colour, depth, instance ids or parts."""
         return f"{kind} of frame {index}"
 
+    def color_file(self, index: int) -> str:
+        """The name of the file of a colour image, '' where images have none: other programs' poses go by it."""
+        return ""
+
 
 class ColorGridIds(Protocol):
     """Images of instance ids on the grid of colour; can be pickled."""
@@ -67,7 +71,8 @@ class ColorGridIds(Protocol):
 class RecordedSequence(FrameIteration):
     """The frames of an image source; pose_of is None for a recording without poses; color_ids are instance ids where
     the source itself has none on the grid of depth; frames that no camera can have taken are `implausible`, with the
-    reason; poses are given as seen from `origin`, which pose_of knows nothing of."""
+    reason; poses are given as seen from `origin`, which pose_of knows nothing of. recorded_stamps: whether stamps are
+    those of a clock; poses_note: what poses from elsewhere are, '' where they are the recording's own."""
 
     name: str
     images: ImageSource
@@ -78,6 +83,8 @@ class RecordedSequence(FrameIteration):
     color_ids: ColorGridIds | None = None
     implausible: Mapping[int, str] = field(default_factory=dict)
     origin: Origin = HERE
+    recorded_stamps: bool = False
+    poses_note: str = ""
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -190,6 +197,7 @@ def recorded_sequence(
         dict(class_names or {}),
         implausible=implausible_frames(path, stamps, positions, recorded_stamps=recorded_stamps),
         origin=HERE if positions is None else local_origin(positions),
+        recorded_stamps=recorded_stamps,
     )
 
 

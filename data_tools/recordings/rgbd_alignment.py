@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from data_tools.recordings.camera import HOW_TO_DECLARE, Camera, Declared
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.rgbd_calibration import RgbdCalibration
-from razer.arrays import BoolArray, Float32Array, Int16Array, Uint8Array, Uint16Array
+from razer.arrays import BoolArray, Float32Array, Float64Array, Int16Array, Uint8Array, Uint16Array
 from razer.errors import BadInput
 from razer.frame import Intrinsics, RecordedColor
 
@@ -51,7 +51,8 @@ class PixelMap:
 
 @dataclass(frozen=True)
 class RgbdAlignment:
-    """How raw images of known sizes become a colour and a depth image on the pinhole grid `intrinsics`."""
+    """How raw images of known sizes become a colour and a depth image on the pinhole grid `intrinsics`;
+    color_from_depth (4, 4), where a second camera took colour."""
 
     intrinsics: Intrinsics
     color_size: Size
@@ -59,6 +60,7 @@ class RgbdAlignment:
     color_map: PixelMap | None = None
     depth_map: PixelMap | None = None
     warp: ColorWarp | None = None
+    color_from_depth: Float64Array | None = None
 
     def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None, RecordedColor | None]:
         """Colour on the grid of the aligned `depth`, which pixels have one, None = all, and the picture that it was
@@ -88,7 +90,7 @@ def make_rgbd_alignment(declared: Declared, color_size: Size, depth_size: Size) 
         camera, pinhole = _color_camera(declared, color_size, depth_size)
         warp = ColorWarp.between(target, RgbdCalibration(pinhole, declared.color_from_depth))
         color_map = _undistortion(camera, pinhole, pinhole)
-        return RgbdAlignment(target, color_size, depth_size, color_map, depth_map, warp)
+        return RgbdAlignment(target, color_size, depth_size, color_map, depth_map, warp, declared.color_from_depth)
     camera = _shared_rays(declared, color_size, depth_size)
     # The colour image is first resized to the depth grid, so its camera is taken at that size.
     source = camera.at(color_size).resized(*depth_size) if camera is not depth_camera else target

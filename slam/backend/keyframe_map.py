@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.loop_closure import RECENT, LoopClosure, in_reach
-from slam.backend.pose_graph import PoseEdge, PoseGraph, mahalanobis
+from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -30,9 +30,9 @@ class KeyframeMap:
     """Keyframes in submaps: submap 0, which begins with the first keyframe, is the world; others are unanchored until
     they are merged with it. `version` grows with each change of the keyframes' poses."""
 
-    def __init__(self, config: SlamConfig) -> None:
+    def __init__(self, config: SlamConfig, graph: PoseGraph | None = None) -> None:
         self.keyframes = Keyframes()
-        self.graph = PoseGraph()
+        self.graph = PoseGraph() if graph is None else graph
         self.version = 0
         self._config = config
         self._loops = LoopClosure(self.keyframes, config)
@@ -72,6 +72,38 @@ class KeyframeMap:
         self._loops.add(keyframe)
         self._optimise()
         return keyframe
+
+    def place(
+        self,
+        view: View,
+        world_from_camera: Float64Array,
+        travelled_m: float,
+        edges: Sequence[PoseEdge],
+        priors: Sequence[PosePrior],
+    ) -> Keyframe:
+        """A further keyframe of the world, of which poses from elsewhere know something.
+
+        Args:
+            view: the view that becomes a keyframe.
+            world_from_camera: (4, 4) its first guess.
+            travelled_m: how far the camera has travelled, metres.
+            edges: what was measured of it.
+            priors: what the poses from elsewhere say of it.
+        """
+        keyframe = self.keyframes.add(view, world_from_camera, 0, travelled_m)
+        self.graph.add_keyframe(keyframe.number, world_from_camera)
+        for edge in edges:
+            self.graph.add_edge(edge)
+        for prior in priors:
+            self.graph.add_prior(prior)
+        self._loops.add(keyframe)
+        self._optimise()
+        return keyframe
+
+    def smooth(self, priors: Sequence[PosePrior]) -> None:
+        """Smooth over everything once more, under other priors."""
+        self.graph.replace(self.graph.edges, priors)
+        self._set_poses(self.graph.smooth())
 
     def recognise(
         self, keyframe: Keyframe, view: View, guess: Float64Array, calibration: ColorCalibration

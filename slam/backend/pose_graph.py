@@ -22,6 +22,9 @@ GEMAN_MCCLURE = 3.0
 HUBER = 0.5
 # Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
 INFORMATION = (1.0, 1e7)
+# Priors of poses from elsewhere pull no more strongly from this many sigmas on (Huber): where these jump, many
+# registrations say otherwise and have their way, and a single one that slid along a wall has not.
+PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
@@ -39,14 +42,28 @@ class PoseEdge:
     is_odometry: bool = False
 
 
+@dataclass(frozen=True)
+class PosePrior:
+    """What poses from elsewhere say of keyframe b: that it lies at a_from_b (4, 4) in front of keyframe a, or, where a
+    is None, of the world; sigmas (6,), standard deviations along its own axes (rotation, radians; shift, metres), which
+    are true ones; unit: by how many of the sigmas that edges count with these are off, so that both can be compared."""
+
+    a: int | None
+    b: int
+    a_from_b: Float64Array
+    sigmas: Float64Array
+    unit: float
+
+
 @dataclass
 class Batch:
     """What iSAM2 takes in at once: first guesses (4, 4) by keyframe, anchors as (keyframe, pose (4, 4), unanchored),
-    and edges."""
+    edges, and priors."""
 
     guesses: dict[int, Float64Array] = field(default_factory=dict)
     anchors: list[tuple[int, Float64Array, bool]] = field(default_factory=list)
     edges: list[PoseEdge] = field(default_factory=list)
+    priors: list[PosePrior] = field(default_factory=list)
 
     def problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         """The same as GTSAM has it."""
@@ -57,17 +74,22 @@ class Batch:
             graph.add(_anchor(*anchor))
         for edge in self.edges:
             graph.add(_factor(edge))
+        for prior in self.priors:
+            graph.add(_prior_factor(prior))
         return graph, values
 
 
 class PoseGraph:
-    """Keyframes, numbered as they come: `poses` holds world_from_camera (4, 4) of each as known now."""
+    """Keyframes, numbered as they come: `poses` holds world_from_camera (4, 4) of each as known now.
 
-    def __init__(self) -> None:
+    fixed: the keyframe that is the world; None = priors say where the world is."""
+
+    def __init__(self, fixed: int | None = 0) -> None:
         self.edges: list[PoseEdge] = []
+        self.priors: list[PosePrior] = []
         self._guesses: dict[int, Float64Array] = {}
         self._anchors: set[int] = set()
-        self._fixed = 0  # the keyframe that is the world
+        self._fixed = fixed
         self._restart()
 
     def _restart(self) -> None:
@@ -89,7 +111,7 @@ class PoseGraph:
         """A further keyframe at its first guess; the first one is fixed there, an unanchored one hardly at all."""
         self._guesses[number] = world_from_camera
         self._new.guesses[number] = world_from_camera
-        if (not self.poses and number == 0) or unanchored:
+        if (not self.poses and number == self._fixed) or unanchored:
             self._anchors.add(number)
             self._new.anchors.append((number, world_from_camera, unanchored))
         self.poses[number] = world_from_camera
@@ -98,6 +120,11 @@ class PoseGraph:
         """A further measured motion between two keyframes."""
         self.edges.append(edge)
         self._new.edges.append(edge)
+
+    def add_prior(self, prior: PosePrior) -> None:
+        """What poses from elsewhere say of a keyframe."""
+        self.priors.append(prior)
+        self._new.priors.append(prior)
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -140,7 +167,7 @@ class PoseGraph:
         return self.poses
 
     def _problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
-        return Batch(dict(self.poses), self._anchored(self._anchors), self.edges).problem()
+        return Batch(dict(self.poses), self._anchored(self._anchors), self.edges, self.priors).problem()
 
     def _anchored(self, keyframes: Iterable[int]) -> list[tuple[int, Float64Array, bool]]:
         return [(number, self._guesses[number], number != self._fixed) for number in keyframes]
@@ -157,12 +184,14 @@ class PoseGraph:
         self._fixed = number
         self.shift(self.poses)
 
-    def replace(self, edges: Iterable[PoseEdge]) -> None:
-        """Start iSAM2 anew from the present poses with other edges."""
+    def replace(self, edges: Iterable[PoseEdge], priors: Iterable[PosePrior] | None = None) -> None:
+        """Start iSAM2 anew from the present poses with other edges, and with other priors, None = the same."""
         poses, edges = self.poses, list(edges)
+        self.priors = list(self.priors if priors is None else priors)
         self.edges = []
         self._restart()
-        self._new = Batch(dict(poses), self._anchored(number for number in poses if number in self._anchors))
+        anchors = self._anchored(number for number in poses if number in self._anchors)
+        self._new = Batch(dict(poses), anchors, priors=list(self.priors))
         self.poses = dict(poses)
         for edge in edges:
             self.add_edge(edge)
@@ -173,7 +202,7 @@ def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
     measured = gtsam.Pose3(edge.a_from_b)
     predicted = gtsam.Pose3(np.linalg.inv(poses[edge.a]) @ poses[edge.b])
     error = np.asarray(measured.localCoordinates(predicted))
-    return float(np.sqrt(max(float(error @ _information(edge) @ error), 0.0)))
+    return float(np.sqrt(max(float(error @ edge_information(edge) @ error), 0.0)))
 
 
 def _isam2() -> gtsam.ISAM2:
@@ -194,7 +223,8 @@ def _marginal(isam: gtsam.ISAM2, number: int) -> Float64Array | None:
     return marginal if np.isfinite(marginal).all() and np.linalg.eigvalsh(marginal)[0] > 0 else None
 
 
-def _information(edge: PoseEdge) -> Float64Array:
+def edge_information(edge: PoseEdge) -> Float64Array:
+    """The information (6, 6) that an edge counts by, of a perturbation along keyframe b's own axes."""
     moved = adjoint(edge.a_from_b)
     information = EDGE_SHARE * moved.T @ edge.information @ moved
     values, axes = np.linalg.eigh((information + information.T) / 2)
@@ -202,8 +232,17 @@ def _information(edge: PoseEdge) -> Float64Array:
     return bounded
 
 
+def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFactorPose3:
+    kernel = gtsam.noiseModel.mEstimator.Huber.Create(PRIOR_HUBER * prior.unit)
+    noise = gtsam.noiseModel.Robust.Create(kernel, gtsam.noiseModel.Diagonal.Sigmas(prior.sigmas / prior.unit))
+    pose = gtsam.Pose3(prior.a_from_b)
+    if prior.a is None:
+        return gtsam.PriorFactorPose3(prior.b, pose, noise)
+    return gtsam.BetweenFactorPose3(prior.a, prior.b, pose, noise)
+
+
 def _factor(edge: PoseEdge) -> gtsam.BetweenFactorPose3:
-    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(_information(edge))
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(edge_information(edge))
     kernels = gtsam.noiseModel.mEstimator
     kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
     robust = gtsam.noiseModel.Robust.Create(kernel, noise)

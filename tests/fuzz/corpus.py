@@ -46,7 +46,8 @@ from razer.vocabulary import vocabulary
 from tests.fuzz.model_files import MODEL_FILES, write_pictures
 from tests.support.edited_maps import CHAIR, TABLE, do, hand_made, saved, session_of
 from tests.support.labelled_meshes import furnished_room
-from tests.support.recordings import HEIGHT, WIDTH, colour, depth
+from tests.support.pose_files import curved_path, write_colmap, write_kitti, write_transforms, write_tum_lines
+from tests.support.recordings import HEIGHT, WIDTH, camera_json, colour, depth, write_folder
 from tests.support.ros_recordings import Messages, write_bag
 
 RUN = Path(__file__).resolve().parent.parent / "fixtures" / "run_format_1"
@@ -250,7 +251,31 @@ def _write_query(folder: Path) -> None:
     (folder / "query.txt").write_text("a chair; table | lamp")
 
 
+POSES = curved_path(2)
+POSE_FILES: dict[str, Callable[[Path], object]] = {
+    "tum poses": lambda path: write_tum_lines(path, [0.0, 1 / 30], POSES),
+    "kitti poses": lambda path: write_kitti(path, POSES),
+    "colmap poses": lambda path: write_colmap(path, ["000000.png", "000001.png"], POSES),
+    "transforms": lambda path: write_transforms(path, ["000000.png", "000001.png"], POSES),
+}
+
+
+def _pose_file(write: Callable[[Path], object]) -> Kind:
+    def make(folder: Path) -> None:
+        write_folder(folder, 2, camera_json())
+        write(folder / "poses.txt")
+
+    def read(folder: Path) -> None:
+        sequence = open_sequence(folder, poses_from=folder / "poses.txt")
+        for index in range(2):
+            with suppress(UnusableFrame):
+                sequence[index]
+
+    return Kind(make, read, ("poses.txt",))
+
+
 KINDS: dict[str, Kind] = {
+    **{name: _pose_file(write) for name, write in POSE_FILES.items()},
     **{name: Kind(*of_kind) for name, of_kind in MODEL_FILES.items()},
     **{layout: _recording(layout) for layout in WRITERS},
     "record3d": Kind(_write_r3d, _read_r3d),

@@ -36,7 +36,7 @@ def track(
 ) -> int:
     """Estimate the camera's path: odometry, loop closure, smoothing at the end.
 
-    Poses that come with the recording are not used, but errors against them are reported.
+    Poses that come with the recording are not used, but errors against them are reported; --poses refine corrects them.
     Ctrl-C smooths and writes what was tracked until then; the exit code is 130.
 
     Parameters
@@ -55,7 +55,7 @@ def track(
 
     # Late, as in `razer run`.
     with waiting_for("starting"):
-        from app.frames.open_recording import open_unchecked
+        from app.frames.open_recording import open_noted
         from app.pipeline.track_only import tracked_path
         from app.run_folder.save_run import tum_text
 
@@ -63,7 +63,8 @@ def track(
         for path in dict.fromkeys([out, live_poses]):
             if path is not None:
                 files.enter_context(_written(path))
-        tracked = tracked_path(open_unchecked(folder, config.input), config, progress_console())
+        sequence = open_noted(folder, config.input, progress_console())
+        tracked = tracked_path(sequence, config, progress_console())
         for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
             if path is not None:
                 text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
@@ -77,7 +78,7 @@ def track(
 
 
 def _advise(tracked: TrackedPath, folder: Path, options: TrackOptions) -> None:
-    choice = "both" if tracked.given else "slam"  # both compares them
+    choice = options.poses or ("both" if tracked.given else "slam")  # both compares them
     is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
     print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
 

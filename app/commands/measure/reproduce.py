@@ -16,6 +16,7 @@ from app.next_steps import looking_at
 from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.folder_lock import writing
 from app.settings.options import BOTH, Flag, PosesName, RunOptions
+from razer.errors import BadInput
 
 if TYPE_CHECKING:
     from app.reproduction.reproduce_table import Reproduced
@@ -60,7 +61,7 @@ def reproduce(
     scene_names = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
     both = options.poses == "both"
     folders: dict[PosesName | None, Path]
-    folders = {name: out / name for name in BOTH} if both else {options.poses: out}
+    folders = {name: out / name for name in BOTH} if both else {_choice(options): out}
     results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
@@ -68,10 +69,16 @@ def reproduce(
             results[name] = reproduction.run(progress_console())
     if json:
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}
-        print(dumps(rows if both else rows[options.poses]))
+        print(dumps(rows if both else rows[next(iter(folders))]))
         return 0
     _report(table, results, folders)
     return 0
+
+
+def _choice(options: RunOptions) -> PosesName | None:
+    if isinstance(options.poses, Path) or options.poses_from is not None:
+        raise BadInput("a table has many recordings, and a file poses one: leave --poses FILE and --poses-from out")
+    return options.poses
 
 
 def _report(table: str, results: dict[PosesName | None, Reproduced], folders: dict[PosesName | None, Path]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.console.outputs import print_next
-from app.console.streams import result_console
+from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.settings.options import Flag, SourceOptions
@@ -47,13 +47,13 @@ def inspect(
     """
     # Late, since OpenCV and SciPy take a moment to load: help and wrong usage should not wait for them.
     with waiting_for("starting"):
-        from app.frames.open_recording import open_unchecked
+        from app.frames.open_recording import open_noted
         from data_tools.checks.inspection import inspect_sequence
         from data_tools.registry import recognise
 
     settings = options.input_settings()
     with waiting_for("looking at frames all over the recording"):
-        inspection = inspect_sequence(open_unchecked(folder, settings))
+        inspection = inspect_sequence(open_noted(folder, settings, progress_console()))
     layout = settings.reader or recognise(folder)
     if write is not None:
         _write_calibration(write, inspection.rgbd_estimate)

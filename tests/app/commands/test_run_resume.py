@@ -190,7 +190,7 @@ def wait_for_checkpoints(process: subprocess.Popen, out: Path, count: int) -> No
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("poses", ["given", "slam"])
+@pytest.mark.parametrize("poses", ["given", "slam", "refine"])
 def test_runs_killed_at_random_moments_end_as_if_nothing_had_happened(tmp_path, poses):
     """Fifteen times each, after two checkpoints or more; the whole group of processes is killed, as by a power cut."""
     recording = write_small_room(tmp_path / "recording", n_frames=40)

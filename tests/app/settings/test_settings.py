@@ -52,7 +52,7 @@ def test_every_setting_is_listed_with_a_meaning():
     assert [setting.name for setting in settings if len(setting.meaning) < 10] == []
     by_name = {setting.name: setting for setting in settings}
     assert by_name["voxels.voxel_size_m"].allowed == "> 0.001 and <= 0.2"
-    assert by_name["input.poses"].allowed == "given, slam, auto"
+    assert by_name["input.poses"].allowed == "given, slam, refine, auto"
 
 
 def test_later_sources_win(tmp_path):
@@ -86,7 +86,7 @@ def test_values_are_read_as_toml_or_else_as_text(text, value):
         ("voxels.voxelsize_m=0.01", "unknown setting voxels.voxelsize_m; did you mean voxels.voxel_size_m"),
         ("voxel.voxel_size_m=0.01", "unknown setting voxel.voxel_size_m; did you mean voxels.voxel_size_m"),
         ("voxels.voxel_size_m=7", "voxels.voxel_size_m = 7: should be less than or equal to 0.2"),
-        ("input.poses=perhaps", "input.poses = 'perhaps': should be 'given', 'slam' or 'auto'"),
+        ("input.poses=perhaps", "input.poses = 'perhaps': should be 'given', 'slam', 'refine' or 'auto'"),
         ("input.stride=often", "input.stride = 'often'"),
         ("input.stride.deep=1", "input.stride"),
         ("input.start=-1", "input.start = -1: should be greater than or equal to 0"),
