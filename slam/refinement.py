@@ -102,7 +102,7 @@ class RefinedPoses:
 
     def _view(self, frame: Frame, turning_rad_s: Float64Array) -> View:
         features = self._extractor.extract(frame, self.calibration)
-        return View.of(frame, features, turning_rad_s, self.config, self._calibration)
+        return View.of(frame, features, turning_rad_s, self.config, self.calibration)
 
     def _begin(self, frame: Frame, given: Pose) -> FrameTracker:
         keyframe = self._add_keyframe(self._view(frame, STILL), given, given, None, None)
