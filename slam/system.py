@@ -122,8 +122,8 @@ class SlamSystem:
         return self._located.corrections()
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop loop closures that proved false. The submap
-        that shows most frames is the world."""
+        """Measure the pairs that overlap and add something, smooth over everything, and drop loop closures that proved
+        false. The submap that shows most frames is the world."""
         self.map.finish(self.calibration)
         frames = self._located.submaps()
         if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):

@@ -35,7 +35,7 @@ class KeyframeMap:
         self.graph = PoseGraph()
         self.version = 0
         self._config = config
-        self._loops = LoopClosure(self.keyframes, config)
+        self._loops = LoopClosure(self.keyframes, self.graph, config)
         self._merging = SubmapMerging(config.submaps)
         self._n_submaps = 0
         self._alert = 0  # views still to be compared one after the other; below 0, views since then
@@ -177,8 +177,8 @@ class KeyframeMap:
             self.keyframes[number].world_from_camera = pose
 
     def finish(self, calibration: ColorCalibration) -> None:
-        """Merge what can be merged, measure all pairs that overlap, smooth over everything, and drop loop closures that
-        proved false."""
+        """Merge what can be merged, measure the pairs that overlap and add something, smooth over everything, and drop
+        loop closures that proved false."""
         self._search_unanchored(calibration)
         for _ in range(FINAL_ROUNDS):
             self.close_loops(calibration)

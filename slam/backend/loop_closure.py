@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge
+from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.view_overlap import overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import Features
-from slam.frontend.icp import IcpResult, overlap_of
+from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import MANY_TRIES, TRIES, ViewRegistration, is_trusted
 from slam.se3 import angle_deg, length_m
@@ -24,17 +25,23 @@ from slam.se3 import angle_deg, length_m
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
 RECENT = 10  # keyframes before one that tracking itself connects with it: they are no loop
+# A pair is measured where the variance between the two, as the graph has it, is at least so many times that of a
+# further edge: it then falls to 1 / (1 + MIN_GAIN).
+MIN_GAIN = 0.2
+MAX_GAIN = 10.0  # of a pair that nothing joins near by
+MOST_LOOKED_AT = 36  # keyframes whose overlap with a new one is told, of those in reach the nearest by position
 
 
 class LoopClosure:
     """The pairs of keyframes still to be measured, the most promising first."""
 
-    def __init__(self, keyframes: Keyframes, config: SlamConfig) -> None:
-        self._keyframes = keyframes
+    def __init__(self, keyframes: Keyframes, graph: PoseGraph, config: SlamConfig) -> None:
+        self._keyframes, self._graph = keyframes, graph
         self._registration = ViewRegistration(config)
         self._settings, self._free_space = config.loop_closure, config.free_space
         self._places = PlaceRecognition()
-        self._waiting: deque[tuple[int, int]] = deque()
+        self._max_depth_m = config.depth.max_depth_m
+        self._waiting: deque[tuple[int, int, float]] = deque()  # pairs, and the share of one view that the other sees
         self._queued: set[tuple[int, int]] = set()
 
     def __len__(self) -> int:
@@ -42,20 +49,23 @@ class LoopClosure:
 
     def add(self, keyframe: Keyframe) -> None:
         """Queue what a new keyframe may be measured against: places first, then neighbours."""
-        pairs = [(n, keyframe.number) for n in self._places_of(keyframe)]
-        pairs += [(n, keyframe.number) for n in self.neighbors(keyframe, self._settings.max_neighbors)]
+        self._queue([(n, keyframe.number, 1.0) for n in self._places_of(keyframe)])
         self._places.add(keyframe.view.features)
-        self._queue(pairs)
+        neighbors = sorted(self._neighbors(keyframe, MOST_LOOKED_AT), reverse=True)[: self._settings.max_neighbors]
+        self._queue([(n, keyframe.number, share) for _, share, n in neighbors])
 
     def queue_neighbors(self) -> None:
-        """Queue all pairs that overlap at the present poses and were not measured yet."""
-        self._queue([(n, k.number) for k in self._keyframes.all for n in self.neighbors(k)])
+        """Queue the pairs that overlap at the present poses, were not measured yet and would add something: those that
+        add most first, as they may make others needless."""
+        self._graph.doubt_edges()
+        found = [(-gain, n, k.number, share) for k in self._keyframes.all for gain, share, n in self._neighbors(k)]
+        self._queue((a, b, share) for _, a, b, share in sorted(found))
 
-    def _queue(self, pairs: list[tuple[int, int]]) -> None:
-        for pair in pairs:
-            if pair not in self._queued:
-                self._queued.add(pair)
-                self._waiting.append(pair)
+    def _queue(self, pairs: Iterable[tuple[int, int, float]]) -> None:
+        for a, b, share in pairs:
+            if (a, b) not in self._queued:
+                self._queued.add((a, b))
+                self._waiting.append((a, b, share))
 
     def _places_of(self, keyframe: Keyframe) -> list[int]:
         earlier = self._keyframes.all[: keyframe.number]
@@ -82,22 +92,50 @@ class LoopClosure:
         best = np.argsort(-similarity, kind="stable")[:limit]
         return [int(numbers[n]) for n in best if similarity[n] >= min_similarity]
 
-    def neighbors(self, keyframe: Keyframe, limit: int | None = None) -> list[int]:
-        """Earlier keyframes of the same submap, but for the one just before, whose view overlaps with this one's, the
-        most overlapping first."""
-        overlapping = []
-        grid = self._keyframes.view(keyframe).pyramid.levels[0]
+    def _neighbors(self, keyframe: Keyframe, most: int | None = None) -> Iterator[tuple[float, float, int]]:
+        """Earlier keyframes of the same submap whose view overlaps with this one's, and an edge to which would add
+        something: how much, the share of the view that they see, their number. At `most` so many are looked at."""
+        points = reading_points(keyframe.view, self._max_depth_m)
+        for number, gain in self._uncertain(keyframe)[:most]:
+            other = self._keyframes[number]
+            share = overlap_of(points, other.view, inverse(other.world_from_camera) @ keyframe.world_from_camera)
+            if share >= self._settings.min_overlap and share * gain >= MIN_GAIN:
+                yield share * gain, share, number
+
+    def _uncertain(self, keyframe: Keyframe) -> list[tuple[int, float]]:
+        """Earlier keyframes in reach that are not as good as fixed to this one, the nearest first, with what an edge
+        would add if views were the same."""
         earlier = [k for k in self._keyframes.all[: max(0, keyframe.number - 1)] if k.submap == keyframe.submap]
-        for other in in_reach(keyframe.world_from_camera, earlier, self._settings):
-            other_from_this = inverse(other.world_from_camera) @ keyframe.world_from_camera
-            share = overlap_of(grid, self._keyframes.view(other).pyramid.levels[0], other_from_this)
-            if share >= self._settings.min_overlap:
-                overlapping.append((-share, other.number))
-        return [number for _, number in sorted(overlapping)[:limit]]
+        network = self._graph.network
+        variances, unit = network.variances_from(keyframe.number), network.usual_variance
+        numbers = [k.number for k in in_reach(keyframe.world_from_camera, earlier, self._settings)]
+        gains = [(n, min(variances[n] / unit, MAX_GAIN) if n in variances else MAX_GAIN) for n in numbers]
+        return [(n, gain) for n, gain in gains if gain >= MIN_GAIN and not network.joined(n, keyframe.number)]
+
+    def _adds(self, a: Keyframe, b: Keyframe, share: float) -> bool:
+        """Whether an edge between two keyframes would be felt."""
+        if a.submap != b.submap:
+            return True
+        network = self._graph.network
+        variance = network.variances_from(a.number).get(b.number)
+        return variance is None or share * variance / network.usual_variance >= MIN_GAIN
+
+    def _next(self) -> tuple[Keyframe, Keyframe] | None:
+        """The next pair that still adds something."""
+        while self._waiting:
+            *pair, share = self._waiting.popleft()
+            a, b = (self._keyframes[n] for n in pair)
+            if self._adds(a, b, share):
+                return a, b
+            self._queued.discard((a.number, b.number))  # what is near now may not be at other poses
+        return None
 
     def measure_next(self, calibration: ColorCalibration) -> PoseEdge | None:
-        """Measure the next pair; None if it came to nothing."""
-        a, b = (self._keyframes[n] for n in self._waiting.popleft())
+        """Measure the next pair; None if there is none, or it came to nothing."""
+        pair = self._next()
+        if pair is None:
+            return None
+        a, b = pair
         guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if a.submap == b.submap else []
         result = self.register(a, self._keyframes.view(b), guesses, calibration)
         if result is None or (a.submap == b.submap and not plausible(a, b, result.target_from_source, self._settings)):
@@ -128,14 +166,20 @@ class LoopClosure:
 def in_reach(
     world_from_camera: Float64Array, keyframes: Sequence[Keyframe], settings: LoopClosureSettings
 ) -> list[Keyframe]:
-    """Those whose view may overlap by position and direction, before any point is looked at."""
+    """Those whose view may overlap by position and direction, before any point is looked at, the nearest first."""
     if not keyframes:
         return []
     poses = np.stack([keyframe.world_from_camera for keyframe in keyframes])
-    away = np.linalg.norm(poses[:, :3, 3] - world_from_camera[:3, 3], axis=1)
-    cosine = (poses[:, :3, 2] @ world_from_camera[:3, 2]).clip(-1, 1)
-    near = np.flatnonzero((away < settings.max_distance_m) & (cosine > np.cos(np.radians(settings.max_angle_deg))))
-    return [keyframes[int(n)] for n in near]
+    return [keyframes[n] for n in _near(world_from_camera, poses, settings).tolist()]
+
+
+def _near(world_from_camera: Float64Array, poses: Float64Array, settings: LoopClosureSettings) -> IndexArray:
+    """Rows of poses (K, 4, 4) that may see what another does, the nearest first."""
+    away = np.linalg.norm(poses[:, :3, 3] - world_from_camera[:3, 3], axis=1) / settings.max_distance_m
+    cosine = poses[:, :3, 2] @ world_from_camera[:3, 2]
+    least = np.cos(np.radians(settings.max_angle_deg))
+    near = np.flatnonzero((away < 1) & (cosine > least))
+    return near[np.argsort(away[near] - cosine[near], kind="stable")]
 
 
 def plausible(a: Keyframe, b: Keyframe, a_from_b: Float64Array, settings: LoopClosureSettings) -> bool:

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import gtsam
 import numpy as np
 
 from razer.arrays import Float64Array
+from slam.backend.resistance_network import ResistanceNetwork
 from slam.se3 import adjoint
 
 # Registrations report the information of their residuals as if these were independent and all were right; an edge
@@ -25,6 +27,7 @@ INFORMATION = (1.0, 1e7)
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
+LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and shift are of one unit
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,14 @@ class PoseEdge:
     a_from_b: Float64Array
     information: Float64Array
     is_odometry: bool = False
+
+    @cached_property
+    def variance_m2(self) -> float:
+        """Mean square by which the edge leaves open where what one camera sees, LEVER_M ahead, is for the other."""
+        ahead = np.zeros((3, 6))
+        ahead[:, 3:] = np.eye(3)
+        ahead[0, 1], ahead[1, 0] = LEVER_M, -LEVER_M
+        return float(np.trace(ahead @ np.linalg.solve(_information(self), ahead.T)))
 
 
 @dataclass
@@ -65,6 +76,7 @@ class PoseGraph:
 
     def __init__(self) -> None:
         self.edges: list[PoseEdge] = []
+        self.network = ResistanceNetwork()  # of them
         self._guesses: dict[int, Float64Array] = {}
         self._anchors: set[int] = set()
         self._fixed = 0  # the keyframe that is the world
@@ -77,11 +89,13 @@ class PoseGraph:
         self.poses: dict[int, Float64Array] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_isam"}
+        return {name: value for name, value in vars(self).items() if name not in ("_isam", "network")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """iSAM2 is fed all that it was, in the same order."""
-        vars(self).update(state, _isam=_isam2())
+        vars(self).update(state, _isam=_isam2(), network=ResistanceNetwork())
+        for edge in self.edges:
+            self.network.add(edge.a, edge.b, edge.variance_m2)
         for batch in self._taken:
             self._update(batch)
 
@@ -97,7 +111,15 @@ class PoseGraph:
     def add_edge(self, edge: PoseEdge) -> None:
         """A further measured motion between two keyframes."""
         self.edges.append(edge)
+        self.network.add(edge.a, edge.b, edge.variance_m2)
         self._new.edges.append(edge)
+
+    def doubt_edges(self) -> None:
+        """Let edges that the present poses contradict count in the network by as much as they still pull."""
+        self.network = ResistanceNetwork()
+        for edge in self.edges:
+            contradiction = 0.0 if edge.is_odometry else mahalanobis(edge, self.poses) / GEMAN_MCCLURE
+            self.network.add(edge.a, edge.b, edge.variance_m2 * (1 + contradiction**2) ** 2)
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -160,7 +182,7 @@ class PoseGraph:
     def replace(self, edges: Iterable[PoseEdge]) -> None:
         """Start iSAM2 anew from the present poses with other edges."""
         poses, edges = self.poses, list(edges)
-        self.edges = []
+        self.edges, self.network = [], ResistanceNetwork()
         self._restart()
         self._new = Batch(dict(poses), self._anchored(number for number in poses if number in self._anchors))
         self.poses = dict(poses)

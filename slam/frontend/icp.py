@@ -27,7 +27,6 @@ HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level:
 MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
 MIN_CALIBRATION_AGREEMENT = 0.8  # of depth, for its motion to be known well enough to learn the colour camera from
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
-OVERLAP_REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
 MIN_STEP_RAD, MIN_STEP_M = 1e-4, 2e-4  # Gauss-Newton has converged: far below what a pixel resolves
 
 
@@ -185,15 +184,6 @@ def _weight(residual: Float32Array, strict: bool) -> Float32Array:
     if strict:
         return np.square(1 - np.minimum((residual / TUKEY) ** 2, 1))
     return np.minimum(1, HUBER / np.maximum(np.abs(residual), np.float32(1e-6)))
-
-
-def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Float64Array) -> float:
-    """Share of the source's points that project onto readings of the target within OVERLAP_REACH_M."""
-    points = _moved(source.sample_points, target_from_source)
-    inside, pixel = _projected(points, target)
-    gap = _columns(target.points, pixel) - _columns(points, inside)
-    near = _dot(gap, gap) < OVERLAP_REACH_M**2
-    return float((near & target.valid[pixel]).sum()) / max(points.shape[1], 1)
 
 
 def _moved(points: Float32Array, pose: Float64Array) -> Float32Array:
