@@ -96,7 +96,7 @@ class KeyframeMap:
     def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
         """Whether a view of one submap, with the hypotheses before, merges it with another."""
         reference, view = located.reference, located.view
-        others = [k.number for k in self.keyframes.all if k.submap != reference.submap]
+        others = np.flatnonzero(self.keyframes.submaps() != reference.submap)
         min_similarity = self._config.loop_closure.min_submap_similarity
         for number in self._loops.lookalikes(view.features, others, min_similarity, shortlist):
             result = self._loops.register(self.keyframes[number], view, [], calibration)
@@ -207,4 +207,5 @@ class KeyframeMap:
     @property
     def n_loops(self) -> int:
         """Edges that close a loop: between keyframes that tracking does not connect within a few steps."""
-        return sum(edge.b - edge.a > RECENT for edge in self.graph.edges)
+        ends, _ = self.graph.edge_table()
+        return int((ends[:, 1] - ends[:, 0] > RECENT).sum())

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.place_recognition import PlaceRecognition
@@ -68,15 +68,19 @@ class LoopClosure:
                 self._waiting.append((a, b, share))
 
     def _places_of(self, keyframe: Keyframe) -> list[int]:
-        earlier = self._keyframes.all[: keyframe.number]
-        own = [k.number for k in earlier[: max(0, keyframe.number - RECENT)] if k.submap == keyframe.submap]
-        others = [k.number for k in earlier if k.submap != keyframe.submap]
-        features, settings = keyframe.view.features, self._settings
-        return self.lookalikes(features, own, settings.min_similarity, settings.shortlist) + self.lookalikes(
-            features, others, settings.min_submap_similarity, settings.shortlist
+        submaps = self._keyframes.submaps()[: keyframe.number]
+        own = np.flatnonzero(submaps[: max(0, keyframe.number - RECENT)] == keyframe.submap)
+        others = np.flatnonzero(submaps != keyframe.submap)
+        if len(own) + len(others) == 0:
+            return []
+        similarity, settings = self._places.similarity(keyframe.view.features), self._settings
+        return most_similar(similarity, own, settings.min_similarity, settings.shortlist) + most_similar(
+            similarity, others, settings.min_submap_similarity, settings.shortlist
         )
 
-    def lookalikes(self, features: Features, among: Sequence[int], min_similarity: float, limit: int) -> list[int]:
+    def lookalikes(
+        self, features: Features, among: Sequence[int] | IndexArray, min_similarity: float, limit: int
+    ) -> list[int]:
         """The keyframes whose appearance is most similar to the features', the most similar first.
 
         Args:
@@ -85,12 +89,9 @@ class LoopClosure:
             min_similarity: least cosine of their bags of words.
             limit: most keyframes that are returned.
         """
-        if not among:
+        if len(among) == 0:
             return []
-        numbers = np.array(among)
-        similarity = self._places.similarity(features)[numbers]
-        best = np.argsort(-similarity, kind="stable")[:limit]
-        return [int(numbers[n]) for n in best if similarity[n] >= min_similarity]
+        return most_similar(self._places.similarity(features), np.asarray(among), min_similarity, limit)
 
     def _neighbors(self, keyframe: Keyframe, most: int | None = None) -> Iterator[tuple[float, float, int]]:
         """Earlier keyframes of the same submap whose view overlaps with this one's, and an edge to which would add
@@ -105,11 +106,12 @@ class LoopClosure:
     def _uncertain(self, keyframe: Keyframe) -> list[tuple[int, float]]:
         """Earlier keyframes in reach that are not as good as fixed to this one, the nearest first, with what an edge
         would add if views were the same."""
-        earlier = [k for k in self._keyframes.all[: max(0, keyframe.number - 1)] if k.submap == keyframe.submap]
-        network = self._graph.network
+        keyframes, network = self._keyframes, self._graph.network
+        n_earlier = max(0, keyframe.number - 1)
+        own = np.flatnonzero(keyframes.submaps()[:n_earlier] == keyframe.submap)
+        near = own[_near(keyframe.world_from_camera, keyframes.poses()[own], self._settings)].tolist()
         variances, unit = network.variances_from(keyframe.number), network.usual_variance
-        numbers = [k.number for k in in_reach(keyframe.world_from_camera, earlier, self._settings)]
-        gains = [(n, min(variances[n] / unit, MAX_GAIN) if n in variances else MAX_GAIN) for n in numbers]
+        gains = [(n, min(variances[n] / unit, MAX_GAIN) if n in variances else MAX_GAIN) for n in near]
         return [(n, gain) for n, gain in gains if gain >= MIN_GAIN and not network.joined(n, keyframe.number)]
 
     def _adds(self, a: Keyframe, b: Keyframe, share: float) -> bool:
@@ -161,6 +163,19 @@ class LoopClosure:
             return None
         against = contradiction(keyframe.view, view, result.target_from_source, self._free_space)
         return result if against <= self._settings.max_contradiction else None
+
+
+def most_similar(similarity: Float32Array, among: IndexArray, min_similarity: float, limit: int) -> list[int]:
+    """At most so many of some keyframes, the most similar first.
+
+    Args:
+        similarity: (K,) of all keyframes.
+        among: numbers of those that are asked for.
+        min_similarity: less similar ones are left out.
+        limit: how many.
+    """
+    best = among[np.argsort(-similarity[among], kind="stable")[:limit]]
+    return best[similarity[best] >= min_similarity].tolist()
 
 
 def in_reach(

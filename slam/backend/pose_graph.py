@@ -11,7 +11,7 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import BoolArray, Float64Array, Int64Array
 from slam.backend.resistance_network import ResistanceNetwork
 from slam.se3 import adjoint
 
@@ -87,6 +87,17 @@ class PoseGraph:
         self._taken: list[Batch] = []  # by iSAM2 since it was started
         self._new = Batch()
         self.poses: dict[int, Float64Array] = {}
+        self._solved = np.zeros((0, 12))  # the poses that GTSAM gave last, row by row
+        self._ends, self._is_odometry = np.zeros((0, 2), np.int64), np.zeros(0, bool)  # of edges
+
+    def edge_table(self) -> tuple[Int64Array, BoolArray]:
+        """The keyframes (E, 2) that each edge joins, and whether it `is_odometry` (E,)."""
+        new = self.edges[len(self._ends) :]
+        if new:
+            ends = np.array([(edge.a, edge.b) for edge in new], np.int64)
+            self._ends = np.concatenate([self._ends, ends])
+            self._is_odometry = np.concatenate([self._is_odometry, [edge.is_odometry for edge in new]])
+        return self._ends, self._is_odometry
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name not in ("_isam", "network")}
@@ -132,13 +143,25 @@ class PoseGraph:
             return self.poses
         self._taken.append(self._new)
         self._new = Batch()
-        estimate = self._isam.calculateEstimate()
-        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
+        return self._take_over(self._isam.calculateEstimate())
+
+    def _take_over(self, estimate: gtsam.Values) -> Mapping[int, Float64Array]:
+        """The poses of all keyframes, of which those that changed are new arrays."""
+        rows = np.asarray(gtsam.utilities.extractPose3(estimate))  # by number: rotation row by row, shift
+        known = len(self._solved)
+        changed = np.flatnonzero((rows[:known] != self._solved).any(axis=1))
+        numbers = list(estimate.keys())
+        for row in (*changed.tolist(), *range(known, len(rows))):
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rows[row, :9].reshape(3, 3), rows[row, 9:]
+            self.poses[numbers[row]] = pose
+        self._solved = rows
         return self.poses
 
     def _update(self, batch: Batch) -> None:
         self._isam.update(*batch.problem())
-        self._isam.update()
+        if any(not edge.is_odometry for edge in batch.edges):
+            self._isam.update()  # once more from where the loop led; what tracking adds is at its optimum already
 
     def covariance(self, number: int) -> Float64Array | None:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
@@ -158,8 +181,7 @@ class PoseGraph:
     def smooth(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
         estimate = gtsam.LevenbergMarquardtOptimizer(*self._problem()).optimize()
-        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
-        return self.poses
+        return self._take_over(estimate)
 
     def _problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         return Batch(dict(self.poses), self._anchored(self._anchors), self.edges).problem()

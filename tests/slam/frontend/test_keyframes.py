@@ -46,3 +46,15 @@ def test_a_view_that_turned_otherwise_shares_its_pyramid(make_view):
     turned = view.turning(np.array([0.0, 1.0, 0.0]))
     assert turned.pyramid is view.pyramid
     assert (turned.turning_rad_s == [0, 1, 0]).all()
+
+
+def test_stacked_poses_are_those_of_the_keyframes_however_these_are_moved(make_view):
+    keyframes, rng = Keyframes(), np.random.default_rng(0)
+    view = make_view()
+    for number in range(150):
+        keyframes.add(view, rng.normal(size=(4, 4)), number % 3, 0.0)
+        keyframes[int(rng.integers(number + 1))].world_from_camera = rng.normal(size=(4, 4))
+        if number % 7 == 0:
+            np.testing.assert_array_equal(keyframes.poses(), [k.world_from_camera for k in keyframes.all])
+    np.testing.assert_array_equal(keyframes.poses(), [k.world_from_camera for k in keyframes.all])
+    assert keyframes.submaps().tolist() == [n % 3 for n in range(150)]
