@@ -13,7 +13,7 @@ from slam.config import SlamConfig
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth, sparse_depth
 from slam.frontend.features import Features
 
-KEPT_PYRAMIDS = 64  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
+KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
 STILL = np.zeros(3)
 
 

@@ -1,8 +1,9 @@
 """What a keyframe costs in a map of many: `python -m tests.slam.long_map_cost [AISLE_M [SIZE ...]]`.
 
 A walk up and down the aisles of a large hall is made up, whose keyframes all show one and the same view; only what
-tracking and place recognition cost is left out, which do not depend on how many there are. With aisles 4 m apart no view shows what another aisle's did; 0.5 m apart
-each does, and the pose graph is one great grid of loops, the worst there is.
+tracking and place recognition cost is left out, which do not depend on how many there are. With aisles 4 m apart no
+view shows what another aisle's did; 0.5 m apart each does, and the pose graph is one great grid of loops, the worst
+there is.
 """
 
 from __future__ import annotations
