@@ -15,6 +15,7 @@ FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better 
 N_LEVELS = 2  # the coarse one draws from afar, the fine one decides; a third changes nothing but the time
 JUMP_SHARE = 0.05  # neighbours whose depths differ by more than this share (and 3 cm) lie on two surfaces
 JUMP_M = 0.03
+NOWHERE_M = 1e6  # stands for a pixel without a reading, which is farther than any
 MAX_STEPS, MIN_RANGE_M = 65_535, 1e-3  # of depth as it is kept; an image without readings has a range, too
 
 
@@ -96,14 +97,14 @@ class DepthPyramid:
 def halved(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, Intrinsics]:
     """Half the pixels each way: the mean of those of four readings that lie on the nearest of their surfaces."""
     rows, columns = depth.shape[0] // 2, depth.shape[1] // 2
-    corners = [depth[i : 2 * rows : 2, j : 2 * columns : 2] for i in (0, 1) for j in (0, 1)]
-    nearest = np.full((rows, columns), np.inf, np.float32)
-    for corner in corners:
-        np.minimum(nearest, np.where(corner > 0, corner, np.float32(np.inf)), out=nearest)
-    limit = nearest * np.float32(1.02) + np.float32(0.01)
+    # Four whole images, since what lies next to each other in memory is quicker to go through.
+    far = np.where(depth > 0, depth, np.float32(NOWHERE_M))
+    corners = [np.ascontiguousarray(far[i : 2 * rows : 2, j : 2 * columns : 2]) for i in (0, 1) for j in (0, 1)]
+    nearest = np.minimum(np.minimum(corners[0], corners[1]), np.minimum(corners[2], corners[3]))
+    limit = np.minimum(nearest * np.float32(1.02) + np.float32(0.01), np.float32(NOWHERE_M))
     total, count = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
     for corner in corners:
-        same = (corner > 0) & (corner < limit)
+        same = corner < limit
         total += corner * same
         count += same
     half = Intrinsics(

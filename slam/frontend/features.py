@@ -71,7 +71,7 @@ class FeatureExtractor:
         if len(corners) == 0:
             return Features.of(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
         octaves = np.array([corner.octave for corner in corners]) & 255
-        pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
+        pixels = in_image(np.asarray(cv2.KeyPoint.convert(corners), np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._settings.pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
@@ -109,7 +109,7 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: Fe
     if not corners:
         return []
     rows, columns = settings.grid_rows, settings.grid_columns
-    pixels = np.array([corner.pt for corner in corners])
+    pixels = np.asarray(cv2.KeyPoint.convert(corners), np.float64)
     row, column = (pixels[:, ::-1] * (rows, columns) / np.array(shape)).astype(int).T
     cell = row * columns + column
     order = np.lexsort((-np.array([corner.response for corner in corners]), cell))

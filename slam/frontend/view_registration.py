@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -77,6 +77,7 @@ class ViewRegistration:
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         tries: int = TRIES,
+        matches: IndexArray | None = None,
     ) -> IcpResult | None:
         """The motion target_from_source from the best of the guesses and of what the features alone say; None where
         there is nothing to start from.
@@ -87,15 +88,23 @@ class ViewRegistration:
             guesses: target_from_source (4, 4) to start from, possibly none.
             calibration: the colour camera as known so far.
             tries: RANSAC's iterations to find features that agree.
+            matches: of the features of both, where they are known.
         """
-        pair = self._pair(target, source, calibration)
+        pair = self._pair(target, source, calibration, matches)
         start = solve_pnp(pair.correspondences, calibration, tries)
         guesses = [*guesses, *([] if start is None else [start])]
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         results = [pair.fine(start) for start in starts]
         return _most_plausible(results) if results else None
 
-    def refine(self, target: View, source: View, guess: Float64Array, calibration: ColorCalibration) -> IcpResult:
+    def refine(
+        self,
+        target: View,
+        source: View,
+        guess: Float64Array,
+        calibration: ColorCalibration,
+        matches: IndexArray | None = None,
+    ) -> IcpResult:
         """The motion target_from_source from a guess that is all but right.
 
         Args:
@@ -103,11 +112,17 @@ class ViewRegistration:
             source: the view that is brought to it.
             guess: target_from_source (4, 4).
             calibration: the colour camera as known so far.
+            matches: of the features of both, where they are known.
         """
-        return self._pair(target, source, calibration).fine(guess)
+        return self._pair(target, source, calibration, matches).fine(guess)
 
-    def _pair(self, target: View, source: View, calibration: ColorCalibration) -> _ViewPair:
-        matches = match_features(target.features, source.features, self.config.features)
+    def match(self, target: View, source: View) -> IndexArray:
+        """Matches (M, 2) of the features of two views, however their cameras turned."""
+        return match_features(target.features, source.features, self.config.features)
+
+    def _pair(self, target: View, source: View, calibration: ColorCalibration, matches: IndexArray | None) -> _ViewPair:
+        if matches is None:
+            matches = self.match(target, source)
         correspondences = Correspondences.of(
             target.features, source.features, matches, target.turning_rad_s, source.turning_rad_s
         )
