@@ -130,8 +130,8 @@ class LoopClosureSettings(Settings):
     max_neighbors: int = Field(
         12,
         ge=0,
-        description="Most neighbours a new keyframe is measured against while the camera moves, most overlapping "
-        "first; all that overlap are at the end. Larger: the queue falls behind.",
+        description="Most neighbours a new keyframe is measured against while the camera moves, those that add most "
+        "first; at the end all are that add anything. Larger: the queue falls behind.",
     )
     shortlist: int = Field(
         3,

@@ -184,7 +184,7 @@ class RefinedPoses:
         newest keyframe, or of all once the estimation is finished."""
         graph = None
         if self._reported_version != self.map.version:
-            graph = GraphReport.of(self.keyframes.all, self.map.graph.edges, self.n_loops, self._covariances())
+            graph = GraphReport.of(self.keyframes, self.map.graph, self.n_loops, self._covariances())
             self._reported_version = self.map.version
         pose = None if self._last_index is None else self._located.reported(self._last_index)
         result = self._last_result

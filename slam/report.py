@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
 from slam.frontend.icp import IcpResult
-from slam.frontend.keyframes import Keyframe
+from slam.frontend.keyframes import Keyframes
 
 if TYPE_CHECKING:  # GTSAM takes 40 MB, which runs under given poses never need
-    from slam.backend.pose_graph import PoseEdge
+    from slam.backend.pose_graph import PoseGraph
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,32 +56,30 @@ class GraphReport:
 
     @classmethod
     def of(
-        cls,
-        keyframes: Sequence[Keyframe],
-        edges: Sequence[PoseEdge],
-        n_loops: int,
-        covariances: Mapping[int, Float64Array],
+        cls, keyframes: Keyframes, graph: PoseGraph, n_loops: int, covariances: Mapping[int, Float64Array]
     ) -> GraphReport:
         """The present state, from keyframes known by number.
 
         Args:
-            keyframes: all keyframes, in the order of their numbers.
-            edges: all edges of the pose graph.
+            keyframes: all keyframes.
+            graph: the pose graph over them.
             n_loops: edges that close a loop.
             covariances: (6, 6) by keyframe.
         """
-        anchored = [keyframe for keyframe in keyframes if keyframe.submap == 0]
-        row = {keyframe.number: n for n, keyframe in enumerate(anchored)}
-        between = [edge for edge in edges if edge.a in row and edge.b in row]
+        is_anchored = keyframes.submaps() == 0
+        row = np.cumsum(is_anchored) - 1
+        anchored = [keyframes[n] for n in np.flatnonzero(is_anchored).tolist()]
+        ends, is_odometry = graph.edge_table()
+        between = is_anchored[ends].all(axis=1)
         return cls(
             frames=np.array([k.view.index for k in anchored], np.int64),
             stamps=np.array([k.view.stamp for k in anchored], np.float64),
-            world_from_camera=np.array([k.world_from_camera for k in anchored]).reshape(-1, 4, 4),
-            edges=np.array([(row[e.a], row[e.b]) for e in between], np.int64).reshape(-1, 2),
-            is_odometry=np.array([e.is_odometry for e in between], bool),
+            world_from_camera=keyframes.poses()[is_anchored],
+            edges=row[ends[between]],
+            is_odometry=is_odometry[between],
             n_loops=n_loops,
             n_unanchored=len(keyframes) - len(anchored),
-            covariances={keyframes[n].view.index: c for n, c in covariances.items() if n in row},
+            covariances={keyframes[n].view.index: c for n, c in covariances.items() if is_anchored[n]},
         )
 
 

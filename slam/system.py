@@ -132,8 +132,8 @@ class SlamSystem:
         return self._located.corrections()
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, smooth over everything, and drop loop closures that proved false. The submap
-        that shows most frames is the world."""
+        """Measure the pairs that overlap and add something, smooth over everything, and drop loop closures that proved
+        false. The submap that shows most frames is the world."""
         self.map.finish(self.calibration)
         frames = self._located.submaps()
         if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):
@@ -149,7 +149,7 @@ class SlamSystem:
         newest keyframe, or of all once the estimation is finished."""
         graph = None
         if self._reported_version != self.map.version:
-            graph = GraphReport.of(self.keyframes.all, self.graph.edges, self.n_loops, self._covariances())
+            graph = GraphReport.of(self.keyframes, self.graph, self.n_loops, self._covariances())
             self._reported_version = self.map.version
         pose = None if self._last_index is None else self._located.reported(self._last_index)
         result = self._last_result

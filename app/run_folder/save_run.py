@@ -15,8 +15,7 @@ from app.render.glb import write_map_glb
 from app.run_folder import run_folder as names
 from app.run_folder.run_folder import RunFolder
 from app.settings.run_config import RunConfig
-from data_tools.recordings.trajectories import tum_line
-from razer.arrays import Float64Array
+from data_tools.recordings.trajectories import tum_text
 from razer.frame import Intrinsics
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
@@ -85,13 +84,6 @@ def save_camera(folder: RunFolder, camera: Intrinsics) -> None:
 def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
     """Write timings.json."""
     folder.write(names.TIMINGS, lambda path: _write_text(path, json.dumps(timings, indent=1) + "\n"))
-
-
-def tum_text(stamps: list[float], poses: list[Float64Array]) -> str:
-    """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
-    lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
-    lines += [tum_line(stamp, pose, canonical=True) for stamp, pose in zip(stamps, poses, strict=True)]
-    return "\n".join(lines) + "\n"
 
 
 def write_pose_covariances(path: Path, graph: GraphReport) -> None:

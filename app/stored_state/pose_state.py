@@ -14,6 +14,7 @@ from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph, PosePrior
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
+from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid
@@ -30,8 +31,8 @@ from slam.system import SlamSystem
 CLASSES = (
     Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
     InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis,
-    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, RefinedPoses, SlamSystem, SubmapMerging, View,
-    WideFeatures,
+    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, RefinedPoses, SlamSystem, SubmapMerging,
+    VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 

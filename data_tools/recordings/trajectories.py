@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -135,6 +135,13 @@ def tum_line(stamp: float, world_from_camera: Pose, *, canonical: bool = False) 
     canonical: of the two quaternions of a rotation the one with qw >= 0."""
     quaternion = Rotation.from_matrix(world_from_camera[:3, :3]).as_quat(canonical=canonical)
     return " ".join([f"{stamp:.6f}", *(f"{number:.9f}" for number in (*world_from_camera[:3, 3], *quaternion))])
+
+
+def tum_text(stamps: Sequence[float], poses: Sequence[Pose]) -> str:
+    """A trajectory as TUM lines `stamp tx ty tz qx qy qz qw` (seconds, metres, world from camera)."""
+    lines = ["# stamp tx ty tz qx qy qz qw, world from camera"]
+    lines += [tum_line(stamp, pose, canonical=True) for stamp, pose in zip(stamps, poses, strict=True)]
+    return "\n".join(lines) + "\n"
 
 
 def _matrix(rotation: Float64Array, position: Float64Array) -> Float64Array:

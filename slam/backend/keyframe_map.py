@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
-from slam.backend.loop_closure import RECENT, LoopClosure, in_reach
+from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
+from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.view_overlap import in_reach, near_poses, overlap_of, reading_points
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
@@ -22,6 +24,7 @@ from slam.se3 import orthonormal
 # each third is.
 ALERT_VIEWS, RELAXED_STRIDE = 20, 3
 FINAL_SHORTLIST = 8  # places that a keyframe still unanchored at the end is compared with; the camera waits no more
+LOCAL_MAP = 2  # keyframes besides the last that a camera that was just lost is looked for in front of
 FINAL_ROUNDS = 2  # of closing loops and finding new neighbours at the poses that follow; a third finds none
 MAX_MAHALANOBIS = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
@@ -35,7 +38,8 @@ class KeyframeMap:
         self.graph = PoseGraph() if graph is None else graph
         self.version = 0
         self._config = config
-        self._loops = LoopClosure(self.keyframes, config)
+        self._registration = VerifiedRegistration(self.keyframes, config)
+        self._loops = LoopClosure(self.keyframes, self.graph, self._registration, config)
         self._merging = SubmapMerging(config.submaps)
         self._n_submaps = 0
         self._alert = 0  # views still to be compared one after the other; below 0, views since then
@@ -116,7 +120,7 @@ class KeyframeMap:
             guess: keyframe_from_view (4, 4) to start from, besides what features say.
             calibration: the colour camera as known so far.
         """
-        return self._loops.recognise(keyframe, view, [guess], calibration)
+        return self._registration.recognise(keyframe, view, [guess], calibration)
 
     def around(self, keyframe: Keyframe, keyframe_from_camera: Float64Array, view: View) -> list[Keyframe]:
         """A keyframe, and those round about a camera in front of it that look like a view.
@@ -126,8 +130,14 @@ class KeyframeMap:
             keyframe_from_camera: (4, 4) about where the camera is.
             view: what it sees.
         """
-        world_from_camera = keyframe.world_from_camera @ keyframe_from_camera
-        return [keyframe, *self._loops.alike_around(view, world_from_camera, keyframe)]
+        world_from_camera, numbers = keyframe.world_from_camera @ keyframe_from_camera, self._numbers(keyframe.submap)
+        numbers = numbers[numbers != keyframe.number]
+        poses = self.keyframes.poses()[numbers]
+        near = numbers[near_poses(world_from_camera, poses, self._config.loop_closure)]
+        return [keyframe, *(self.keyframes[n] for n in self._loops.places.lookalikes(view, near, 0.0, LOCAL_MAP))]
+
+    def _numbers(self, submap: int) -> IndexArray:
+        return np.flatnonzero(self.keyframes.submaps() == submap)
 
     def search_submaps(self, located: LocatedView, calibration: ColorCalibration) -> None:
         """Compare a view of an unanchored submap with places of other submaps, now and then."""
@@ -140,7 +150,7 @@ class KeyframeMap:
         """Whether a view of one submap, with the hypotheses before, merges it with another."""
         reference, view = located.reference, located.view
         for number, guesses in self._candidates(located, shortlist):
-            result = self._loops.recognise(self.keyframes[number], view, guesses, calibration)
+            result = self._registration.recognise(self.keyframes[number], view, guesses, calibration)
             if result is None:
                 continue
             number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
@@ -153,16 +163,28 @@ class KeyframeMap:
         """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
         is foreseen: those that hypotheses lead to, then those that look alike."""
         submap = located.reference.submap
-        others = [k.number for k in self.keyframes.all if k.submap != submap]
         candidates: list[tuple[int, list[Float64Array]]] = []
-        world_from_view = located.reference.world_from_camera @ located.reference_from_camera
         for other, other_from_submap in self._merging.expected(submap):
-            moved = other_from_submap @ world_from_view
-            for keyframe in self._loops.most_overlapping(located.view, moved, other):
+            moved = other_from_submap @ located.reference.world_from_camera @ located.reference_from_camera
+            keyframe = self._most_overlapping(located.view, moved, other)
+            if keyframe is not None:
                 candidates.append((keyframe.number, [inverse(keyframe.world_from_camera) @ moved]))
         foreseen = {number for number, _ in candidates}
-        alike = self._loops.lookalikes(located.view, others, 0.0, shortlist)
+        others = np.flatnonzero(self.keyframes.submaps() != submap)
+        alike = self._loops.places.lookalikes(located.view, others, 0.0, shortlist)
         return candidates + [(number, []) for number in alike if number not in foreseen]
+
+    def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> Keyframe | None:
+        """The keyframe of a submap that sees most of a view at a pose in it, if it is enough."""
+        settings, numbers = self._config.loop_closure, self._numbers(submap)
+        near = numbers[near_poses(world_from_camera, self.keyframes.poses()[numbers], settings)].tolist()
+        points = reading_points(view, self._config.depth.max_depth_m)
+        shares = [
+            overlap_of(points, self.keyframes[n].view, inverse(self.keyframes[n].world_from_camera) @ world_from_camera)
+            for n in near
+        ]
+        best = int(np.argmax(shares)) if shares else 0
+        return self.keyframes[near[best]] if shares and shares[best] >= settings.min_overlap else None
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
         """Compare the keyframes still unanchored with all places that have any similarity."""
@@ -233,8 +255,8 @@ class KeyframeMap:
             self.keyframes[number].world_from_camera = pose
 
     def finish(self, calibration: ColorCalibration) -> None:
-        """Merge what can be merged, measure all pairs that overlap, smooth over everything, and drop loop closures that
-        proved false."""
+        """Merge what can be merged, measure the pairs that overlap and add something, smooth over everything, and drop
+        loop closures that proved false."""
         self._search_unanchored(calibration)
         for _ in range(FINAL_ROUNDS):
             self.close_loops(calibration)
@@ -263,4 +285,5 @@ class KeyframeMap:
     @property
     def n_loops(self) -> int:
         """Edges that close a loop: between keyframes that tracking does not connect within a few steps."""
-        return sum(edge.b - edge.a > RECENT for edge in self.graph.edges)
+        ends, _ = self.graph.edge_table()
+        return int((ends[:, 1] - ends[:, 0] > RECENT).sum())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from razer.arrays import Float32Array
+from razer.arrays import Float32Array, IndexArray
 from slam.backend.inverted_index import InvertedIndex
 from slam.frontend.keyframes import View
 
@@ -24,7 +24,7 @@ class PlaceRecognition:
         """A further keyframe."""
         self._index.add(view.wide.features.descriptors)
 
-    def lookalikes(self, view: View, among: Sequence[int], min_sigmas: float, limit: int) -> list[int]:
+    def lookalikes(self, view: View, among: Sequence[int] | IndexArray, min_sigmas: float, limit: int) -> list[int]:
         """The keyframes whose appearance is most similar to a view's, the most similar first.
 
         Args:
@@ -33,7 +33,7 @@ class PlaceRecognition:
             min_sigmas: how far the similarity must stand out among all of them, robust standard deviations.
             limit: most keyframes that are returned.
         """
-        if not among:
+        if len(among) == 0:
             return []
         numbers = np.array(among)
         sigmas = _sigmas(self._index.similarity(view.wide.features.descriptors)[numbers])

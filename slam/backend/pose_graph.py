@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import gtsam
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import BoolArray, Float64Array, Int64Array
+from slam.backend.resistance_network import ResistanceNetwork
 from slam.se3 import adjoint
 
 # Registrations report the information of their residuals as if these were independent and all were right; an edge
@@ -28,6 +30,7 @@ PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
+LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and shift are of one unit
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,14 @@ class PoseEdge:
     a_from_b: Float64Array
     information: Float64Array
     is_odometry: bool = False
+
+    @cached_property
+    def variance_m2(self) -> float:
+        """Mean square by which the edge leaves open where what one camera sees, LEVER_M ahead, is for the other."""
+        ahead = np.zeros((3, 6))
+        ahead[:, 3:] = np.eye(3)
+        ahead[0, 1], ahead[1, 0] = LEVER_M, -LEVER_M
+        return float(np.trace(ahead @ np.linalg.solve(edge_information(self), ahead.T)))
 
 
 @dataclass(frozen=True)
@@ -87,6 +98,7 @@ class PoseGraph:
     def __init__(self, fixed: int | None = 0) -> None:
         self.edges: list[PoseEdge] = []
         self.priors: list[PosePrior] = []
+        self.network = ResistanceNetwork()  # of them
         self._guesses: dict[int, Float64Array] = {}
         self._anchors: set[int] = set()
         self._fixed = fixed
@@ -97,13 +109,26 @@ class PoseGraph:
         self._taken: list[Batch] = []  # by iSAM2 since it was started
         self._new = Batch()
         self.poses: dict[int, Float64Array] = {}
+        self._solved = np.zeros((0, 12))  # the poses that GTSAM gave last, row by row
+        self._ends, self._is_odometry = np.zeros((0, 2), np.int64), np.zeros(0, bool)  # of edges
+
+    def edge_table(self) -> tuple[Int64Array, BoolArray]:
+        """The keyframes (E, 2) that each edge joins, and whether it `is_odometry` (E,)."""
+        new = self.edges[len(self._ends) :]
+        if new:
+            ends = np.array([(edge.a, edge.b) for edge in new], np.int64)
+            self._ends = np.concatenate([self._ends, ends])
+            self._is_odometry = np.concatenate([self._is_odometry, [edge.is_odometry for edge in new]])
+        return self._ends, self._is_odometry
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_isam"}
+        return {name: value for name, value in vars(self).items() if name not in ("_isam", "network")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """iSAM2 is fed all that it was, in the same order."""
-        vars(self).update(state, _isam=_isam2())
+        vars(self).update(state, _isam=_isam2(), network=ResistanceNetwork())
+        for edge in self.edges:
+            self.network.add(edge.a, edge.b, edge.variance_m2)
         for batch in self._taken:
             self._update(batch)
 
@@ -119,12 +144,20 @@ class PoseGraph:
     def add_edge(self, edge: PoseEdge) -> None:
         """A further measured motion between two keyframes."""
         self.edges.append(edge)
+        self.network.add(edge.a, edge.b, edge.variance_m2)
         self._new.edges.append(edge)
 
     def add_prior(self, prior: PosePrior) -> None:
         """What poses from elsewhere say of a keyframe."""
         self.priors.append(prior)
         self._new.priors.append(prior)
+
+    def doubt_edges(self) -> None:
+        """Let edges that the present poses contradict count in the network by as much as they still pull."""
+        self.network = ResistanceNetwork()
+        for edge in self.edges:
+            contradiction = 0.0 if edge.is_odometry else mahalanobis(edge, self.poses) / GEMAN_MCCLURE
+            self.network.add(edge.a, edge.b, edge.variance_m2 * (1 + contradiction**2) ** 2)
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -137,13 +170,25 @@ class PoseGraph:
             return self.poses
         self._taken.append(self._new)
         self._new = Batch()
-        estimate = self._isam.calculateEstimate()
-        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
+        return self._take_over(self._isam.calculateEstimate())
+
+    def _take_over(self, estimate: gtsam.Values) -> Mapping[int, Float64Array]:
+        """The poses of all keyframes, of which those that changed are new arrays."""
+        rows = np.asarray(gtsam.utilities.extractPose3(estimate))  # by number: rotation row by row, shift
+        known = len(self._solved)
+        changed = np.flatnonzero((rows[:known] != self._solved).any(axis=1))
+        numbers = list(estimate.keys())
+        for row in (*changed.tolist(), *range(known, len(rows))):
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rows[row, :9].reshape(3, 3), rows[row, 9:]
+            self.poses[numbers[row]] = pose
+        self._solved = rows
         return self.poses
 
     def _update(self, batch: Batch) -> None:
         self._isam.update(*batch.problem())
-        self._isam.update()
+        if any(not edge.is_odometry for edge in batch.edges):
+            self._isam.update()  # once more from where the loop led; what tracking adds is at its optimum already
 
     def covariance(self, number: int) -> Float64Array | None:
         """The marginal covariance (6, 6) of a keyframe that was optimised: rotation and shift in its own axes; None
@@ -163,8 +208,7 @@ class PoseGraph:
     def smooth(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
         estimate = gtsam.LevenbergMarquardtOptimizer(*self._problem()).optimize()
-        self.poses = {number: estimate.atPose3(number).matrix() for number in self.poses}
-        return self.poses
+        return self._take_over(estimate)
 
     def _problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         return Batch(dict(self.poses), self._anchored(self._anchors), self.edges, self.priors).problem()
@@ -188,7 +232,7 @@ class PoseGraph:
         """Start iSAM2 anew from the present poses with other edges, and with other priors, None = the same."""
         poses, edges = self.poses, list(edges)
         self.priors = list(self.priors if priors is None else priors)
-        self.edges = []
+        self.edges, self.network = [], ResistanceNetwork()
         self._restart()
         anchors = self._anchored(number for number in poses if number in self._anchors)
         self._new = Batch(dict(poses), anchors, priors=list(self.priors))

@@ -68,13 +68,14 @@ class Correspondences:
             source_turning: (3,) rad/s about the source camera's own axes.
         """
         t, s = pairs.T
+        target_rays, source_rays = target.rays[t].astype(np.float64), source.rays[s].astype(np.float64)
         return cls(
-            target.rays[t],
-            target.depth_m[t],
-            source.rays[s],
-            np.maximum(target.sigma[t], source.sigma[s]),
-            readout_flow(target.rays[t], target.row_times[t], target_turning),
-            readout_flow(source.rays[s], source.row_times[s], source_turning),
+            target_rays,
+            target.depth_m[t].astype(np.float64),
+            source_rays,
+            np.maximum(target.sigma[t], source.sigma[s]).astype(np.float64),
+            readout_flow(target_rays, target.row_times[t], target_turning),
+            readout_flow(source_rays, source.row_times[s], source_turning),
         )
 
     @classmethod

@@ -34,7 +34,8 @@ class DepthNoise:
         sigma: Float32Array = self.at_rest(z).astype(np.float32, copy=False)
         if self.smear == 0:
             return sigma
-        scale = float(np.median(np.abs(distance[::4] / sigma[::4]))) / MEDIAN_SIGMA
+        sigmas = np.abs(distance[::4] / sigma[::4])
+        scale = float(np.partition(sigmas, len(sigmas) // 2)[len(sigmas) // 2]) / MEDIAN_SIGMA
         doubt = min(max((scale**2 - UNSMEARED) / (SMEARED - UNSMEARED), 0.0), 1.0)
         smeared: Float32Array = np.hypot(sigma, np.float32(doubt * self.smear) * z)
         return smeared

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray, Uint8Array
+from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
 from razer.frame import Frame
 from slam.config import ColorSettings, FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -23,15 +23,28 @@ FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shad
 
 @dataclass(frozen=True)
 class Features:
-    """N corners of a colour image: rays (N, 2) float64, nominal x / z and y / z of the depth camera; descriptors
-    (N, 32) uint8; depth_m (N,) float64 along the depth camera's axis, 0 = none; sigma (N,) of the rays; row_times (N,),
-    when each was read, -0.5 = with the image's first row, 0.5 = with its last."""
+    """N corners of a colour image: rays (N, 2), nominal x / z and y / z of the depth camera; descriptors (N, 32) uint8;
+    depth_m (N,) along the depth camera's axis, 0 = none; sigma (N,) of the rays; row_times (N,), when each was read,
+    -0.5 = with the image's first row, 0.5 = with its last. Kept as float32, which tells a ten-thousandth of a pixel."""
 
-    rays: Float64Array
+    rays: Float32Array
     descriptors: Uint8Array
-    depth_m: Float64Array
-    sigma: Float64Array
-    row_times: Float64Array
+    depth_m: Float32Array
+    sigma: Float32Array
+    row_times: Float32Array
+
+    @classmethod
+    def of(
+        cls, rays: FloatArray, descriptors: Uint8Array, depth_m: FloatArray, sigma: FloatArray, row_times: FloatArray
+    ) -> Features:
+        """Features of numbers of any precision."""
+        return cls(
+            rays.astype(np.float32),
+            descriptors,
+            depth_m.astype(np.float32),
+            sigma.astype(np.float32),
+            row_times.astype(np.float32),
+        )
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -58,12 +71,12 @@ class FeatureExtractor:
         if len(corners) == 0:
             return no_features(descriptors)
         octaves = np.array([corner.octave for corner in corners]) & 255
-        pixels = in_image(np.array([corner.pt for corner in corners], np.float64), octaves, gray.shape)
+        pixels = in_image(np.asarray(cv2.KeyPoint.convert(corners), np.float64), octaves, gray.shape)
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._settings.pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
         times = row_times(pixels, k.height, self._color)
-        return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
+        return Features.of(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
 
     def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
         """Corners spread over the image, and their descriptors (N, 32)."""
@@ -76,7 +89,7 @@ class FeatureExtractor:
 
 def no_features(descriptors: Uint8Array) -> Features:
     """Features of an image without corners; descriptors (0, B) say of which kind."""
-    return Features(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
+    return Features.of(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def row_times(pixels: Float64Array, height: int, settings: ColorSettings) -> Float64Array:
@@ -106,7 +119,7 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: Fe
     if not corners:
         return []
     rows, columns = settings.grid_rows, settings.grid_columns
-    pixels = np.array([corner.pt for corner in corners])
+    pixels = np.asarray(cv2.KeyPoint.convert(corners), np.float64)
     row, column = (pixels[:, ::-1] * (rows, columns) / np.array(shape)).astype(int).T
     cell = row * columns + column
     order = np.lexsort((-np.array([corner.response for corner in corners]), cell))

@@ -44,7 +44,10 @@ class FrameTracker:
         """Register a further view to the reference; None if it is not where it may be. The view comes back turning as
         it was measured to."""
         reference = self.reference
-        result = self.registration.register(self.keyframes.view(reference), view, [self.predicted()], calibration)
+        matches = self.registration.match(reference.view, view)
+        result = self.registration.register(
+            self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches
+        )
         if not self._may_be(result):
             return None
         turning = self._turning(result.target_from_source, view.stamp)
@@ -53,7 +56,7 @@ class FrameTracker:
             reference.view = reference.view.turning(turning)
         if is_first or np.linalg.norm(turning - view.turning_rad_s) > UNFORESEEN_RAD_S:
             view = view.turning(turning)
-            refined = self.registration.refine(reference.view, view, result.target_from_source, calibration)
+            refined = self.registration.refine(reference.view, view, result.target_from_source, calibration, matches)
             result = refined if self._may_be(refined) else result
         return view, result
 

@@ -27,22 +27,23 @@ HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level:
 MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
 MIN_CALIBRATION_AGREEMENT = 0.8  # of depth, for its motion to be known well enough to learn the colour camera from
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
-OVERLAP_REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
-MIN_STEP_RAD, MIN_STEP_M = 1e-4, 2e-4  # Gauss-Newton has converged: far below what a pixel resolves
 
 
 @dataclass(frozen=True)
 class Level:
-    """One level of the pyramid: how often to iterate at most, how far apart points may be (metres), and whether
-    outliers are left out or, as long as it is not clear which ones they are, only weigh less."""
+    """One level of the pyramid: how often to iterate at most, how far apart points may be (metres), whether outliers
+    are left out or, as long as it is not clear which ones they are, only weigh less, and below which steps (radians and
+    metres) Gauss-Newton has converged."""
 
     iterations: int
     reach_m: float
     strict: bool
+    min_step_rad: float
+    min_step_m: float
 
 
-COARSE = Level(6, 0.15, strict=False)
-FINE = Level(8, 0.05, strict=True)
+COARSE = Level(6, 0.15, strict=False, min_step_rad=5e-4, min_step_m=1e-3)  # a third of what tells starts apart
+FINE = Level(8, 0.05, strict=True, min_step_rad=1e-4, min_step_m=2e-4)  # far below what a pixel resolves
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def icp(
             step: Float64Array = np.linalg.solve(information, gradient).astype(np.float64)
             pose = exp_se3(step[:6]) @ pose
             calibration_step = calibration_step + step[6:]
-            if np.abs(step[:3]).max() < MIN_STEP_RAD and np.abs(step[3:6]).max() < MIN_STEP_M:
+            if np.abs(step[:3]).max() < level.min_step_rad and np.abs(step[3:6]).max() < level.min_step_m:
                 break
     return _result(pose, depth, color, calibration, calibration_step)
 
@@ -185,15 +186,6 @@ def _weight(residual: Float32Array, strict: bool) -> Float32Array:
     if strict:
         return np.square(1 - np.minimum((residual / TUKEY) ** 2, 1))
     return np.minimum(1, HUBER / np.maximum(np.abs(residual), np.float32(1e-6)))
-
-
-def overlap_of(source: SurfaceGrid, target: SurfaceGrid, target_from_source: Float64Array) -> float:
-    """Share of the source's points that project onto readings of the target within OVERLAP_REACH_M."""
-    points = _moved(source.sample_points, target_from_source)
-    inside, pixel = _projected(points, target)
-    gap = _columns(target.points, pixel) - _columns(points, inside)
-    near = _dot(gap, gap) < OVERLAP_REACH_M**2
-    return float((near & target.valid[pixel]).sum()) / max(points.shape[1], 1)
 
 
 def _moved(points: Float32Array, pose: Float64Array) -> Float32Array:

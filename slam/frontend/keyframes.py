@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, Uint8Array
+from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -16,7 +16,7 @@ from slam.frontend.features import Features
 from slam.frontend.sparse_readings import sparse_readings
 from slam.frontend.wide_features import WideFeatures
 
-KEPT_PYRAMIDS = 64  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
+KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
 STILL = np.zeros(3)
 
 
@@ -91,6 +91,8 @@ class Keyframes:
     def __init__(self) -> None:
         self.all: list[Keyframe] = []
         self._kept: OrderedDict[int, DepthPyramid] = OrderedDict()
+        self._poses = np.zeros((64, 4, 4))
+        self._stacked: list[Float64Array] = []  # the keyframes' poses that are in _poses
 
     def __len__(self) -> int:
         return len(self.all)
@@ -122,5 +124,16 @@ class Keyframes:
         return keyframe.view
 
     def poses(self) -> Float64Array:
-        """world_from_camera (K, 4, 4) of all of them."""
-        return np.stack([keyframe.world_from_camera for keyframe in self.all])
+        """world_from_camera (K, 4, 4) of all of them, to be read only; those that changed since are put in."""
+        while len(self._poses) < len(self.all):
+            self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)])
+        known = len(self._stacked)
+        changed = [n for n, pose in enumerate(self._stacked) if self.all[n].world_from_camera is not pose]
+        for n in (*changed, *range(known, len(self.all))):
+            self._poses[n] = self.all[n].world_from_camera
+            self._stacked[n : n + 1] = [self.all[n].world_from_camera]
+        return self._poses[: len(self.all)]
+
+    def submaps(self) -> Int64Array:
+        """The submap (K,) of each."""
+        return np.array([keyframe.submap for keyframe in self.all], np.int64)

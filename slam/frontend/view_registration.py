@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -78,6 +78,7 @@ class ViewRegistration:
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         wide: bool = False,
+        matches: IndexArray | None = None,
     ) -> IcpResult | None:
         """The motion target_from_source from the best of the guesses and of what the features alone say; None where
         there is nothing to start from.
@@ -89,8 +90,9 @@ class ViewRegistration:
             calibration: the colour camera as known so far.
             wide: whether the views may be far apart: features that match from afar take part, and are tried for
                 longer.
+            matches: of the features of both, where they are known.
         """
-        correspondences = [self._correspondences(target, source)]
+        correspondences = [self._correspondences(target, source, matches)]
         if wide:
             correspondences.append(_wide_correspondences(target, source))
         tries = MANY_TRIES if wide else TRIES
@@ -101,7 +103,14 @@ class ViewRegistration:
         results = [pair.fine(start) for start in starts]
         return _most_plausible(results) if results else None
 
-    def refine(self, target: View, source: View, guess: Float64Array, calibration: ColorCalibration) -> IcpResult:
+    def refine(
+        self,
+        target: View,
+        source: View,
+        guess: Float64Array,
+        calibration: ColorCalibration,
+        matches: IndexArray | None = None,
+    ) -> IcpResult:
         """The motion target_from_source from a guess that is all but right.
 
         Args:
@@ -109,12 +118,17 @@ class ViewRegistration:
             source: the view that is brought to it.
             guess: target_from_source (4, 4).
             calibration: the colour camera as known so far.
+            matches: of the features of both, where they are known.
         """
-        return self._pair(target, source, self._correspondences(target, source), calibration).fine(guess)
+        return self._pair(target, source, self._correspondences(target, source, matches), calibration).fine(guess)
 
-    def _correspondences(self, target: View, source: View) -> Correspondences:
-        matches = match_features(target.features, source.features, self.config.features)
-        return Correspondences.of(target.features, source.features, matches, target.turning_rad_s, source.turning_rad_s)
+    def match(self, target: View, source: View) -> IndexArray:
+        """Matches (M, 2) of the features of two views, however their cameras turned."""
+        return match_features(target.features, source.features, self.config.features)
+
+    def _correspondences(self, target: View, source: View, matches: IndexArray | None) -> Correspondences:
+        pairs = self.match(target, source) if matches is None else matches
+        return Correspondences.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
 
     def _pair(
         self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration

@@ -51,7 +51,7 @@ def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) 
     rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
     sigma = config.features.pixel_sigma / k.fx * step * np.array([max(1, p.size / USUAL_SIZE_PIXELS) for p in points])
     times = row_times(pixels, k.height, config.color)
-    return Features(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
+    return Features.of(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
 
 
 def _described(gray: Uint8Array, step: int) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:

@@ -34,6 +34,12 @@ class Keyframes:
     def __getitem__(self, number: int) -> SimpleNamespace:
         return self.all[number]
 
+    def poses(self) -> np.ndarray:
+        return np.stack([keyframe.world_from_camera for keyframe in self.all])
+
+    def submaps(self) -> np.ndarray:
+        return np.array([keyframe.submap for keyframe in self.all])
+
     def pose(self, keyframe: int, keyframe_from_camera: np.ndarray) -> np.ndarray:
         self.n_asked += 1
         return orthonormal(self.all[keyframe].world_from_camera @ keyframe_from_camera)
@@ -108,3 +114,23 @@ def test_only_frames_of_keyframes_that_moved_are_looked_at() -> None:
     keyframes.n_asked = 0
     assert set(frames.corrections()) == set(range(7, 500, 50))
     assert keyframes.n_asked == 10
+
+
+def test_frames_are_not_looked_at_again_for_less_than_is_reported_and_are_once_it_adds_up() -> None:
+    keyframes, rng = Keyframes(30), np.random.default_rng(0)
+    frames = LocatedFrames(keyframes)  # type: ignore[arg-type]
+    for index in range(300):
+        frames.add(index, keyframes[index % 30], motion(rng, 0.2))  # type: ignore[arg-type]
+    n_asked, corrected = list[int](), set[int]()
+    for _ in range(60):
+        for keyframe in keyframes.all:
+            pose = keyframe.world_from_camera.copy()
+            pose[0, 3] += 1e-4
+            keyframe.world_from_camera = pose
+        keyframes.version += 1
+        keyframes.n_asked = 0
+        corrected |= frames.corrections().keys()
+        n_asked.append(keyframes.n_asked)
+    assert n_asked[0] == 300  # which nobody had looked at
+    assert sum(n_asked[1:]) <= 59 * 1e-4 / MIN_CORRECTION_M * 300 * 2
+    assert corrected == set(range(300))

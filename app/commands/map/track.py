@@ -57,7 +57,7 @@ def track(
     with waiting_for("starting"):
         from app.frames.open_recording import open_noted
         from app.pipeline.track_only import tracked_path
-        from app.run_folder.save_run import tum_text
+        from data_tools.recordings.trajectories import tum_text
 
     with ExitStack() as files:
         for path in dict.fromkeys([out, live_poses]):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -36,6 +38,20 @@ def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys)
         rows = np.loadtxt(file)
         assert rows.shape == (12, 8)
         np.testing.assert_allclose(np.linalg.norm(rows[:, 4:], axis=1), 1, atol=1e-6)
+
+
+def test_track_loads_nothing_of_mapping(clip, tmp_path):
+    """Half a gigabyte and seconds, which a camera's path never needs."""
+    arguments = ["track", str(clip), "-o", str(tmp_path / "path.txt"), "--max-frames", "2"]
+    code = (
+        "import sys, app.cli\n"
+        f"try: app.cli.main({arguments!r})\n"
+        "except SystemExit as ending: print('ended:', ending.code)\n"
+        "print('imported:', sorted({'torch', 'open3d', 'rerun', 'onnxruntime', 'matplotlib'} & set(sys.modules)))"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "ended: 0" in shown
+    assert "imported: []" in shown
 
 
 def test_track_takes_settings_from_the_command_line_and_from_a_file(clip, tmp_path, capsys):

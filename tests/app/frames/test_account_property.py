@@ -20,8 +20,8 @@ from app.frames.selection import selected_frames
 from app.pipeline import track_only
 from app.pipeline.main_loop import map_frames
 from app.profiling.recorder import Recorder
-from app.run_folder.save_run import tum_text
 from app.settings.run_config import InputSettings, RunConfig
+from data_tools.recordings.trajectories import tum_text
 from razer.arrays import Pose
 from razer.detection.perception import Observation
 from razer.errors import BadInput, UnusableFrame

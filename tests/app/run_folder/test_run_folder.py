@@ -9,7 +9,7 @@ import pytest
 
 from app.frames.frame_accounting import FrameAccounting
 from app.run_folder.run_folder import INSTANCES, RunFolder
-from app.run_folder.save_run import tum_text
+from data_tools.recordings.trajectories import tum_text
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_files
 

@@ -13,8 +13,8 @@ from app.timeline.config import TimelineConfig
 from app.timeline.poses.trajectory_lines import TrajectoryLines
 from app.timeline.rerun_timeline import Timeline
 from razer.frame import Intrinsics
-from slam.backend.pose_graph import PoseEdge
-from slam.frontend.keyframes import Keyframe
+from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import exp_se3
 from tests.support.timeline_rows import chunks_of
@@ -31,9 +31,11 @@ def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
         view = SimpleNamespace(index=10 * number, stamp=number / 3)
         return Keyframe(number, submap, view, pose_at(number), 0.0)
 
-    keyframes = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
-    edges = [PoseEdge(1, 2, np.eye(4), np.eye(6), is_odometry=True), PoseEdge(0, 3, np.eye(4), np.eye(6))]
-    graph = GraphReport.of(keyframes, edges, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
+    keyframes, poses = Keyframes(), PoseGraph()
+    keyframes.all = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
+    poses.add_edge(PoseEdge(1, 2, np.eye(4), np.eye(6), is_odometry=True))
+    poses.add_edge(PoseEdge(0, 3, np.eye(4), np.eye(6)))
+    graph = GraphReport.of(keyframes, poses, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
     assert graph.frames.tolist() == [0, 30]
     assert graph.n_unanchored == 2
     assert graph.edges.tolist() == [[0, 1]]  # rows, not numbers

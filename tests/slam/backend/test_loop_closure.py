@@ -1,13 +1,23 @@
-"""Which pairs of keyframes may be the same place."""
+"""Which pairs of keyframes may be the same place, and which of them are worth measuring."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from slam.backend.loop_closure import plausible
-from slam.config import LoopClosureSettings
-from slam.frontend.keyframes import Keyframe
+from razer.geometry import inverse
+from slam.backend.loop_closure import MIN_GAIN, LoopClosure, plausible
+from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph
+from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.view_overlap import overlap_of, reading_points
+from slam.config import LoopClosureSettings, SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.se3 import exp_se3
+
+SIGMA = 0.01
+INFORMATION = np.eye(6) / SIGMA**2 / EDGE_SHARE
 
 
 def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
@@ -18,3 +28,68 @@ def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
     near, far = keyframe(30, 0.3, 12.0), keyframe(31, 3.0, 12.0)
     assert plausible(keyframe(0, 0.0, 0.0), near, np.eye(4), settings)
     assert not plausible(keyframe(0, 0.0, 0.0), far, np.eye(4), settings)
+
+
+class Turning:
+    """Keyframes of a camera that turns to and fro on the spot, so that each sees much of all others; what is measured
+    between two is exact, and counted."""
+
+    def __init__(self, view, n):
+        self.keyframes, self.graph = Keyframes(), PoseGraph()
+        registration = VerifiedRegistration(self.keyframes, SlamConfig())
+        self.loops = LoopClosure(self.keyframes, self.graph, registration, SlamConfig())
+        registration.register = self.register
+        self.measured: list[tuple[int, int]] = []
+        for number in range(n):
+            pose = exp_se3(np.array([0, 0.1 * np.sin(number), 0, 0, 0, 0]))
+            self.keyframes.add(replace(view, index=number), pose, 0, 0.0)
+            self.graph.add_keyframe(number, pose)
+            if number:
+                self.graph.add_edge(self.edge(number - 1, number, is_odometry=True))
+
+    def edge(self, a, b, is_odometry=False):
+        a_from_b = inverse(self.keyframes[a].world_from_camera) @ self.keyframes[b].world_from_camera
+        return PoseEdge(a, b, a_from_b, INFORMATION, is_odometry)
+
+    def register(self, keyframe, view, guesses, calibration):
+        self.measured.append((keyframe.number, view.index))
+
+    def measure_all(self):
+        self.loops.queue_neighbors()
+        while len(self.loops):
+            n_measured = len(self.measured)
+            self.loops.measure_next(ColorCalibration.nominal())
+            if len(self.measured) > n_measured:
+                self.graph.add_edge(self.edge(*self.measured[-1]))
+        return self.measured
+
+
+def test_pairs_that_are_measured_grow_with_the_keyframes_and_not_with_their_square(views):
+    counts = {n: len(Turning(views[10], n).measure_all()) for n in (30, 60)}
+    assert counts[60] < 60 * 59 / 2 / 5
+    assert counts[60] < 2.5 * counts[30]
+
+
+def test_no_pair_is_left_out_that_an_edge_would_make_surer(views):
+    turning = Turning(views[10], 30)
+    turning.measure_all()
+    network, points = turning.graph.network, reading_points(views[10], 4.0)
+    for number in range(30):
+        variances = network.variances_from(number)
+        for left in [n for n in range(number - 1) if not network.joined(n, number)]:
+            share = overlap_of(points, views[10], turning.edge(left, number).a_from_b)
+            assert share < 0.3 or share * variances[left] < MIN_GAIN * network.usual_variance
+
+
+def test_pairs_that_add_most_are_measured_first(views):
+    a, b = Turning(views[10], 30).measure_all()[0]
+    assert b - a >= 20
+
+
+def test_an_edge_that_the_poses_contradict_makes_no_other_needless(views):
+    turning = Turning(views[10], 30)
+    wrong = exp_se3(np.array([0, 0, 0, 1.0, 0, 0]))
+    turning.graph.add_edge(replace(turning.edge(0, 29), a_from_b=wrong))
+    joined = turning.graph.network.variances_from(0)[29]
+    turning.graph.doubt_edges()
+    assert turning.graph.network.variances_from(0)[29] > 20 * joined

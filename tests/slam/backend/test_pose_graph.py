@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -274,3 +274,28 @@ def test_an_edge_is_a_value():
     assert not PoseEdge(0, 1, edge.a_from_b, edge.information).is_odometry
     with pytest.raises(FrozenInstanceError):
         edge.a = 3
+
+
+def test_poses_that_an_optimisation_did_not_change_are_the_same_arrays(rng):
+    poses = [inverse(circle(30)[0]) @ pose for pose in circle(30)]
+    graph = graph_of(poses, edges_of(poses, [(i, i + 1) for i in range(29)], rng, 0.01))
+    before = dict(graph.poses)
+    graph.add_keyframe(30, graph.poses[29])
+    graph.add_edge(PoseEdge(29, 30, np.eye(4), np.eye(6) * 1e6, is_odometry=True))
+    after = graph.optimise()
+    assert sum(after[n] is not pose for n, pose in before.items()) == 0
+    graph.add_edge(PoseEdge(0, 29, inverse(poses[0]) @ poses[29], np.eye(6) * 1e8))
+    assert sum(graph.optimise()[n] is not pose for n, pose in before.items()) > 20
+
+
+def test_the_table_of_edges_grows_with_them_and_begins_anew_with_others(rng):
+    poses = circle(8)
+    edges = edges_of(poses, [(i, i + 1) for i in range(7)], rng, 0.01)
+    graph = graph_of(poses, edges)
+    assert graph.edge_table()[0].tolist() == [[i, i + 1] for i in range(7)]
+    graph.add_edge(replace(edges[0], b=5, is_odometry=False))
+    ends, is_odometry = graph.edge_table()
+    assert ends[-1].tolist() == [0, 5]
+    assert is_odometry.tolist() == [True] * 7 + [False]
+    graph.replace(edges[2:4])
+    assert graph.edge_table()[0].tolist() == [[2, 3], [3, 4]]

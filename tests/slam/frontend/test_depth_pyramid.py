@@ -28,3 +28,22 @@ def test_points_and_normals_of_a_slanted_plane():
     assert grid.valid.mean() > 0.95
     np.testing.assert_allclose(grid.sample_normals.T, np.tile(normal, (grid.sample_normals.shape[1], 1)), atol=2e-3)
     assert (normal @ grid.sample_points == pytest.approx(normal[2] * 2.0, abs=1e-4)) is True
+
+
+def slowly_halved(depth):
+    """Pixel by pixel."""
+    result = np.zeros((depth.shape[0] // 2, depth.shape[1] // 2))
+    for row, column in np.ndindex(result.shape):
+        four = depth[2 * row : 2 * row + 2, 2 * column : 2 * column + 2].ravel()
+        read = four[four > 0].astype(float)
+        if len(read):
+            result[row, column] = read[read < 1.02 * read.min() + 0.01].mean()
+    return result
+
+
+def test_halving_is_that_of_each_four_pixels(rng):
+    depth = rng.choice([1.0, 1.005, 2.0, 2.04, 3.0], (31, 45)).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.4] = 0
+    half, _ = halved(depth, Intrinsics(45, 31, 40.0, 40.0, 22.0, 15.0))
+    np.testing.assert_allclose(half, slowly_halved(depth), atol=1e-6)
+    assert (half == 0).any()

@@ -1,0 +1,66 @@
+"""Verified registration: a view in front of a keyframe that tracking did not lead to, or nothing where it may be
+elsewhere as well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from razer.arrays import Float64Array
+from slam.backend.color_check import color_correlation
+from slam.backend.free_space_check import contradiction
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.icp import IcpResult
+from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.view_registration import ViewRegistration, is_trusted
+
+# Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
+# model besides), and at least where appearance alone led to the pair.
+ENOUGH_FEATURES, MIN_FEATURES = 40, 8
+
+
+class VerifiedRegistration:
+    """Registers views to keyframes, and believes what space, colours and features bear out."""
+
+    def __init__(self, keyframes: Keyframes, config: SlamConfig) -> None:
+        self._keyframes, self._registration = keyframes, ViewRegistration(config)
+        self._settings, self._free_space = config.loop_closure, config.free_space
+
+    def register(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
+    ) -> IcpResult | None:
+        """Register a view to a keyframe near which it is known to be.
+
+        Args:
+            keyframe: what it is registered to.
+            view: the view.
+            guesses: keyframe_from_view (4, 4) to start from.
+            calibration: the colour camera as known so far.
+        """
+        return self._verified(keyframe, view, guesses, calibration, wide=False)
+
+    def recognise(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
+    ) -> IcpResult | None:
+        """Register a view to a keyframe that appearance or a hypothesis led to: some of its features must agree, too.
+
+        Args:
+            keyframe: what it is registered to.
+            view: the view.
+            guesses: keyframe_from_view (4, 4) to start from, if any.
+            calibration: the colour camera as known so far.
+        """
+        result = self._verified(keyframe, view, guesses, calibration, wide=True)
+        return None if result is None or result.n_features < MIN_FEATURES else result
+
+    def _verified(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
+    ) -> IcpResult | None:
+        result = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, wide)
+        if result is None or not is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES):
+            return None
+        motion = result.target_from_source
+        if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:
+            return None
+        alike = color_correlation(keyframe.view, view, motion, self._free_space)
+        return result if alike >= self._settings.min_color_correlation else None
