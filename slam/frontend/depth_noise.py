@@ -23,6 +23,10 @@ class DepthNoise:
     sensor: DepthSettings
     smear: float = 0.0
 
+    def without_smear(self) -> DepthNoise:
+        """The same of a camera that does not turn."""
+        return DepthNoise(self.sensor)
+
     def at_rest(self, z: FloatArray) -> FloatArray:
         """Axial standard deviation in metres of depth at z metres (Nguyen, Izadi and Lovell, 3DIMPVT 2012)."""
         sensor = self.sensor

@@ -24,6 +24,9 @@ NEAR_SIGMAS = 8.0
 # Colour and depth are not taken at one moment, and neither is all of an image: tens of milliseconds are usual. While
 # the camera turns, depth therefore lies off the pose, which is that of the colour image.
 EXPOSURE_GAP_S = 0.05
+# Depth that fits as well as the sensor at rest lets it, in sigmas, was not smeared, however fast the camera is thought to
+# have turned: stamps may be no times. If it were smeared, more would be left.
+SHARP_RMS = 0.7
 # Depth has wrong minima near the right one, some a few millimetres away, where most of it agrees too; so starts that
 # lead to different places are all followed to the end.
 SAME_M, SAME_DEG = 0.003, 0.1
@@ -56,8 +59,12 @@ class _ViewPair:
 
     def fine(self, start: Float64Array) -> IcpResult:
         """The motion after the fine level."""
+        at_rest = self._fine(start, self.noise.without_smear())
+        return at_rest if self.noise.smear == 0 or at_rest.rms <= SHARP_RMS else self._fine(start, self.noise)
+
+    def _fine(self, start: Float64Array, noise: DepthNoise) -> IcpResult:
         source, target = self.source.pyramid.levels[1:], self.target.pyramid.levels[1:]
-        return icp(source, target, start, self._near(start), self.calibration, self.noise, (FINE,))
+        return icp(source, target, start, self._near(start), self.calibration, noise, (FINE,))
 
     def _near(self, guess: Float64Array) -> Correspondences:
         return self.correspondences.select(
