@@ -73,7 +73,6 @@ class Comparison:
             "b": b,
             "delta": None if a is None or b is None else differences(_metrics(a), _metrics(b)),
             "frames": {side: None if run.account is None else run.account.as_json() for side, run in sides},
-            "corrected": {side: None if run.corrections is None else run.corrections.as_json() for side, run in sides},
             "alignment": self.alignment.as_json(),
             "pose": self._pose(),
             "surface": self.surface,
@@ -81,7 +80,8 @@ class Comparison:
             "notes": self.notes,
             "warnings": self.warnings,
         }
-        return plain_json(compared | results)
+        corrected = {side: run.corrections.as_json() for side, run in sides if run.corrections is not None}
+        return plain_json(compared | results | ({"corrected": corrected} if corrected else {}))
 
     def _sides(self) -> tuple[tuple[str, MappedRun], ...]:
         return ("a", self.a), ("b", self.b)

@@ -31,7 +31,7 @@ def print_run(result: RunResult, folder: Path, *, as_json: bool) -> None:
     accounting, panoptic, timings = result.accounting, result.panoptic, result.timings
     if as_json:
         content = run_json(folder, accounting, len(panoptic.objects), timings) | {"parts": len(panoptic.parts)}
-        content |= {"corrected": None if (moved := _corrections(result)) is None else moved.as_json()}
+        content |= {} if (moved := _corrections(result)) is None else {"corrected": moved.as_json()}
         print(dumps(content | _rgbd_json(result.registration) | _models_json(result.config)))
         return
     console = result_console()

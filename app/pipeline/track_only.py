@@ -59,12 +59,12 @@ class TrackedPath:
             "ms_median": round(float(median), 1),
             "ms_p95": round(float(p95), 1),
             **self._errors(),
-            "corrected": self._corrected(),
+            **self._corrected(),
         }
 
-    def _corrected(self) -> dict[str, Any] | None:
+    def _corrected(self) -> dict[str, Any]:
         corrections = PoseCorrections.of(self.given, self.final) if self.refined else None
-        return None if corrections is None else corrections.as_json()
+        return {} if corrections is None else {"corrected": corrections.as_json()}
 
     def account(self) -> FrameAccount:
         """What became of the frames, by the final poses."""

@@ -24,7 +24,7 @@ NEAR_SIGMAS = 8.0
 # Colour and depth are not taken at one moment, and neither is all of an image: tens of milliseconds are usual. While
 # the camera turns, depth therefore lies off the pose, which is that of the colour image.
 EXPOSURE_GAP_S = 0.05
-# Depth that fits as well as the sensor at rest lets it, in sigmas, was not smeared, however fast the camera is thought to
+# Depth that fits as well as the sensor at rest lets it, in sigmas, was not smeared, however fast the camera is said to
 # have turned: stamps may be no times. If it were smeared, more would be left.
 SHARP_RMS = 0.7
 # Depth has wrong minima near the right one, some a few millimetres away, where most of it agrees too; so starts that

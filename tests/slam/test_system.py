@@ -43,7 +43,7 @@ def room():
     return SyntheticScene("room", 1, 100, 320, 240, sensor=SensorModel.kinect())
 
 
-@pytest.fixture(scope="module", params=[5, 1])
+@pytest.fixture(scope="module", params=[5, pytest.param(1, marks=pytest.mark.full)])
 def two_corners(request):
     """A room of which frames 60 to 75 show nothing that the first ten do; at seed 5 a corner that is like another one
     but for its colours."""
