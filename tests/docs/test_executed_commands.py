@@ -20,6 +20,7 @@ from data_tools.writers.table import write_recording
 from razer import load_map
 from tests.support.cli import QUICK, call
 from tests.support.page_commands import PAGES, ROOT, block_lines, words
+from tests.support.pose_files import write_colmap
 
 NETWORK, WEIGHTS = "needs the network", "needs the weights of starter"
 MODEL_FILES, LONG = "needs files of models that are no part of the project", "takes an hour"
@@ -131,6 +132,8 @@ def test_the_commands_of_a_page_work_one_after_the_other(name, recording, tmp_pa
     for place in HAVE_A_TRUTH.get(name, ()):
         shutil.copytree(recording, tmp_path / place)
     (tmp_path / "list.txt").write_text("one\n")
+    names = sorted(file.name for file in (recording / "color").iterdir())
+    write_colmap(tmp_path / "images.txt", names, SyntheticRoom(0, 240, *SIZE).poses[: EVERY * N_FRAMES : EVERY])
     for file in ("mesh.ply", "classes.json"):
         shutil.copy(recording / "truth" / file, tmp_path / (SCAN if file == "mesh.ply" else file))
     monkeypatch.chdir(tmp_path)
