@@ -21,8 +21,8 @@ HALF_OF_THREE, NINE_TENTHS_OF_SIX = 2.366, 10.64
 FEWEST = 5  # registrations that say something
 MIN_WAY_M = 0.1  # that divides the whole one
 MIN_SIGMA_M, MIN_SIGMA_DEG = 0.0005, 0.02  # no pose is better than that
-# Registrations of one camera err together, which their inconsistency does not show: in four simulated rooms and part of an
-# apartment they differ from the truth by 1.3 to 1.8 times as much as from what follows from all of them.
+# Registrations of one camera err together, which their inconsistency does not show: in four simulated rooms and part of
+# an apartment they differ from the truth by 1.3 to 1.8 times as much as from what follows from all of them.
 IN_COMMON = 1.8
 USUAL_UNIT = 0.25  # of registrations of real recordings; those of simulated ones have 0.05
 
