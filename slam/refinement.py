@@ -22,7 +22,8 @@ from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.located_frames import LocatedFrames
-from slam.report import GraphReport, PoseReport, TrackingQuality
+from slam.pose_reporter import PoseReporter
+from slam.report import PoseReport
 from slam.se3 import angle_deg, exp_se3, length_m, orthonormal, turn_rad
 from slam.system import MIN_POINTS
 
@@ -69,10 +70,7 @@ class RefinedPoses:
         self._observed: dict[int, Observed] = {}
         self._located = LocatedFrames(self.map)
         self._travelled_m = 0.0
-        self._reported_version = 0
-        self._last_index: int | None = None
-        self._last_result: IcpResult | None = None
-        self._finished = False
+        self._reporter = PoseReporter(self.map, self._located)
 
     @property
     def keyframes(self) -> Keyframes:
@@ -87,7 +85,7 @@ class RefinedPoses:
     def locate(self, frame: Frame) -> Pose:
         """world_from_camera of a frame as far as it is known now; raises UnusableFrame where it has no given pose."""
         given = frame.pose
-        self._last_index, self._last_result = frame.index, None
+        self._reporter.begin(frame.index)
         tracker = self._tracker
         if tracker is None:
             tracker = self._tracker = self._begin(frame, given)
@@ -113,7 +111,7 @@ class RefinedPoses:
         by_given_motion = tracker.predicted()
         view = self._view(frame, tracker.turning_rad_s(frame.stamp))
         view, result = self._register(tracker, view, by_given_motion)
-        self._last_result, reference = result, tracker.reference
+        self._reporter.result, reference = result, tracker.reference
         edge = None if result is None else _edge(reference, len(self.keyframes), result)
         from_keyframe = inverse(self._given_keyframes[reference.number]) @ given
         observed = Observed(by_given_motion if edge is None else from_keyframe, edge)
@@ -163,8 +161,8 @@ class RefinedPoses:
         return self._located.corrections()
 
     def finish(self) -> None:
-        """Measure all pairs that overlap, drop closures that proved false, measure how far the given poses are to be
-        believed, and smooth over everything once more by that."""
+        """Measure the pairs that overlap and add something, drop closures that proved false, measure how far the given
+        poses are to be believed, and smooth over everything once more by that."""
         self.map.finish(self.calibration)
         given, graph = self._given_keyframes, self.map.graph
         self._uncertainty = self._uncertainty.measured(given, graph.edges, graph.poses)
@@ -173,7 +171,7 @@ class RefinedPoses:
         self.map.smooth(priors)
         for index, observed in self._observed.items():
             self._located.move(index, observed.motion(self._uncertainty))
-        self._finished = True
+        self._reporter.is_finished = True
 
     def trajectory(self) -> dict[int, Pose]:
         """world_from_camera of every frame, as known now."""
@@ -182,20 +180,7 @@ class RefinedPoses:
     def report(self) -> PoseReport:
         """How the last frame was registered; with it, after an optimisation, the pose graph, and the covariance of the
         newest keyframe, or of all once the estimation is finished."""
-        graph = None
-        if self._reported_version != self.map.version:
-            graph = GraphReport.of(self.keyframes, self.map.graph, self.n_loops, self._covariances())
-            self._reported_version = self.map.version
-        pose = None if self._last_index is None else self._located.reported(self._last_index)
-        result = self._last_result
-        return PoseReport(pose, None if result is None else TrackingQuality.of(result), graph)
-
-    def _covariances(self) -> Mapping[int, Float64Array]:
-        if self._finished:
-            return self.map.graph.covariances()
-        newest = len(self.keyframes) - 1
-        covariance = self.map.graph.covariance(newest)
-        return {} if covariance is None else {newest: covariance}
+        return self._reporter.report()
 
 
 def _edge(reference: Keyframe, number: int, result: IcpResult) -> PoseEdge:

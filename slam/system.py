@@ -19,7 +19,8 @@ from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
 from slam.frontend.view_registration import ViewRegistration
 from slam.located_frames import LocatedFrames
-from slam.report import GraphReport, PoseReport, TrackingQuality
+from slam.pose_reporter import PoseReporter
+from slam.report import PoseReport
 from slam.se3 import length_m
 
 MIN_POINTS, MIN_CORNERS = 500, 50  # of depth and of colour that a submap must begin with: else nothing follows it
@@ -40,10 +41,7 @@ class SlamSystem:
         self._n_unknown = 0  # frames that show something, since the last that was located
         self._n_missed = 0  # frames of any kind, since then
         self._travelled_m = 0.0
-        self._reported_version = 0  # of the map's poses
-        self._last_index: int | None = None
-        self._last_result: IcpResult | None = None
-        self._finished = False
+        self._reporter = PoseReporter(self.map, self._located)
 
     @property
     def keyframes(self) -> Keyframes:
@@ -62,7 +60,7 @@ class SlamSystem:
 
     def locate(self, frame: Frame) -> Pose | None:
         """world_from_camera of a frame as far as it is known now; None = lost, or in an unanchored submap."""
-        self._last_index, self._last_result = frame.index, None
+        self._reporter.begin(frame.index)
         turning = STILL if self._tracker is None else self._tracker.turning_rad_s(frame.stamp)
         view = View.of(frame, self._extractor.extract(frame, self.calibration), turning, self.config, self.calibration)
         tracker = self._track(view)
@@ -99,12 +97,12 @@ class SlamSystem:
     ) -> FrameTracker:
         """Track from a view in front of a keyframe, of whose motion nothing is known."""
         self._tracker = FrameTracker(self.keyframes, self._registration, reference, reference_from_camera, view.stamp)
-        self._last_result = result
+        self._reporter.result = result
         self._n_unknown = self._n_missed = 0
         return self._tracker
 
     def _advance(self, tracker: FrameTracker, view: View, result: IcpResult) -> FrameTracker:
-        self.calibration, self._last_result = result.calibration, result
+        self.calibration, self._reporter.result = result.calibration, result
         self._n_unknown = self._n_missed = 0
         tracker.advance(result.target_from_source, view.stamp)
         self._travelled_m += length_m(tracker.step)
@@ -138,7 +136,7 @@ class SlamSystem:
         frames = self._located.submaps()
         if frames and (largest := max(frames, key=lambda submap: (frames[submap], -submap))):
             self.map.make_world(largest)
-        self._finished = True
+        self._reporter.is_finished = True
 
     def trajectory(self) -> dict[int, Pose]:
         """world_from_camera of every frame of the world, as known now."""
@@ -147,17 +145,4 @@ class SlamSystem:
     def report(self) -> PoseReport:
         """How the last frame was located; with it, after an optimisation, the pose graph, and the covariance of the
         newest keyframe, or of all once the estimation is finished."""
-        graph = None
-        if self._reported_version != self.map.version:
-            graph = GraphReport.of(self.keyframes, self.graph, self.n_loops, self._covariances())
-            self._reported_version = self.map.version
-        pose = None if self._last_index is None else self._located.reported(self._last_index)
-        result = self._last_result
-        return PoseReport(pose, None if result is None else TrackingQuality.of(result), graph)
-
-    def _covariances(self) -> Mapping[int, Float64Array]:
-        if self._finished:
-            return self.graph.covariances()
-        newest = len(self.keyframes) - 1
-        covariance = self.graph.covariance(newest)
-        return {} if covariance is None else {newest: covariance}
+        return self._reporter.report()

@@ -25,14 +25,15 @@ from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
+from slam.pose_reporter import PoseReporter
 from slam.refinement import Observed, RefinedPoses
 from slam.system import SlamSystem
 
 CLASSES = (
     Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
     InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis,
-    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, RefinedPoses, SlamSystem, SubmapMerging,
-    VerifiedRegistration, View, WideFeatures,
+    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem,
+    SubmapMerging, VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 

@@ -10,10 +10,11 @@ from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.loop_closure import RECENT, LoopClosure
+from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.backend.verified_registration import VerifiedRegistration
-from slam.backend.view_overlap import in_reach, near_poses, overlap_of, reading_points
+from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
@@ -39,7 +40,8 @@ class KeyframeMap:
         self.version = 0
         self._config = config
         self._registration = VerifiedRegistration(self.keyframes, config)
-        self._loops = LoopClosure(self.keyframes, self.graph, self._registration, config)
+        self._places = PlaceRecognition()
+        self._loops = LoopClosure(self.keyframes, self.graph, self._places, self._registration, config)
         self._merging = SubmapMerging(config.submaps)
         self._n_submaps = 0
         self._alert = 0  # views still to be compared one after the other; below 0, views since then
@@ -69,13 +71,9 @@ class KeyframeMap:
             travelled_m: how far the camera has travelled, metres.
         """
         pose = self.pose(before.number, result.target_from_source)
-        keyframe = self.keyframes.add(view, pose, before.submap, travelled_m)
-        self.graph.add_keyframe(keyframe.number, pose)
-        edge = PoseEdge(before.number, keyframe.number, result.target_from_source, result.information, is_odometry=True)
-        self.graph.add_edge(edge)
-        self._loops.add(keyframe)
-        self._optimise()
-        return keyframe
+        number = len(self.keyframes)
+        edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry=True)
+        return self._add(view, pose, before.submap, travelled_m, [edge], [])
 
     def place(
         self,
@@ -94,7 +92,18 @@ class KeyframeMap:
             edges: what was measured of it.
             priors: what the poses from elsewhere say of it.
         """
-        keyframe = self.keyframes.add(view, world_from_camera, 0, travelled_m)
+        return self._add(view, world_from_camera, 0, travelled_m, edges, priors)
+
+    def _add(
+        self,
+        view: View,
+        world_from_camera: Float64Array,
+        submap: int,
+        travelled_m: float,
+        edges: Sequence[PoseEdge],
+        priors: Sequence[PosePrior],
+    ) -> Keyframe:
+        keyframe = self.keyframes.add(view, world_from_camera, submap, travelled_m)
         self.graph.add_keyframe(keyframe.number, world_from_camera)
         for edge in edges:
             self.graph.add_edge(edge)
@@ -134,7 +143,7 @@ class KeyframeMap:
         numbers = numbers[numbers != keyframe.number]
         poses = self.keyframes.poses()[numbers]
         near = numbers[near_poses(world_from_camera, poses, self._config.loop_closure)]
-        return [keyframe, *(self.keyframes[n] for n in self._loops.places.lookalikes(view, near, 0.0, LOCAL_MAP))]
+        return [keyframe, *(self.keyframes[n] for n in self._places.lookalikes(view, near, 0.0, LOCAL_MAP))]
 
     def _numbers(self, submap: int) -> IndexArray:
         return np.flatnonzero(self.keyframes.submaps() == submap)
@@ -171,7 +180,7 @@ class KeyframeMap:
                 candidates.append((keyframe.number, [inverse(keyframe.world_from_camera) @ moved]))
         foreseen = {number for number, _ in candidates}
         others = np.flatnonzero(self.keyframes.submaps() != submap)
-        alike = self._loops.places.lookalikes(located.view, others, 0.0, shortlist)
+        alike = self._places.lookalikes(located.view, others, 0.0, shortlist)
         return candidates + [(number, []) for number in alike if number not in foreseen]
 
     def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> Keyframe | None:
@@ -224,18 +233,14 @@ class KeyframeMap:
     def _is_contradicted(self, home: int, submap: int, home_from_submap: Float64Array) -> bool:
         """Whether views of a submap, once moved, would stand where those of the other saw through. A look-alike is like
         the view it was taken for, and not like the views around that one."""
-        settings = self._config
-        at_home = [keyframe for keyframe in self.keyframes.all if keyframe.submap == home]
-        against = []
-        for keyframe in self.keyframes.all:
-            if keyframe.submap == submap:
-                moved = home_from_submap @ keyframe.world_from_camera
-                against += [
-                    contradiction(
-                        other.view, keyframe.view, inverse(other.world_from_camera) @ moved, settings.free_space
-                    )
-                    for other in in_reach(moved, at_home, settings.loop_closure)
-                ]
+        settings, numbers, against = self._config, self._numbers(home), list[float]()
+        poses = self.keyframes.poses()[numbers]
+        for number in self._numbers(submap).tolist():
+            keyframe = self.keyframes[number]
+            moved = home_from_submap @ keyframe.world_from_camera
+            for other in numbers[near_poses(moved, poses, settings.loop_closure)].tolist():
+                motion = inverse(self.keyframes[other].world_from_camera) @ moved
+                against.append(contradiction(self.keyframes[other].view, keyframe.view, motion, settings.free_space))
         return bool(against) and float(np.mean(against)) > settings.submaps.max_contradiction
 
     def _merge(self, home: int, submap: int, home_from_submap: Float64Array) -> None:

@@ -30,11 +30,15 @@ class LoopClosure:
     """The pairs of keyframes still to be measured, the most promising first."""
 
     def __init__(
-        self, keyframes: Keyframes, graph: PoseGraph, registration: VerifiedRegistration, config: SlamConfig
+        self,
+        keyframes: Keyframes,
+        graph: PoseGraph,
+        places: PlaceRecognition,
+        registration: VerifiedRegistration,
+        config: SlamConfig,
     ) -> None:
-        self._keyframes, self._graph, self._registration = keyframes, graph, registration
+        self._keyframes, self._graph, self._places, self._registration = keyframes, graph, places, registration
         self._settings = config.loop_closure
-        self.places = PlaceRecognition()
         self._max_depth_m = config.depth.max_depth_m
         self._waiting: deque[tuple[int, int, float]] = deque()  # pairs, and the share of one view that the other sees
         self._queued: set[tuple[int, int]] = set()
@@ -45,7 +49,7 @@ class LoopClosure:
     def add(self, keyframe: Keyframe) -> None:
         """Queue what a new keyframe may be measured against: places first, then neighbours."""
         self._queue([(n, keyframe.number, 1.0) for n in self._places_of(keyframe)])
-        self.places.add(keyframe.view)
+        self._places.add(keyframe.view)
         neighbors = sorted(self._neighbors(keyframe, MOST_LOOKED_AT), reverse=True)[: self._settings.max_neighbors]
         self._queue([(n, keyframe.number, share) for _, share, n in neighbors])
 
@@ -67,8 +71,8 @@ class LoopClosure:
         own = np.flatnonzero(submaps[: max(0, keyframe.number - RECENT)] == keyframe.submap)
         others = np.flatnonzero(submaps != keyframe.submap)
         view, settings = keyframe.view, self._settings
-        alike = self.places.lookalikes(view, own, settings.min_similarity_sigmas, settings.shortlist)
-        return alike + self.places.lookalikes(view, others, 0.0, settings.shortlist)
+        alike = self._places.lookalikes(view, own, settings.min_similarity_sigmas, settings.shortlist)
+        return alike + self._places.lookalikes(view, others, 0.0, settings.shortlist)
 
     def _neighbors(self, keyframe: Keyframe, most: int | None = None) -> Iterator[tuple[float, float, int]]:
         """Earlier keyframes of the same submap whose view overlaps with this one's, and an edge to which would add

@@ -3,13 +3,11 @@ pairs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from slam.config import LoopClosureSettings
-from slam.frontend.keyframes import Keyframe, View
+from slam.frontend.keyframes import View
 
 REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
@@ -43,16 +41,6 @@ def overlap_of(points: Float32Array, other: View, other_from_view: Float64Array)
     read = other.sparse_depth[row[inside].astype(np.intp), column[inside].astype(np.intp)]
     near = (read > 0) & (np.abs(read - z[inside]) < REACH_M)
     return float(near.sum()) / max(points.shape[1], 1)
-
-
-def in_reach(
-    world_from_camera: Float64Array, keyframes: Sequence[Keyframe], settings: LoopClosureSettings
-) -> list[Keyframe]:
-    """Those whose view may overlap by position and direction, before any point is looked at, the nearest first."""
-    if not keyframes:
-        return []
-    poses = np.stack([keyframe.world_from_camera for keyframe in keyframes])
-    return [keyframes[n] for n in near_poses(world_from_camera, poses, settings).tolist()]
 
 
 def near_poses(world_from_camera: Float64Array, poses: Float64Array, settings: LoopClosureSettings) -> IndexArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.geometry import inverse
 from slam.backend.loop_closure import MIN_GAIN, LoopClosure, plausible
+from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import overlap_of, reading_points
@@ -37,7 +38,7 @@ class Turning:
     def __init__(self, view, n):
         self.keyframes, self.graph = Keyframes(), PoseGraph()
         registration = VerifiedRegistration(self.keyframes, SlamConfig())
-        self.loops = LoopClosure(self.keyframes, self.graph, registration, SlamConfig())
+        self.loops = LoopClosure(self.keyframes, self.graph, PlaceRecognition(), registration, SlamConfig())
         registration.register = self.register
         self.measured: list[tuple[int, int]] = []
         for number in range(n):
