@@ -59,12 +59,12 @@ class TrackedPath:
             "ms_median": round(float(median), 1),
             "ms_p95": round(float(p95), 1),
             **self._errors(),
-            **self._corrected(),
+            **({} if (corrections := self.corrections()) is None else {"corrected": corrections.as_json()}),
         }
 
-    def _corrected(self) -> dict[str, Any]:
-        corrections = PoseCorrections.of(self.given, self.final) if self.refined else None
-        return {} if corrections is None else {"corrected": corrections.as_json()}
+    def corrections(self) -> PoseCorrections | None:
+        """What was corrected of given poses, None where these were not to be."""
+        return PoseCorrections.of(self.given, self.final) if self.refined else None
 
     def account(self) -> FrameAccount:
         """What became of the frames, by the final poses."""

@@ -78,9 +78,10 @@ def track(
 
 
 def _advise(tracked: TrackedPath, folder: Path, options: TrackOptions) -> None:
-    choice = options.poses or ("both" if tracked.given else "slam")  # both compares them
+    choice = "both" if tracked.given else "slam"  # both compares them
+    words = options.words() if options.poses else ("--poses", choice, *options.words())
     is_worth_it = len(tracked.final) >= MIN_LOCATED * len(tracked.stamps)
-    print_next(mapping(folder, "--poses", choice, *options.words()) if is_worth_it else ("inspect", folder))
+    print_next(mapping(folder, *words) if is_worth_it else ("inspect", folder))
 
 
 def _written(path: Path) -> AbstractContextManager[None]:
@@ -91,7 +92,9 @@ def _written(path: Path) -> AbstractContextManager[None]:
 
 def _report(tracked: TrackedPath, out: Path | None, live_poses: Path | None) -> None:
     console = result_console()
-    for name, value in tracked.as_json().items():
+    corrections = tracked.corrections()
+    lines = tracked.as_json() | ({} if corrections is None else {"corrected": corrections.describe()})
+    for name, value in lines.items():
         console.print(f"{name}: {value}", highlight=False, soft_wrap=True)
     for path, about in ((out, "the smoothed path"), (live_poses, "poses as they were known at each frame")):
         if path is not None:

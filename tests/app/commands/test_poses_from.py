@@ -85,6 +85,9 @@ def test_track_corrects_given_poses(recording, tmp_path, capsys):
     assert (code, result["used"], result["lost"]) == (0, N_FRAMES, 0)
     assert result["corrected"]["max_m"] < 0.01  # they were true
     assert len(np.loadtxt(out_file)) == N_FRAMES
+    code, out, err = razer(capsys, "track", recording, "--poses", "refine")
+    assert "corrected: given poses were corrected by 0." in out  # centimetres: they were true
+    assert err.count("--poses") == 1  # what to do next: map them so
 
 
 def test_a_table_of_many_recordings_takes_no_file_of_poses(elsewhere, tmp_path, capsys):
