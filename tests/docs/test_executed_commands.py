@@ -66,7 +66,7 @@ LEFT_OUT = {
 PAGES_LEFT_OUT = {
     "verbs": "it needs a run that was killed: tests/app/commands/test_run_resume.py",
     "server": "serves until Ctrl-C: tests/app/server asks a real one",
-    "pose_benchmark": "takes half an hour: tests/app/commands/test_bench_poses.py runs short walks",
+    "pose_benchmark": "takes eleven minutes: tests/app/commands/test_bench_poses.py runs short walks",
     "timeline": "needs a display, or serves until Ctrl-C: tests/app/timeline/viewer opens it",
 }
 # What these pages call finished runs.

@@ -143,7 +143,7 @@ def poses(
     What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
     right their covariances.
 
-    Nothing is written. All worlds take some 20 minutes; what each is stands in docs/pose_benchmark.md.
+    Nothing is written. All worlds take some 11 minutes; what each is stands in docs/pose_benchmark.md.
 
     Parameters
     ----------
