@@ -83,14 +83,19 @@ class SlamSystem:
         if tracker is not None and self._n_missed <= submaps.resume_frames:
             resumed = self._resume(tracker, view)
             if resumed is not None:
-                keyframe, result = resumed
-                return self._start(keyframe, result.target_from_source, view, result)
+                return self._go_on(*resumed, view)
         if view.pyramid.n_points < MIN_POINTS or len(view.features) < MIN_CORNERS:
             return None
         self._n_unknown += 1
         if self.keyframes.all and self._n_unknown <= submaps.patience_frames:
             return None
         return self._start(self.map.begin_submap(view, self._travelled_m), np.eye(4), view)
+
+    def _go_on(self, keyframe: Keyframe, result: IcpResult, view: View) -> FrameTracker:
+        """Track from a view that was found in front of a keyframe. After longer gaps it may be a look-alike."""
+        if self._n_missed <= self.config.submaps.patience_frames or view.pyramid.n_points < MIN_POINTS:
+            return self._start(keyframe, result.target_from_source, view, result)
+        return self._start(self.map.resume(keyframe, view, result, self._travelled_m), np.eye(4), view, result)
 
     def _start(
         self, reference: Keyframe, reference_from_camera: Float64Array, view: View, result: IcpResult | None = None

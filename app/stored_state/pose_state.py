@@ -13,7 +13,10 @@ from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph, PosePrior
-from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
+from slam.backend.submaps.placement_check import PlacementCheck
+from slam.backend.submaps.submap_merging import SubmapMerging
+from slam.backend.submaps.submap_search import SubmapSearch
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -31,9 +34,9 @@ from slam.system import SlamSystem
 
 CLASSES = (
     Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
-    InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis,
-    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem,
-    SubmapMerging, VerifiedRegistration, View, WideFeatures,
+    InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypotheses,
+    MergeHypothesis, Observed, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter,
+    RefinedPoses, SlamSystem, SubmapMerging, SubmapSearch, VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 

@@ -7,9 +7,11 @@ compared is how colours vary, not what they are.
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float32Array, Float64Array, IndexArray
+from razer.geometry import inverse
 from slam.backend.reprojection import reprojected
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
@@ -17,6 +19,7 @@ from slam.frontend.keyframes import View
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
 DARK = 4.0  # grey levels of noise, so that black has a logarithm
+OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
 
 
 def color_correlation(
@@ -40,6 +43,36 @@ def color_correlation(
     return float((a * b).sum() / np.sqrt(max(float((a**2).sum() * (b**2).sum()), 1e-12)))
 
 
+def other_colors(target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings) -> float:
+    """Share of the readings that both views have of one surface whose colour is none that the other view has round
+    about, whatever the exposure and white balance; the greater of both ways, 0 where there is no answer.
+
+    Args:
+        target: one view.
+        source: the other.
+        target_from_source: (4, 4) the motion to be checked.
+        settings: how far apart readings of one surface may lie.
+    """
+    return max(
+        _other_share(source, target, target_from_source, settings),
+        _other_share(target, source, inverse(target_from_source), settings),
+    )
+
+
+def _other_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
+    here, there = _same_surface(view, other, other_from_view, settings)
+    if len(here) < MIN_SHARED:
+        return 0.0
+    colors, image = _logarithms(view).reshape(-1, 3)[here], _logarithms(other)
+    colors = colors + np.median(image.reshape(-1, 3)[there] - colors, axis=0)
+    # Against the least and the greatest of a pixel's neighbours, so that edges may be a pixel off.
+    darkest, brightest = (
+        fit(image, np.ones((3, 3), np.uint8)).reshape(-1, 3)[there] for fit in (cv2.erode, cv2.dilate)
+    )
+    outside = np.maximum(darkest - colors, colors - brightest).max(axis=1)
+    return float((outside > OTHER).mean())
+
+
 def _same_surface(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
 ) -> tuple[IndexArray, IndexArray]:
@@ -51,6 +84,11 @@ def _same_surface(
 
 
 def _centred(view: View, pixel: IndexArray) -> Float64Array:
-    logarithms = np.log(view.sparse_rgb.reshape(-1, 3)[pixel] + DARK)
+    logarithms = _logarithms(view).reshape(-1, 3)[pixel].astype(np.float64)
     result: Float64Array = logarithms - logarithms.mean(axis=0)
     return result
+
+
+def _logarithms(view: View) -> Float32Array:
+    """Of the colours (H, W, 3)."""
+    return np.log(view.sparse_rgb.astype(np.float32) + np.float32(DARK))

@@ -8,13 +8,15 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.free_space_check import contradiction
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
-from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses
+from slam.backend.submaps.placement_check import PlacementCheck
+from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
+from slam.backend.submaps.submap_search import SubmapSearch
 from slam.backend.verified_registration import VerifiedRegistration
-from slam.backend.view_overlap import near_poses, overlap_of, reading_points
+from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
@@ -42,8 +44,11 @@ class KeyframeMap:
         self._registration = VerifiedRegistration(self.keyframes, config)
         self._places = PlaceRecognition()
         self._loops = LoopClosure(self.keyframes, self.graph, self._places, self._registration, config)
-        self._merging = SubmapMerging(config.submaps)
-        self._n_submaps = 0
+        hypotheses = MergeHypotheses(self.keyframes, config.submaps)
+        self._search = SubmapSearch(self.keyframes, self._places, hypotheses, config)
+        placement = PlacementCheck(self.keyframes, self.graph, config)
+        self._merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
+        self._n_submaps = self._chain = 0
         self._alert = 0  # views still to be compared one after the other; below 0, views since then
 
     def pose(self, keyframe: int, keyframe_from_camera: Float64Array) -> Float64Array:
@@ -53,7 +58,8 @@ class KeyframeMap:
     def begin_submap(self, view: View, travelled_m: float) -> Keyframe:
         """A first keyframe that no edge connects with those before."""
         pose = self.keyframes.all[-1].world_from_camera if self._n_submaps else np.eye(4)
-        keyframe = self.keyframes.add(view, pose, self._n_submaps, travelled_m)
+        self._chain += self._n_submaps > 0
+        keyframe = self.keyframes.add(view, pose, self._n_submaps, travelled_m, self._chain)
         self.graph.add_keyframe(keyframe.number, pose, unanchored=self._n_submaps > 0)
         self._n_submaps += 1
         self._alert = ALERT_VIEWS
@@ -70,10 +76,27 @@ class KeyframeMap:
             result: before_from_view with its information.
             travelled_m: how far the camera has travelled, metres.
         """
-        pose = self.pose(before.number, result.target_from_source)
-        number = len(self.keyframes)
-        edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry=True)
-        return self._add(view, pose, before.submap, travelled_m, [edge], [])
+        return self._add_before(before, view, result, travelled_m, is_odometry=True)
+
+    def resume(self, before: Keyframe, view: View, result: IcpResult, travelled_m: float) -> Keyframe:
+        """A further keyframe, with which tracking goes on where the camera was found after it was lost: if that proves
+        wrong, what follows can be moved.
+
+        Args:
+            before: the keyframe in front of which it was found.
+            view: the view that becomes a keyframe.
+            result: before_from_view with its information.
+            travelled_m: how far the camera has travelled, metres.
+        """
+        self._chain += 1
+        return self._add_before(before, view, result, travelled_m, is_odometry=False)
+
+    def _add_before(
+        self, before: Keyframe, view: View, result: IcpResult, travelled_m: float, is_odometry: bool
+    ) -> Keyframe:
+        pose, number = self.pose(before.number, result.target_from_source), len(self.keyframes)
+        edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry)
+        return self._add(view, pose, before.submap, travelled_m, [edge], [], unanchored=not is_odometry)
 
     def place(
         self,
@@ -102,15 +125,17 @@ class KeyframeMap:
         travelled_m: float,
         edges: Sequence[PoseEdge],
         priors: Sequence[PosePrior],
+        unanchored: bool = False,
     ) -> Keyframe:
-        keyframe = self.keyframes.add(view, world_from_camera, submap, travelled_m)
-        self.graph.add_keyframe(keyframe.number, world_from_camera)
+        keyframe = self.keyframes.add(view, world_from_camera, submap, travelled_m, self._chain)
+        self.graph.add_keyframe(keyframe.number, world_from_camera, unanchored)
         for edge in edges:
             self.graph.add_edge(edge)
         for prior in priors:
             self.graph.add_prior(prior)
         self._loops.add(keyframe)
         self._optimise()
+        self._review(keyframe)
         return keyframe
 
     def smooth(self, priors: Sequence[PosePrior]) -> None:
@@ -158,7 +183,7 @@ class KeyframeMap:
     def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
         """Whether a view of one submap, with the hypotheses before, merges it with another."""
         reference, view = located.reference, located.view
-        for number, guesses in self._candidates(located, shortlist):
+        for number, guesses in self._search.candidates(located, shortlist):
             result = self._registration.recognise(self.keyframes[number], view, guesses, calibration)
             if result is None:
                 continue
@@ -167,33 +192,6 @@ class KeyframeMap:
             if self._add_hypothesis(edge, view.index, result.score):
                 return True
         return False
-
-    def _candidates(self, located: LocatedView, shortlist: int) -> list[tuple[int, list[Float64Array]]]:
-        """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
-        is foreseen: those that hypotheses lead to, then those that look alike."""
-        submap = located.reference.submap
-        candidates: list[tuple[int, list[Float64Array]]] = []
-        for other, other_from_submap in self._merging.expected(submap):
-            moved = other_from_submap @ located.reference.world_from_camera @ located.reference_from_camera
-            keyframe = self._most_overlapping(located.view, moved, other)
-            if keyframe is not None:
-                candidates.append((keyframe.number, [inverse(keyframe.world_from_camera) @ moved]))
-        foreseen = {number for number, _ in candidates}
-        others = np.flatnonzero(self.keyframes.submaps() != submap)
-        alike = self._places.lookalikes(located.view, others, 0.0, shortlist)
-        return candidates + [(number, []) for number in alike if number not in foreseen]
-
-    def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> Keyframe | None:
-        """The keyframe of a submap that sees most of a view at a pose in it, if it is enough."""
-        settings, numbers = self._config.loop_closure, self._numbers(submap)
-        near = numbers[near_poses(world_from_camera, self.keyframes.poses()[numbers], settings)].tolist()
-        points = reading_points(view, self._config.depth.max_depth_m)
-        shares = [
-            overlap_of(points, self.keyframes[n].view, inverse(self.keyframes[n].world_from_camera) @ world_from_camera)
-            for n in near
-        ]
-        best = int(np.argmax(shares)) if shares else 0
-        return self.keyframes[near[best]] if shares and shares[best] >= settings.min_overlap else None
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
         """Compare the keyframes still unanchored with all places that have any similarity."""
@@ -209,47 +207,26 @@ class KeyframeMap:
             edge = self._loops.measure_next(calibration)
             if edge is None:
                 continue
-            if self.keyframes[edge.a].submap == self.keyframes[edge.b].submap:
+            if self._loops.is_plausible(edge):
                 self.graph.add_edge(edge)
-            else:
+            elif self.keyframes[edge.a].chain != self.keyframes[edge.b].chain:
                 self._add_hypothesis(edge, self.keyframes[edge.b].view.index, 1.0)
 
     def _add_hypothesis(self, edge: PoseEdge, frame: int, strength: float) -> bool:
-        """Take in that a view of one submap fits into another; whether that merges the two."""
-        self._alert = ALERT_VIEWS
-        a, b = self.keyframes[edge.a], self.keyframes[edge.b]
-        shift = a.world_from_camera @ edge.a_from_b @ inverse(b.world_from_camera)
-        home_from_submap = shift if a.submap < b.submap else inverse(shift)
-        home, submap = sorted((a.submap, b.submap))
-        agreeing = self._merging.add(home, submap, MergeHypothesis(frame, edge, home_from_submap, strength))
-        if not agreeing or self._is_contradicted(home, submap, agreeing[0].home_from_submap):
-            return False
-        self._merge(home, submap, agreeing[0].home_from_submap)
-        for hypothesis in agreeing:
-            self.graph.add_edge(hypothesis.edge)
-        self._optimise()
-        return True
+        """Take in that a view of one chain fits into another; whether that moved one of them."""
+        outcome = self._merging.add(edge, frame, strength)
+        if self.keyframes[edge.a].submap != self.keyframes[edge.b].submap:
+            self._alert = 0 if outcome is Outcome.REFUTED else ALERT_VIEWS
+        if outcome is Outcome.MOVED:
+            self._optimise()
+        return outcome is Outcome.MOVED
 
-    def _is_contradicted(self, home: int, submap: int, home_from_submap: Float64Array) -> bool:
-        """Whether views of a submap, once moved, would stand where those of the other saw through. A look-alike is like
-        the view it was taken for, and not like the views around that one."""
-        settings, numbers, against = self._config, self._numbers(home), list[float]()
-        poses = self.keyframes.poses()[numbers]
-        for number in self._numbers(submap).tolist():
-            keyframe = self.keyframes[number]
-            moved = home_from_submap @ keyframe.world_from_camera
-            for other in numbers[near_poses(moved, poses, settings.loop_closure)].tolist():
-                motion = inverse(self.keyframes[other].world_from_camera) @ moved
-                against.append(contradiction(self.keyframes[other].view, keyframe.view, motion, settings.free_space))
-        return bool(against) and float(np.mean(against)) > settings.submaps.max_contradiction
-
-    def _merge(self, home: int, submap: int, home_from_submap: Float64Array) -> None:
-        for keyframe in self.keyframes.all:
-            if keyframe.submap == submap:
-                keyframe.submap = home
-                keyframe.world_from_camera = home_from_submap @ keyframe.world_from_camera
-        self._merging.forget(submap)
-        self.graph.shift({k.number: k.world_from_camera for k in self.keyframes.all})
+    def _review(self, keyframe: Keyframe) -> None:
+        """Part the chain of a keyframe, if it was placed by what it looks like, from what it contradicts."""
+        if keyframe.chain and self._merging.review(keyframe.chain, self._n_submaps):
+            self._n_submaps += 1
+            self._alert = ALERT_VIEWS
+            self._optimise()
 
     def _optimise(self) -> None:
         self._set_poses(self.graph.optimise())

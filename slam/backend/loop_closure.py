@@ -11,7 +11,7 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseEdge, PoseGraph
-from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.verified_registration import MIN_FEATURES, VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -114,7 +114,8 @@ class LoopClosure:
         return None
 
     def measure_next(self, calibration: ColorCalibration) -> PoseEdge | None:
-        """Measure the next pair; None if there is none, or it came to nothing."""
+        """Measure the next pair; None if there is none, or it came to nothing. What contradicts its
+        submap's poses is told if features say so, too: these may be wrong."""
         pair = self._next()
         if pair is None:
             return None
@@ -125,9 +126,15 @@ class LoopClosure:
             result = self._registration.register(a, view, [guess], calibration)
         else:
             result = self._registration.recognise(a, view, [], calibration)
-        if result is None or (known and not plausible(a, b, result.target_from_source, self._settings)):
+        if result is None:
             return None
-        return PoseEdge(a.number, b.number, result.target_from_source, result.information)
+        edge = PoseEdge(a.number, b.number, result.target_from_source, result.information)
+        return edge if not known or result.n_features >= MIN_FEATURES or self.is_plausible(edge) else None
+
+    def is_plausible(self, edge: PoseEdge) -> bool:
+        """Whether an edge fits to where its keyframes are, if they are of one submap, but for drift."""
+        a, b = self._keyframes[edge.a], self._keyframes[edge.b]
+        return a.submap == b.submap and plausible(a, b, edge.a_from_b, self._settings)
 
 
 def plausible(a: Keyframe, b: Keyframe, a_from_b: Float64Array, settings: LoopClosureSettings) -> bool:

@@ -26,6 +26,7 @@ TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest lev
 HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level: 95 % efficient under normal noise
 MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
 MIN_CALIBRATION_AGREEMENT = 0.8  # of depth, for its motion to be known well enough to learn the colour camera from
+LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2: nothing is known
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 
@@ -73,7 +74,7 @@ class IcpResult:
     @property
     def sigma(self) -> tuple[float, float]:
         """Standard deviations of rotation (radians) and shift (metres) along their least certain axes."""
-        covariance = np.linalg.inv(self.information + 1e-9 * np.eye(6))
+        covariance = np.linalg.inv(self.information)
         rotation, shift = (float(np.linalg.eigvalsh(part)[-1]) for part in (covariance[:3, :3], covariance[3:, 3:]))
         return float(np.sqrt(max(rotation, 0.0))), float(np.sqrt(max(shift, 0.0)))
 
@@ -82,6 +83,7 @@ class IcpResult:
 class _DepthTerm:
     information: Float64Array
     gradient: Float64Array
+    certain: Float64Array
     overlap: float
     agreement: float
     fit: float
@@ -138,16 +140,23 @@ def _joint(
 def _result(
     pose: Float64Array, depth: _DepthTerm, color: ColorTerm, calibration: ColorCalibration, step: Float64Array
 ) -> IcpResult:
-    of_pose = color.information[:6, :6] + DEPTH_SHARE * depth.information
+    of_pose = color.information[:6, :6] + DEPTH_SHARE * _bounded(depth.certain, 0.0)
     cross, of_camera = color.information[:6, 6:], color.information[6:, 6:]
     information = of_pose - cross @ np.linalg.solve(of_camera + calibration.information, cross.T)
     # What the features know of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
     if depth.agreement >= MIN_CALIBRATION_AGREEMENT:
         calibration = calibration.updated(step, (likelihood + likelihood.T) / 2)
-    information = (information + information.T) / 2
+    information = _bounded(information, LEAST_INFORMATION)
     figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
     return IcpResult(pose, information, *figures, calibration)
+
+
+def _bounded(matrix: Float64Array, least: float) -> Float64Array:
+    """The nearest matrix that is symmetric and has no smaller eigenvalues."""
+    values, axes = np.linalg.eigh((matrix + matrix.T) / 2)
+    nearest: Float64Array = axes * values.clip(least) @ axes.T
+    return nearest
 
 
 def _depth_term(
@@ -163,22 +172,30 @@ def _depth_term(
     moved, normal = _columns(points, inside), _columns(target.normals, pixel)
     gap = _columns(target.points, pixel) - moved
     distance = _dot(gap, normal)
-    facing = _dot(pose[:3, :3].astype(np.float32) @ _columns(source.sample_normals, inside), normal)
+    own_normal = pose[:3, :3].astype(np.float32) @ _columns(source.sample_normals, inside)
+    facing = _dot(own_normal, normal)
     near = _dot(gap, gap) < 4 * level.reach_m**2
     matched = np.flatnonzero(near & (np.abs(distance) < level.reach_m) & (facing > MIN_NORMAL_COSINE))
     agreement = len(matched) / max(len(inside), 1)
     if len(matched) < MIN_POINTS:
-        return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
+        nothing = np.zeros((6, 6))
+        return _DepthTerm(nothing, np.zeros(6), nothing, overlap, agreement, 0.0, float("inf"))
     moved, normal, distance = _columns(moved, matched), _columns(normal, matched), np.take(distance, matched)
     scale = np.reciprocal(noise.sigma(moved[2], distance))
     residual = distance * scale
     weight = _weight(residual, level.strict)
-    jacobian = np.concatenate([_cross(moved, normal), normal]) * scale
+    jacobian = _jacobian(moved, normal) * scale
     weighted = jacobian * weight
     rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
     information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
     fit = overlap * float(_weight(residual, strict=True).sum()) / len(inside)
-    return _DepthTerm(information, gradient, overlap, agreement, fit, rms)
+    certain = weighted @ (_jacobian(moved, _columns(own_normal, matched)) * scale).T if level.strict else information
+    return _DepthTerm(information, gradient, certain.astype(np.float64), overlap, agreement, fit, rms)
+
+
+def _jacobian(points: Float32Array, normals: Float32Array) -> Float32Array:
+    """Of the distances of points (3, N) to planes with the given normals, by a left perturbation (6, N)."""
+    return np.concatenate([_cross(points, normals), normals])
 
 
 def _weight(residual: Float32Array, strict: bool) -> Float32Array:

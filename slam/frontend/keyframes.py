@@ -67,13 +67,15 @@ class View:
 @dataclass
 class Keyframe:
     """A view that others are registered to: its number in the order of taking, the submap it belongs to, its pose as
-    known now, and how far the camera had travelled when it was taken, metres."""
+    known now, how far the camera had travelled when it was taken, metres, and the odometry chain it belongs to: the
+    number of times that tracking began anew."""
 
     number: int
     submap: int
     view: View
     world_from_camera: Float64Array
     travelled_m: float
+    chain: int = 0
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,9 @@ class Keyframes:
     def __getitem__(self, number: int) -> Keyframe:
         return self.all[number]
 
-    def add(self, view: View, world_from_camera: Float64Array, submap: int, travelled_m: float) -> Keyframe:
+    def add(
+        self, view: View, world_from_camera: Float64Array, submap: int, travelled_m: float, chain: int = 0
+    ) -> Keyframe:
         """Keep a view.
 
         Args:
@@ -108,8 +112,9 @@ class Keyframes:
             world_from_camera: (4, 4) its pose as known now.
             submap: the submap it belongs to.
             travelled_m: how far the camera has travelled, metres.
+            chain: the odometry chain it belongs to.
         """
-        keyframe = Keyframe(len(self.all), submap, view, world_from_camera, travelled_m)
+        keyframe = Keyframe(len(self.all), submap, view, world_from_camera, travelled_m, chain)
         self.all.append(keyframe)
         self.view(keyframe)
         return keyframe
@@ -137,3 +142,7 @@ class Keyframes:
     def submaps(self) -> Int64Array:
         """The submap (K,) of each."""
         return np.array([keyframe.submap for keyframe in self.all], np.int64)
+
+    def chains(self) -> Int64Array:
+        """The odometry chain (K,) of each."""
+        return np.array([keyframe.chain for keyframe in self.all], np.int64)

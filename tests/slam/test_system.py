@@ -16,6 +16,7 @@ from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics
 from razer.geometry import inverse, is_rigid
 from razer.metrics.umeyama import umeyama
+from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.keyframes import STILL, View
 from slam.poses import GivenPoses
@@ -222,8 +223,10 @@ def test_a_merge_is_refused_if_views_around_would_stand_where_others_saw_through
     true = inverse(frames[0].pose) @ frames[6].pose
     nearer = true.copy()
     nearer[:3, 3] -= 0.5 * true[:3, 2]
+    placement = PlacementCheck(slam.keyframes, slam.graph, slam.config)
     for where, refused in ((true, False), (nearer, True)):
-        assert slam.map._is_contradicted(0, alone.submap, where @ inverse(alone.world_from_camera)) == refused
+        shift = where @ inverse(alone.world_from_camera)
+        assert placement.contradicts([alone.number], np.arange(alone.number), shift) == refused
 
 
 class TwoSubmaps:

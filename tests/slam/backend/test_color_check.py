@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.color_check import color_correlation
+from slam.backend.color_check import color_correlation, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
@@ -59,3 +59,30 @@ def test_what_says_nothing_speaks_against_nothing(other_m):
     plain = np.full((240, 320, 3), 120, np.uint8)
     rgb, depth = wall() if other_m == 3.0 else (plain, wall()[1])
     assert correlation(view(plain, wall()[1]), view(rgb, depth * other_m / 2)) == 1.0
+
+
+def other(a, b, motion=HERE):
+    return other_colors(a, b, motion, CONFIG.free_space)
+
+
+def test_no_colour_is_another_under_another_exposure_or_a_pixel_off():
+    rgb, depth = wall()
+    assert other(view(rgb, depth), view(rgb * (0.5, 0.6, 0.8), depth)) == 0.0
+    shifted = np.pad(rgb, ((0, 0), (3, 0), (0, 0)), mode="edge")[:, :320]
+    assert other(view(rgb, depth), view(shifted, depth)) < 0.01
+
+
+@pytest.mark.parametrize("is_swapped", [False, True])
+def test_a_board_on_the_wall_is_told_by_its_share_of_the_view(is_swapped):
+    """Most of both views goes together: their correlation is high."""
+    rgb, depth = wall()
+    board = rgb.copy()
+    board[60:120, 80:200] = (10, 40, 30)
+    views = view(rgb, depth), view(board, depth)
+    assert other(*(reversed(views) if is_swapped else views)) == pytest.approx(60 * 120 / (240 * 320), rel=0.1)
+    assert correlation(*views) > 0.5
+
+
+def test_surfaces_that_are_not_the_same_have_no_other_colours():
+    rgb, depth = wall()
+    assert other(view(rgb, depth), view(rgb[..., [2, 0, 1]], 1.5 * depth)) == 0.0

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from dataclasses import FrozenInstanceError, replace
 
+import gtsam
 import numpy as np
 import pytest
 
 from razer.geometry import inverse
-from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph, mahalanobis
+from slam.backend.pose_graph import (
+    EDGE_SHARE,
+    GEMAN_MCCLURE,
+    LEVER_M,
+    PRIOR_HUBER,
+    PoseEdge,
+    PoseGraph,
+    PosePrior,
+    _prior_factor,
+    mahalanobis,
+)
 from slam.se3 import adjoint, exp_se3, length_m
 
 
@@ -39,6 +50,12 @@ def graph_of(poses, edges):
                 graph.add_edge(edge)
         graph.optimise()
     return graph
+
+
+def moved(x_m):
+    result = np.eye(4)
+    result[0, 3] = x_m
+    return result
 
 
 def worst_m(estimated, poses):
@@ -299,3 +316,34 @@ def test_the_table_of_edges_grows_with_them_and_begins_anew_with_others(rng):
     assert is_odometry.tolist() == [True] * 7 + [False]
     graph.replace(edges[2:4])
     assert graph.edge_table()[0].tolist() == [[2, 3], [3, 4]]
+
+
+def test_what_an_edge_leaves_open_is_where_things_two_metres_ahead_are(rng):
+    spread = rng.normal(size=(6, 6)) * 0.05
+    covariance = spread @ spread.T + 0.01 * np.eye(6)
+    edge = PoseEdge(0, 1, np.eye(4), np.linalg.inv(covariance) / EDGE_SHARE)
+    ahead = np.array([0.0, 0.0, LEVER_M])
+    jacobian = np.column_stack([*(np.cross(axis, ahead) for axis in np.eye(3)), np.eye(3)])
+    assert edge.variance_m2 == pytest.approx(np.trace(jacobian @ covariance @ jacobian.T), rel=1e-6)
+
+
+def test_edges_count_in_the_network_by_what_they_still_pull():
+    graph, information = PoseGraph(), np.eye(6) * 1e4 / EDGE_SHARE
+    graph.add_keyframe(0, np.eye(4))
+    graph.add_keyframe(1, moved(0.0))
+    edges = [PoseEdge(0, 1, moved(0.0), information, is_odometry=True), PoseEdge(0, 1, moved(0.05), information)]
+    for edge in edges:
+        graph.add_edge(edge)
+    graph.doubt_edges()
+    sigmas = 0.05 / 0.01
+    doubted = edges[1].variance_m2 * (1 + (sigmas / GEMAN_MCCLURE) ** 2) ** 2
+    assert graph.network.variances_from(0)[1] == pytest.approx(1 / (1 / edges[0].variance_m2 + 1 / doubted), rel=1e-6)
+
+
+def test_a_prior_pulls_no_more_strongly_beyond_two_of_its_own_sigmas():
+    """Ten sigmas away its cost is Huber's, in units of edges: k (r - k / 2)."""
+    unit = 0.25
+    factor = _prior_factor(PosePrior(None, 0, np.eye(4), np.full(6, 0.01), unit))
+    values = gtsam.Values()
+    values.insert(0, gtsam.Pose3(moved(0.1)))
+    assert factor.error(values) == pytest.approx(PRIOR_HUBER * unit * (10 * unit - PRIOR_HUBER * unit / 2))

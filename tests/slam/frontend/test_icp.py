@@ -31,3 +31,23 @@ def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
     result = icp(grids, grids, np.eye(4), correspondences, ColorCalibration.nominal(), noise)
     assert length_m(inverse(truth) @ result.target_from_source) < 0.002
     assert is_trusted(result)
+
+
+def test_the_noise_of_normals_does_not_hide_that_a_bare_wall_leaves_the_motion_open(rng):
+    """Each normal is a few degrees off, as if the wall were rough; the other view's is off otherwise."""
+    camera = Intrinsics(320, 240, 262.5, 262.5, 159.5, 119.5)
+    settings, none = DepthSettings(), Correspondences.none()
+    sigma_m = DepthNoise(settings).at_rest(np.float64(2.0))
+    views = [
+        DepthPyramid(
+            *fine_depth((2.0 + rng.normal(0, sigma_m, (240, 320))).astype(np.float32), camera, max_depth_m=4.0)
+        ).levels
+        for _ in range(2)
+    ]
+    result = icp(*views, np.eye(4), none, ColorCalibration.nominal(), DepthNoise(settings))
+    assert result.agreement > 0.9
+    values, axes = np.linalg.eigh(result.information)
+    open_axes = np.abs(axes[:, :3])  # shifts along the wall, and turns about its normal
+    assert open_axes[[0, 1, 5]].max() < 0.2
+    assert values[:3].max() < 0.02 * values[3]
+    assert not is_trusted(result)

@@ -1,0 +1,120 @@
+"""Merge hypotheses: where views say that a submap lies in front of another, and when they are enough to believe it.
+
+One view that fits somewhere is no proof: rooms repeat. Submaps are merged where several views agree, and few
+contradict them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from razer.arrays import BoolArray, Float64Array
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge
+from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.submap_settings import SubmapSettings
+
+MAJORITY = 2.0  # times as many hypotheses as for any other place; a place beside its look-alike has that soon
+SAME_M, SAME_DEG = 0.25, 5.0  # hypotheses that differ by less agree: the drift within a submap
+
+
+@dataclass(frozen=True, eq=False)
+class MergeHypothesis:
+    """A view of one odometry chain registered to a keyframe of another: the view's frame, and the edge between
+    keyframes that follows; `strength` orders hypotheses that agree."""
+
+    frame: int
+    edge: PoseEdge
+    strength: float
+
+
+@dataclass
+class MergeHypotheses:
+    """All that came up and was not refuted."""
+
+    keyframes: Keyframes
+    settings: SubmapSettings
+    _all: list[MergeHypothesis] = field(default_factory=list)
+
+    def add(self, hypothesis: MergeHypothesis) -> None:
+        """Take in a further one."""
+        self._all.append(hypothesis)
+
+    def refute(self, hypotheses: Sequence[MergeHypothesis]) -> None:
+        """Forget some that others contradict: as many must come up anew before the same is believed."""
+        refuted = set(map(id, hypotheses))
+        self._all = [one for one in self._all if id(one) not in refuted]
+
+    def ends(self, hypothesis: MergeHypothesis) -> tuple[Keyframe, Keyframe]:
+        """The two keyframes it ties, that of the earlier submap, or else chain, first."""
+        a, b = self.keyframes[hypothesis.edge.a], self.keyframes[hypothesis.edge.b]
+        return (a, b) if (a.submap, a.chain) <= (b.submap, b.chain) else (b, a)
+
+    def shift(self, hypothesis: MergeHypothesis) -> Float64Array:
+        """By what the later of the two must be moved (4, 4), in the world of the earlier as its keyframes have it."""
+        edge = hypothesis.edge
+        a, b = self.keyframes[edge.a], self.keyframes[edge.b]
+        shift = a.world_from_camera @ edge.a_from_b @ inverse(b.world_from_camera)
+        return shift if self.ends(hypothesis)[0] is a else inverse(shift)
+
+    def enough(self, hypothesis: MergeHypothesis) -> Sequence[MergeHypothesis]:
+        """Those of the same two parties that agree with one, the strongest first, once they are enough to believe it;
+        else none. What says that all is in place already is not counted."""
+        parties = self._parties(hypothesis)
+        others = [other for other in self._all if self._parties(other) == parties]
+        shifts, at = self._shifts(others)
+        in_place = _same(np.concatenate([shifts, np.eye(4)[None]]), at)[-1, :-1]
+        others = [other for other, is_believed in zip(others, in_place, strict=True) if not is_believed]
+        if hypothesis not in others:
+            return ()
+        agree = _same(*self._shifts(others))
+        agreeing = agree[others.index(hypothesis)]
+        rival = max((_n_views(others, row & ~agreeing) for row in agree[~agreeing]), default=0)
+        if _n_views(others, agreeing) < max(self.settings.min_hypotheses, MAJORITY * rival):
+            return ()
+        found = [others[n] for n in np.flatnonzero(agreeing)]
+        return sorted(found, key=lambda other: -other.strength)
+
+    def expected(self, submap: int) -> list[tuple[int, Float64Array]]:
+        """Other submaps that hypotheses connect one with, and other_from_submap (4, 4) as most views have it."""
+        by_pair: dict[tuple[int, int], list[MergeHypothesis]] = {}
+        for hypothesis in self._all:
+            first, second = (keyframe.submap for keyframe in self.ends(hypothesis))
+            if first != second and submap in (first, second):
+                by_pair.setdefault((first, second), []).append(hypothesis)
+        found = []
+        for (first, second), hypotheses in by_pair.items():
+            n_views = [_n_views(hypotheses, row) for row in _same(*self._shifts(hypotheses))]
+            shift = self.shift(hypotheses[int(np.argmax(n_views))])
+            found.append((first, shift) if submap == second else (second, inverse(shift)))
+        return found
+
+    def _parties(self, hypothesis: MergeHypothesis) -> tuple[int, ...]:
+        """Two submaps, or two chains within one."""
+        first, second = self.ends(hypothesis)
+        if first.submap != second.submap:
+            return first.submap, second.submap
+        return first.submap, second.submap, first.chain, second.chain
+
+    def _shifts(self, hypotheses: Sequence[MergeHypothesis]) -> tuple[Float64Array, Float64Array]:
+        """By what they move the later party (N, 4, 4), and where that sees it (3,)."""
+        shifts = np.stack([self.shift(one) for one in hypotheses]) if hypotheses else np.zeros((0, 4, 4))
+        places = [self.ends(one)[1].world_from_camera[:3, 3] for one in hypotheses]
+        return shifts, np.mean(places, axis=0) if places else np.zeros(3)
+
+
+def _same(shifts: Float64Array, at: Float64Array) -> BoolArray:
+    """Which of the shifts (N, N) move what is at a place (3,) to one place."""
+    moved = shifts[:, :3, :3] @ at + shifts[:, :3, 3]
+    away_m = np.linalg.norm(moved[:, None] - moved, axis=2)
+    cosine = (np.einsum("nij,mij->nm", shifts[:, :3, :3], shifts[:, :3, :3]) - 1) / 2
+    same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
+    return same
+
+
+def _n_views(hypotheses: Sequence[MergeHypothesis], chosen: BoolArray) -> int:
+    """How many views those chosen (N,) are of: one view that fits several keyframes counts once."""
+    return len({hypotheses[n].frame for n in np.flatnonzero(chosen).tolist()})

@@ -1,0 +1,117 @@
+"""Submap merging: submaps become part of others, and odometry chains are moved, or parted again, where what was
+believed proves wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+
+import numpy as np
+
+from razer.arrays import Float64Array, IndexArray
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.submaps.chain_ties import hanging_on
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
+from slam.backend.submaps.placement_check import PlacementCheck
+from slam.frontend.keyframes import Keyframe, Keyframes
+
+REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there
+
+
+class Outcome(Enum):
+    """Of a hypothesis: it waits for others, proved wrong with those that agree, or moved keyframes."""
+
+    WAITS = auto()
+    REFUTED = auto()
+    MOVED = auto()
+
+
+@dataclass
+class SubmapMerging:
+    """Decides which keyframes are of one submap, and moves them."""
+
+    keyframes: Keyframes
+    graph: PoseGraph
+    hypotheses: MergeHypotheses
+    placement: PlacementCheck
+
+    def add(self, edge: PoseEdge, frame: int, strength: float) -> Outcome:
+        """Take in that a view of one chain fits into another.
+
+        Args:
+            edge: between keyframes, that follows from it.
+            frame: of the view.
+            strength: how well it fits.
+        """
+        hypothesis = MergeHypothesis(frame, edge, strength)
+        self.hypotheses.add(hypothesis)
+        agreeing = self.hypotheses.enough(hypothesis)
+        if not agreeing:
+            return Outcome.WAITS
+        home, later = self.hypotheses.ends(hypothesis)
+        shift = self.hypotheses.shift(agreeing[0])
+        is_merge = home.submap != later.submap
+        if not (self._merge(home.submap, later.submap, shift) if is_merge else self._move(home, later, agreeing)):
+            self.hypotheses.refute(agreeing)
+            return Outcome.REFUTED
+        for one in agreeing:
+            self.graph.add_edge(one.edge)
+        return Outcome.MOVED
+
+    def _merge(self, home: int, submap: int, home_from_submap: Float64Array) -> bool:
+        """Make a submap part of another, unless its views contradict that."""
+        numbers = self._numbers(submap)
+        if self.placement.contradicts(numbers, self._numbers(home), home_from_submap):
+            return False
+        self._shift(numbers, home_from_submap)
+        self._assign(numbers, home)
+        return True
+
+    def _move(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
+        """Move a chain that is where views contradict it to where others say it lies."""
+        shift = self.hypotheses.shift(agreeing[0])
+        for chain, moved in ((later.chain, shift), (home.chain, inverse(shift))):
+            numbers, others = self._parts(chain)
+            seen = [n for one in agreeing for n in (one.edge.a, one.edge.b) if n in numbers]
+            if 0 in numbers or not self.placement.contradicts(seen, others, np.eye(4)):
+                continue
+            if not self.placement.contradicts(numbers, others, moved):
+                self._part(numbers)
+                self._shift(numbers, moved)
+                return True
+        return False
+
+    def review(self, chain: int, free_submap: int) -> bool:
+        """Let a chain that grew be a submap of its own, with an unused number, where its newest views contradict what
+        others saw; whether that was so."""
+        numbers, others = self._parts(chain)
+        newest = numbers[self.keyframes.chains()[numbers] == chain][-REVIEWED:]
+        if 0 in numbers or not len(others) or not self.placement.contradicts(newest, others, np.eye(4)):
+            return False
+        self._part(numbers)
+        self._assign(numbers, free_submap)
+        return True
+
+    def _numbers(self, submap: int) -> IndexArray:
+        return np.flatnonzero(self.keyframes.submaps() == submap)
+
+    def _parts(self, chain: int) -> tuple[IndexArray, IndexArray]:
+        """The keyframes that hang on a chain, and the others of its submap."""
+        numbers = hanging_on(chain, self.keyframes.chains(), self.graph.edge_table()[0])
+        return numbers, np.setdiff1d(self._numbers(self.keyframes[int(numbers[0])].submap), numbers)
+
+    def _shift(self, numbers: Iterable[int], shift: Float64Array) -> None:
+        for number in numbers:
+            self.keyframes[number].world_from_camera = shift @ self.keyframes[number].world_from_camera
+        self.graph.shift({k.number: k.world_from_camera for k in self.keyframes.all})
+
+    def _assign(self, numbers: Iterable[int], submap: int) -> None:
+        for number in numbers:
+            self.keyframes[number].submap = submap
+
+    def _part(self, numbers: IndexArray) -> None:
+        """Let go of all that ties some keyframes to others."""
+        inside = set(numbers.tolist())
+        self.graph.replace([edge for edge in self.graph.edges if (edge.a in inside) == (edge.b in inside)])

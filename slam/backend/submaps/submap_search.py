@@ -1,0 +1,52 @@
+"""Submap search: which keyframes of other submaps a view may show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from razer.arrays import Float64Array
+from razer.geometry import inverse
+from slam.backend.place_recognition import PlaceRecognition
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses
+from slam.backend.view_overlap import near_poses, overlap_of, reading_points
+from slam.config import SlamConfig
+from slam.frontend.keyframes import Keyframes, LocatedView, View
+
+
+@dataclass
+class SubmapSearch:
+    """Looks where hypotheses lead, and at what looks alike."""
+
+    keyframes: Keyframes
+    places: PlaceRecognition
+    hypotheses: MergeHypotheses
+    config: SlamConfig
+
+    def candidates(self, located: LocatedView, shortlist: int) -> list[tuple[int, list[Float64Array]]]:
+        """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
+        is foreseen: those that hypotheses lead to, then those that look alike, at most `shortlist`."""
+        submap = located.reference.submap
+        candidates: list[tuple[int, list[Float64Array]]] = []
+        for other, other_from_submap in self.hypotheses.expected(submap):
+            moved = other_from_submap @ located.reference.world_from_camera @ located.reference_from_camera
+            number = self._most_overlapping(located.view, moved, other)
+            if number is not None:
+                candidates.append((number, [inverse(self.keyframes[number].world_from_camera) @ moved]))
+        foreseen = {number for number, _ in candidates}
+        others = np.flatnonzero(self.keyframes.submaps() != submap)
+        alike = self.places.lookalikes(located.view, others, 0.0, shortlist)
+        return candidates + [(number, []) for number in alike if number not in foreseen]
+
+    def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> int | None:
+        """The keyframe of a submap that sees most of a view at a pose in it, if it is enough."""
+        settings, numbers = self.config.loop_closure, np.flatnonzero(self.keyframes.submaps() == submap)
+        near = numbers[near_poses(world_from_camera, self.keyframes.poses()[numbers], settings)].tolist()
+        points = reading_points(view, self.config.depth.max_depth_m)
+        shares = [
+            overlap_of(points, self.keyframes[n].view, inverse(self.keyframes[n].world_from_camera) @ world_from_camera)
+            for n in near
+        ]
+        best = int(np.argmax(shares)) if shares else 0
+        return near[best] if shares and shares[best] >= settings.min_overlap else None

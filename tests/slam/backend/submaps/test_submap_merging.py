@@ -1,0 +1,131 @@
+"""Submaps that are merged, moved and parted again, by hand-made views of a corridor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from razer.frame import Frame, Intrinsics
+from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses
+from slam.backend.submaps.placement_check import PlacementCheck
+from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.keyframes import STILL, Keyframes, View
+
+CAMERA = Intrinsics(160, 120, 130.0, 130.0, 79.5, 59.5)
+CONFIG = SlamConfig()
+CERTAIN = 1e9 * np.eye(6)
+WALL, BOARD = (180, 170, 160), (20, 60, 40)
+
+
+def at(z_m):
+    result = np.eye(4)
+    result[2, 3] = z_m
+    return result
+
+
+def view(number, end_m, board=False):
+    """A square corridor that ends after some metres, with a board on its right wall."""
+    rows, columns = np.mgrid[0:120, 0:160]
+    slant = np.maximum(np.abs((columns - 79.5) / 130.0), np.abs((rows - 59.5) / 130.0))
+    depth = np.minimum(1.0 / np.maximum(slant, 1e-9), end_m).astype(np.float32)
+    rgb = np.full((120, 160, 3), WALL, np.uint8)
+    if board:
+        rgb[35:85, 100:160] = BOARD
+    frame = Frame(number, float(number), rgb, depth, CAMERA)
+    features = FeatureExtractor(CONFIG).extract(frame, ColorCalibration.nominal())
+    return View.of(frame, features, STILL, CONFIG)
+
+
+class World:
+    """Keyframes that are all one metre apart on the way to the end of a corridor, eight metres long: those of chain 0,
+    and those of chain 1, which begin elsewhere."""
+
+    def __init__(self, ends_m, submap=1, board=False):
+        self.keyframes, self.graph = Keyframes(), PoseGraph()
+        for number, end_m in enumerate([8.0, 7.0, 6.0, *ends_m]):
+            chain = int(number > 2)
+            pose = at(float(number) if not chain else 20.0 + number)
+            self.keyframes.add(view(number, end_m, board and chain), pose, submap * chain, 0.0, chain)
+            self.graph.add_keyframe(number, pose, unanchored=number == 3)
+            if number not in (0, 3):
+                self.graph.add_edge(PoseEdge(number - 1, number, at(1.0), CERTAIN, is_odometry=True))
+        self.graph.optimise()
+        hypotheses = MergeHypotheses(self.keyframes, CONFIG.submaps)
+        placement = PlacementCheck(self.keyframes, self.graph, CONFIG)
+        self.merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
+
+    def say(self, a, b, z_m):
+        """Three views say that keyframe b is z_m in front of keyframe a: what comes of each."""
+        edge = PoseEdge(a, b, at(z_m), CERTAIN)
+        return [self.merging.add(edge, frame, 1.0) for frame in (100, 101, 102)]
+
+    @property
+    def places_m(self):
+        return [round(float(keyframe.world_from_camera[2, 3]), 2) for keyframe in self.keyframes.all]
+
+    @property
+    def submaps(self):
+        return self.keyframes.submaps().tolist()
+
+
+def test_a_submap_that_fits_is_merged_and_tied():
+    world = World([7.5, 6.5])
+    assert world.say(0, 3, 0.5) == [Outcome.WAITS, Outcome.WAITS, Outcome.MOVED]
+    assert world.submaps == [0] * 5
+    assert world.places_m == [0, 1, 2, 0.5, 1.5]
+    world.graph.optimise()
+    np.testing.assert_allclose(world.graph.poses[4], at(1.5), atol=1e-3)
+
+
+def test_a_submap_that_stands_where_others_saw_through_is_not_merged():
+    world = World([5.0, 4.0])
+    assert world.say(0, 3, 0.5) == [Outcome.WAITS, Outcome.WAITS, Outcome.REFUTED]
+    assert world.submaps == [0, 0, 0, 1, 1]
+    assert world.places_m == [0, 1, 2, 23, 24]
+
+
+def test_a_place_of_the_same_shape_and_other_colours_is_another_place():
+    world = World([7.5, 6.5], board=True)
+    assert world.say(0, 3, 0.5)[-1] is Outcome.REFUTED
+    assert world.submaps == [0, 0, 0, 1, 1]
+
+
+@pytest.mark.parametrize("contradicts", [True, False])
+def test_a_chain_is_parted_where_its_newest_views_contradict_the_others(contradicts):
+    ends_m = [7.5, 6.5, *([3.0, 2.0] if contradicts else [5.5, 4.5])]
+    world = World(ends_m)
+    shift = at(0.5 - 23.0)
+    for number in range(3, 7):  # as if it had been merged by its first view
+        keyframe = world.keyframes[number]
+        keyframe.submap, keyframe.world_from_camera = 0, shift @ keyframe.world_from_camera
+    world.graph.shift({k.number: k.world_from_camera for k in world.keyframes.all})
+    world.graph.add_edge(PoseEdge(0, 3, at(0.5), CERTAIN))
+    assert world.merging.review(1, 7) is contradicts
+    assert world.submaps == [0, 0, 0, *([7] * 4 if contradicts else [0] * 4)]
+    ties = {(edge.a, edge.b) for edge in world.graph.edges}
+    assert ((0, 3) in ties) is not contradicts
+    assert {(0, 1), (3, 4), (5, 6)} <= ties
+
+
+def test_a_chain_that_is_where_views_contradict_it_is_moved_to_where_others_say():
+    world = World([7.5, 6.5], submap=0)
+    for number in (3, 4):  # 1.5 m too far on: the end of the corridor would be beyond its end
+        world.keyframes[number].world_from_camera = at(number - 3 + 2.0)
+    world.graph.shift({k.number: k.world_from_camera for k in world.keyframes.all})
+    world.graph.add_edge(PoseEdge(2, 3, at(0.0), CERTAIN))
+    assert world.say(0, 3, 0.5)[-1] is Outcome.MOVED
+    assert world.places_m == [0, 1, 2, 0.5, 1.5]
+    assert (2, 3) not in {(edge.a, edge.b) for edge in world.graph.edges}
+
+
+def test_a_chain_that_nothing_contradicts_stays_where_it_is():
+    world = World([7.5, 6.5], submap=0)
+    for number in (3, 4):
+        world.keyframes[number].world_from_camera = at(number - 3 + 0.5)
+    world.graph.shift({k.number: k.world_from_camera for k in world.keyframes.all})
+    assert world.say(0, 3, 1.5)[-1] is Outcome.REFUTED
+    assert world.places_m == [0, 1, 2, 0.5, 1.5]
