@@ -63,7 +63,8 @@ def map_frames(
                     _show_tracking(packet, timeline)
                     timeline.skipped(index, reason)
                     accounting.skip(index, reason)
-            case PosesFinal(update):
+            case PosesFinal(update, note):
+                accounting.pose_note = note
                 timeline.finish_tracking(update.report, update.corrections)
                 accounting.graph = update.graph
 

@@ -30,6 +30,13 @@ class WideFeatures:
         self._calibration, self._config = calibration, config
         self._features = no_features(np.zeros((0, 128), np.uint8))
 
+    @classmethod
+    def known(cls, features: Features) -> WideFeatures:
+        """Those that were extracted before."""
+        result = cls.__new__(cls)
+        result._frame, result._features = None, features
+        return result
+
     def __getstate__(self) -> dict[str, Any]:
         return {"_frame": None, "_features": self.features}
 
