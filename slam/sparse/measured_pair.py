@@ -16,11 +16,13 @@ LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that e
 
 @dataclass(frozen=True)
 class MeasuredPair:
-    """The edge between two pictures, the features that agree, and the share of points that do (score)."""
+    """The edge between two pictures, the features that agree, the share of points that do (score), and whether the one
+    was taken next after the other, of a camera that was carried about."""
 
     edge: PoseEdge
     n_features: int
     score: float
+    is_next: bool = False
 
     def motion(self, start: int) -> Float64Array:
         """start_from_other (4, 4), start being one of the two pictures."""
@@ -40,10 +42,15 @@ def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPai
 
 
 def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
-    """The pairs that most triangles bear out first, of equals those with most features: a triangle is three pictures of
-    which each two were measured, and whose motions lead back to where they began."""
+    """Pictures taken one after the other first, then the pairs that most triangles bear out, of equals those with most
+    features: a triangle is three pictures of which each two were measured, and whose motions lead back to where they
+    began."""
     table = by_picture(pairs)
-    return sorted(pairs, key=lambda pair: (-_n_triangles(pair, table), -pair.n_features * pair.score, pair.edge.a))
+
+    def sureness(pair: MeasuredPair) -> tuple[bool, int, float]:
+        return pair.is_next, _n_triangles(pair, table), pair.n_features * pair.score
+
+    return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
 
 
 def _n_triangles(pair: MeasuredPair, table: dict[int, dict[int, MeasuredPair]]) -> int:

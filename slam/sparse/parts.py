@@ -18,7 +18,7 @@ from slam.frontend.keyframes import Keyframes
 from slam.se3 import angle_deg, length_m
 from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
 
-ALONE_FEATURES = 40  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
+ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
@@ -28,7 +28,8 @@ class Parts:
 
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
-        self._pairs, self._table = surest_first(pairs), by_picture(pairs)
+        self._pairs = surest_first(pairs)
+        self._table = by_picture(self._pairs)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -82,7 +83,8 @@ class Parts:
         rival = max((sum(_same(motion, other) for _, other in against) for _, motion in against), default=0)
         if len(best) < MAJORITY * rival:
             return None
-        is_sure = len(best) > 1 or best[0][0].n_features >= ALONE_FEATURES
+        surest = best[0][0]
+        is_sure = len(best) > 1 or surest.is_next or surest.n_features >= ALONE_FEATURES
         return best[0][1] if is_sure else None
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:

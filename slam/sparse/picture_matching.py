@@ -23,8 +23,9 @@ from slam.frontend.wide_features import WideFeatures, match_wide_features
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair
 
-ALL_PAIRS_UP_TO = 60  # pictures; of more each is compared with those that look most alike
-SHORTLIST = 12  # of these
+ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
+SHORTLIST = 20  # of these
+IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 # Matched features whose distance is the same in both views but for so much, some of it for each metre of depth, may
@@ -42,7 +43,7 @@ class PictureMatching:
     def __init__(self, views: Iterable[View], config: SlamConfig) -> None:
         self.keyframes, self.places = Keyframes(), PlaceRecognition()
         self.calibration = ColorCalibration.nominal()
-        self.pairs: list[MeasuredPair] = []
+        self._measured: list[MeasuredPair] = []
         self.quality: dict[int, TrackingQuality] = {}
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
@@ -50,6 +51,15 @@ class PictureMatching:
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
+
+    @property
+    def pairs(self) -> list[MeasuredPair]:
+        """All that were measured. Where most pictures show what the one before does, the camera was carried from one to
+        the next, which says more than any look: places repeat."""
+        ends = [(pair.edge.a, pair.edge.b) for pair in self._measured]
+        if len(self._consecutive.intersection(ends)) < IN_ORDER * len(self._consecutive):
+            return list(self._measured)
+        return [replace(pair, is_next=end in self._consecutive) for pair, end in zip(self._measured, ends, strict=True)]
 
     def learn_camera(self) -> None:
         """Learn the colour camera, and read the depths of features where it saw them."""
@@ -92,7 +102,7 @@ class PictureMatching:
         if result is None:
             return
         edge = PoseEdge(a, b, result.target_from_source, result.information)
-        self.pairs.append(MeasuredPair(edge, result.n_features, result.score))
+        self._measured.append(MeasuredPair(edge, result.n_features, result.score))
         quality = TrackingQuality.of(result)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:

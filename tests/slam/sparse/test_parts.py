@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -83,15 +85,34 @@ def test_the_order_of_pairs_changes_nothing(true_pairs, rng):
         np.testing.assert_allclose(here, there, atol=1e-6)
 
 
-def test_halves_that_two_equal_groups_tie_differently_stay_apart(ring, true_pairs):
+def halves(ring):
+    """Two halves of the ring, in each of which every picture was measured against every other."""
+    ends = [(a, b) for a in range(N) for b in range(a + 1, N) if (a < 7) == (b < 7)]
+    return [pair(a, b, inverse(ring[a]) @ ring[b]) for a, b in ends]
+
+
+HERE, THERE = [(0, 13), (1, 13), (1, 12)], [(2, 9), (3, 9), (3, 10)]
+
+
+def ties(ring, ends, shift_m, **kinds):
+    """Pairs that put one half so far from where it is."""
+    moved = exp_se3(np.array([0, 0, 0, shift_m, 0, 0]))
+    return [replace(pair(a, b, inverse(ring[a]) @ moved @ ring[b]), **kinds) for a, b in ends]
+
+
+def test_halves_that_two_equal_groups_tie_differently_stay_apart(ring):
     """As twins of rooms do: three pairs say here, three as sure of themselves say a metre farther."""
-    halves = [p for p in true_pairs if (p.edge.a < 7) == (p.edge.b < 7)]
-    elsewhere = exp_se3(np.array([0, 0, 0, 1.0, 0, 0]))
-    here = [pair(a, b, inverse(ring[a]) @ ring[b]) for a, b in [(0, 13), (1, 13), (1, 12)]]
-    there = [pair(a, b, inverse(ring[a]) @ elsewhere @ ring[b]) for a, b in [(2, 9), (3, 9), (3, 10)]]
-    parts = grown([*halves, *here, *there])
+    parts = grown([*halves(ring), *ties(ring, HERE, 0.0), *ties(ring, THERE, 1.0)])
     assert sorted(map(sorted, parts.members.values())) == [list(range(7)), list(range(7, N))]
-    parts = grown([*halves, *here])
+    parts = grown([*halves(ring), *ties(ring, HERE, 0.0)])
+    assert len(parts.members) == 1
+    assert_true(parts, ring, list(range(N)))
+
+
+def test_the_way_of_the_camera_says_more_than_looks(ring):
+    """Six pairs say a metre farther; a single one, of pictures taken one after the other, is the way."""
+    way = ties(ring, [(6, 7)], 0.0, is_next=True, n_features=10)
+    parts = grown([*halves(ring), *ties(ring, HERE + THERE, 1.0), *way])
     assert len(parts.members) == 1
     assert_true(parts, ring, list(range(N)))
 
