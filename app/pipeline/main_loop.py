@@ -64,9 +64,8 @@ def map_frames(
                     timeline.skipped(index, reason)
                     accounting.skip(index, reason)
             case PosesFinal(update, note):
-                accounting.pose_note = note
                 timeline.finish_tracking(update.report, update.corrections)
-                accounting.graph = update.graph
+                accounting.graph, accounting.pose_note = update.graph, note
 
 
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:

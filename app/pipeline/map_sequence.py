@@ -73,6 +73,8 @@ def map_sequence(
             accounting.interrupted, stop.exit_code = True, FAILED
         accounting.interrupted |= stop.requested
     accounting.require_used()
+    if not accounting.used:
+        raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
     with waiting_for("mapping the kept frames once more at their final poses", console):
         caught_up = _catch_up(run.mapper, run.recorder, stop)
     with waiting_for("finishing the map", console):

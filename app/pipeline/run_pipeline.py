@@ -103,8 +103,6 @@ def run_to_folder(
             panoptic = map_sequence(
                 sequence, config, run, console, shown=timeline, checkpoints=checkpoints, stop=stop, solved=solved
             )
-            if not run.accounting.used:
-                raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
             with waiting_for("ending the timeline", console):
                 timeline.finish(panoptic)
             with waiting_for("saving the map", console):
