@@ -69,8 +69,7 @@ class Locator:
         holds its state now."""
         match request:
             case AfterLastFrame.FINISH_POSES:
-                self._state.poses.finish()
-                return self._final(self._pose_update())
+                return self._finish()
             case AfterLastFrame.NEXT_RECOVERED:
                 return self._next_recovered()
             case SaveState(n_frames):
@@ -114,16 +113,19 @@ class Locator:
                 state.recovered[index] = pose
         return PoseUpdate(corrections, given, state.poses.report())
 
-    def _final(self, update: PoseUpdate) -> PosesFinal:
+    def _finish(self) -> PosesFinal:
         """The last corrections, or all poses anew, where another attempt locates more frames."""
         attempt, state = self.second_attempt, self._state
+        unmapped = set(state.lost)  # so far; what is lost from here on is in the map
+        state.poses.finish()
+        update = self._pose_update()
         n_lost = len(state.lost - state.recovered.keys())
         again = None if attempt is None else attempt(len(attempt.indices) - n_lost)
         if again is None:
             return PosesFinal(update)
         solved, poses, note = again
         state.recovered.clear()
-        state.recovered.update({i: pose for i, pose in poses.items() if i in state.lost and pose is not None})
+        state.recovered.update({i: pose for i, pose in poses.items() if i in unmapped and pose is not None})
         return PosesFinal(PoseUpdate(poses, report=solved.report()), note)
 
     def _next_recovered(self) -> Located | NothingRecovered:
