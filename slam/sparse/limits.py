@@ -1,6 +1,6 @@
 """How many pictures can be matched all at once, and when following the camera has failed."""
 
-MAX_PICTURES = 1500  # some 0.25 MB each, and half a second of time
+MAX_PICTURES = 1500  # some 0.25 MB each, and a second of time
 # Of so many pictures at most, located to no greater share by following the camera, all are matched with each other.
 SHORT, FEW_LOCATED = 300, 0.75
 
