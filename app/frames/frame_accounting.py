@@ -17,7 +17,8 @@ from slam.report import GraphReport
 @dataclass(slots=True)
 class FrameAccounting:
     """The account of one run over `planned` frames of the sequence `name`; given, the poses that frames used came with,
-    by index; graph, the finished pose graph where poses were estimated to the end."""
+    by index; graph, the finished pose graph where poses were estimated to the end; pose_note, one line if that was done
+    in another way in the end than while the run went on."""
 
     name: str
     planned: int
@@ -31,6 +32,7 @@ class FrameAccounting:
     interrupted: bool = False
     graph: GraphReport | None = None
     given: dict[int, Pose] = field(default_factory=dict)
+    pose_note: str = ""
 
     @property
     def used(self) -> int:

@@ -112,9 +112,11 @@ class Unusable:
 
 @dataclass(frozen=True, slots=True)
 class PosesFinal:
-    """The answer to FINISH_POSES: the last corrections, and the finished pose graph."""
+    """The answer to FINISH_POSES: the last corrections, and the finished pose graph; `note` says in one line if poses
+    were estimated in another way in the end."""
 
     pose_update: PoseUpdate
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)

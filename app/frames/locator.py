@@ -21,6 +21,7 @@ from app.frames.frame_packet import (
     StateSaved,
     Unusable,
 )
+from app.frames.second_attempt import SecondAttempt
 from app.profiling.stage_timer import time_stages
 from app.stored_state.pose_checkpoints import PoseCheckpoints
 from data_tools.recordings.color_warp import ColorWarp
@@ -50,6 +51,7 @@ class Locator:
     make_poses: Callable[[], Poses]
     color_warp: ColorWarp | None = None  # poses are estimated from colour as it was recorded
     checkpoints: PoseCheckpoints | None = None
+    second_attempt: SecondAttempt | None = None  # where too many frames are lost in the end
 
     @cached_property
     def _state(self) -> _State:
@@ -67,8 +69,7 @@ class Locator:
         holds its state now."""
         match request:
             case AfterLastFrame.FINISH_POSES:
-                self._state.poses.finish()
-                return PosesFinal(self._pose_update())
+                return self._finish()
             case AfterLastFrame.NEXT_RECOVERED:
                 return self._next_recovered()
             case SaveState(n_frames):
@@ -111,6 +112,21 @@ class Locator:
             elif index in state.lost:
                 state.recovered[index] = pose
         return PoseUpdate(corrections, given, state.poses.report())
+
+    def _finish(self) -> PosesFinal:
+        """The last corrections, or all poses anew, where another attempt locates more frames."""
+        attempt, state = self.second_attempt, self._state
+        unmapped = set(state.lost)  # so far; what is lost from here on is in the map
+        state.poses.finish()
+        update = self._pose_update()
+        n_lost = len(state.lost - state.recovered.keys())
+        again = None if attempt is None else attempt(len(attempt.indices) - n_lost)
+        if again is None:
+            return PosesFinal(update)
+        solved, poses, note = again
+        state.recovered.clear()
+        state.recovered.update({i: pose for i, pose in poses.items() if i in unmapped and pose is not None})
+        return PosesFinal(PoseUpdate(poses, report=solved.report()), note)
 
     def _next_recovered(self) -> Located | NothingRecovered:
         recovered = self._state.recovered

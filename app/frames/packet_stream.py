@@ -22,6 +22,7 @@ from app.frames.helper_wait import HelperWait
 from app.frames.locator import Locator
 from app.frames.perceiver import Perceiver
 from app.frames.prefetch_process import NEVER_OVER, prefetch
+from app.frames.second_attempt import SecondAttempt
 from app.stored_state.pose_checkpoints import PoseCheckpoints
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.sequence import RgbdSequence
@@ -51,6 +52,7 @@ def packet_stream(
     color_warp: ColorWarp | None = None,
     checkpoints: StreamCheckpoints | None = None,
     waiting: HelperWait = NEVER_OVER,
+    second_attempt: SecondAttempt | None = None,
 ) -> Iterator[Iterator[FramePacket | StateSaved]]:
     """Within this context: the packets of all frames, PosesFinal, and the frames that came to be known late.
 
@@ -62,8 +64,10 @@ def packet_stream(
         color_warp: brings colour onto depth once frames are located; None = it lies there.
         checkpoints: when StateSaved is to come between frames, and how; None = never.
         waiting: ends the stream, and says what is waited for.
+        second_attempt: estimates poses anew where too many frames are lost in the end.
     """
-    locator = Locator(sequence, make_poses, color_warp, None if checkpoints is None else checkpoints.poses)
+    of_poses = None if checkpoints is None else checkpoints.poses
+    locator = Locator(sequence, make_poses, color_warp, of_poses, second_attempt)
     requests = _requests(indices, checkpoints)
     locating = prefetch(locator, requests, LOCATED_AHEAD, does="reads and locates frames", waiting=waiting)
     located = _until_nothing_recovered(locating)

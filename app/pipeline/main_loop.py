@@ -63,9 +63,9 @@ def map_frames(
                     _show_tracking(packet, timeline)
                     timeline.skipped(index, reason)
                     accounting.skip(index, reason)
-            case PosesFinal(update):
+            case PosesFinal(update, note):
                 timeline.finish_tracking(update.report, update.corrections)
-                accounting.graph = update.graph
+                accounting.graph, accounting.pose_note = update.graph, note
 
 
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:

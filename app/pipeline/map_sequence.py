@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from app.frames.prefetch_process import HelperEnded, prefetch
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import FAILED, StopRequest, until_interrupted
 from app.pipeline.main_loop import map_frames
-from app.pipeline.prepare_run import poses_of
+from app.pipeline.prepare_run import poses_of, second_attempt
 from app.profiling.memory import rss_mb
 from app.profiling.recorder import Recorder
 from app.settings.run_config import RunConfig
@@ -28,9 +28,11 @@ from app.timeline.null_timeline import NullTimeline
 from data_tools.recordings.sequence import RgbdSequence
 from razer.mapper import Mapper
 from razer.panoptic_map import PanopticMap
+from slam.poses import Poses
 
 if TYPE_CHECKING:
     from app.timeline.rerun_timeline import Timeline
+    from slam.sparse.solved_poses import SolvedPoses
 
 
 def map_sequence(
@@ -42,6 +44,7 @@ def map_sequence(
     shown: Timeline | NullTimeline | None = None,
     checkpoints: RunCheckpoints | None = None,
     stop: StopRequest | None = None,
+    solved: SolvedPoses | None = None,
 ) -> PanopticMap:
     """Run the main loop with progress shown, and finish the map; a stop that is requested ends it early, and
     `interrupted` of the account says so.
@@ -54,13 +57,15 @@ def map_sequence(
         shown: the timeline that sees the frames, if another one than the run's.
         checkpoints: writes them now and then.
         stop: whether to end early.
+        solved: poses of all frames, where they are known beforehand.
 
     Raises:
         BadInput: where too many frames cannot be used, or none was located.
     """
     stop = StopRequest() if stop is None else stop
     accounting, timeline = run.accounting, run.timeline if shown is None else shown
-    with _frames(sequence, config, run, console, checkpoints, stop) as frames:
+    make_poses = poses_of(config, solved)
+    with _frames(sequence, config, run, console, checkpoints, stop, make_poses) as frames:
         try:
             map_frames(frames, run.mapper, timeline, run.recorder, accounting)
         except HelperEnded as error:
@@ -68,6 +73,8 @@ def map_sequence(
             accounting.interrupted, stop.exit_code = True, FAILED
         accounting.interrupted |= stop.requested
     accounting.require_used()
+    if not accounting.used:
+        raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
     with waiting_for("mapping the kept frames once more at their final poses", console):
         caught_up = _catch_up(run.mapper, run.recorder, stop)
     with waiting_for("finishing the map", console):
@@ -82,6 +89,7 @@ def _frames(
     console: Console,
     checkpoints: RunCheckpoints | None,
     stop: StopRequest,
+    make_poses: Callable[[], Poses],
 ) -> Iterator[Iterator[FramePacket]]:
     """The packets of all frames that are left, with progress shown and checkpoints written, until a stop."""
     indices, n_before = selected_frames(sequence, config.input), 0
@@ -94,8 +102,8 @@ def _frames(
         return f"{run.recorder.frames_per_s:.1f} frames/s, {confirmed} instances, {rss_mb():.0f} MB"
 
     perception, warp, waiting = run.mapper.perception, run.registration.warp, HelperWait(stop, console)
-    left = indices[n_before:]
-    with packet_stream(sequence, left, poses_of(config), perception, warp, from_checkpoints, waiting) as packets:
+    left, again = indices[n_before:], second_attempt(sequence, config)
+    with packet_stream(sequence, left, make_poses, perception, warp, from_checkpoints, waiting, again) as packets:
         if checkpoints is None:
             frames = (packet for packet in packets if not isinstance(packet, StateSaved))
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,9 @@ from app.checkpoints.ongoing_run import OngoingRun
 from app.frames.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.open_recording import require_poses
+from app.frames.second_attempt import SecondAttempt
 from app.frames.selection import selected_frames
+from app.pipeline.picture_rate import is_sparse, require_estimated
 from app.profiling.map_device import MapDevice
 from app.profiling.recorder import Recorder
 from app.run_folder.run_folder import TIMELINE
@@ -30,6 +33,7 @@ from slam.poses import GivenPoses, Poses
 
 if TYPE_CHECKING:
     from app.timeline.rerun_timeline import Timeline
+    from slam.sparse.solved_poses import SolvedPoses
 
 
 def begin_run(
@@ -54,17 +58,23 @@ def make_mapper(config: RunConfig) -> Mapper:
 
 
 def resolve_poses(config: RunConfig, sequence: RgbdSequence) -> RunConfig:
-    """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses are
-    estimated or corrected. Raises BadInput where poses are asked for that the sequence does not have."""
+    """The settings with the choice of poses made, and what follows from it: frames are reintegrated where poses change
+    as the run goes on. Raises BadInput where poses are asked for that the sequence does not have, or that cannot be
+    estimated as they are to be."""
     choice = config.input.poses
     if choice == "auto":
-        choice = "given" if sequence.has_poses else "slam"
+        choice = "given" if sequence.has_poses and not config.input.sparse else "slam"
+    sparse = config.input.sparse
     if choice != "slam":
+        require_estimated(choice, sparse)
         require_poses(sequence)
+    elif is_sparse(sequence, selected_frames(sequence, config.input), config.input):
+        sparse = True
+    change = choice == "refine" or (choice == "slam" and not sparse)
     return config.model_copy(
         update={
-            "input": config.input.model_copy(update={"poses": choice}),
-            "reintegration": config.reintegration.model_copy(update={"enabled": choice != "given"}),
+            "input": config.input.model_copy(update={"poses": choice, "sparse": sparse}),
+            "reintegration": config.reintegration.model_copy(update={"enabled": change}),
         }
     )
 
@@ -82,8 +92,10 @@ def print_model_note(note: str, console: Console) -> None:
         console.print(note, soft_wrap=True, highlight=False, markup=False)
 
 
-def poses_of(config: RunConfig) -> Callable[[], Poses]:
-    """What makes the source of poses, by settings with the choice of poses made."""
+def poses_of(config: RunConfig, solved: SolvedPoses | None = None) -> Callable[[], Poses]:
+    """What makes the source of poses, by settings with the choice of poses made; `solved`: those that are known."""
+    if solved is not None:
+        return partial(copy, solved)
     if config.input.poses == "given":
         return GivenPoses
     if config.input.poses == "refine":
@@ -93,6 +105,28 @@ def poses_of(config: RunConfig) -> Callable[[], Poses]:
     from slam.system import SlamSystem
 
     return partial(SlamSystem, config.slam)
+
+
+def second_attempt(sequence: RgbdSequence, config: RunConfig) -> SecondAttempt | None:
+    """What is done where following the camera fails; None where poses are not estimated so, or --no-sparse forbids
+    it."""
+    if config.input.poses != "slam" or config.input.sparse is not None:
+        return None
+    return SecondAttempt(sequence, selected_frames(sequence, config.input), config.slam)
+
+
+def solved_poses(sequence: RgbdSequence, config: RunConfig, console: Console) -> SolvedPoses | None:
+    """The poses of pictures that are matched all at once, by settings with the choice of poses made; None where they
+    are given, or estimated as the run goes on."""
+    if config.input.poses != "slam" or not config.input.sparse:
+        return None
+    from app.pipeline.sparse_pictures import match_pictures, pace, print_matched
+    from slam.sparse.solved_poses import SolvedPoses
+
+    indices = selected_frames(sequence, config.input)
+    system = match_pictures(sequence, indices, config.slam, console)
+    print_matched(system, pace(sequence, indices), console)
+    return SolvedPoses.of(system)
 
 
 def _device(choice: str) -> str:

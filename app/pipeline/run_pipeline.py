@@ -26,6 +26,7 @@ from app.pipeline.prepare_run import (
     print_model_note,
     resolve_models,
     resolve_poses,
+    solved_poses,
 )
 from app.pipeline.stored_masks import note_stored_masks
 from app.pipeline.watchers import NOBODY, Watchers
@@ -90,6 +91,7 @@ def run_to_folder(
         mapper = make_mapper(config)
     note_stored_masks(mapper.perception.segmenter, selected_frames(sequence, config.input), console)
     registration = _registration(sequence, config, folder, console)
+    solved = None if folder.checkpoint is not None else solved_poses(sequence, config, console)
     print_model_note(note, console)  # after all that can be refused: who has to ask anew reads one line
     with _told_how_to_resume(folder, console), folder:
         written = _open_timeline(folder, sequence, config, watchers)
@@ -98,9 +100,9 @@ def run_to_folder(
             _show_live(folder, watchers, console)
             run = begin_run(sequence, config, mapper, written, registration)
             checkpoints = _checkpoints(run, sequence, config, folder, vocabulary, console) if is_reopenable else None
-            panoptic = map_sequence(sequence, config, run, console, shown=timeline, checkpoints=checkpoints, stop=stop)
-            if not run.accounting.used:
-                raise KeyboardInterrupt  # stopped before the first frame: there is nothing to keep
+            panoptic = map_sequence(
+                sequence, config, run, console, shown=timeline, checkpoints=checkpoints, stop=stop, solved=solved
+            )
             with waiting_for("ending the timeline", console):
                 timeline.finish(panoptic)
             with waiting_for("saving the map", console):

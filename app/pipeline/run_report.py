@@ -120,6 +120,8 @@ def print_frames(accounting: FrameAccounting, console: Console) -> None:
     if len(accounting.skipped) > _MAX_REASONS:
         console.print(f"  and {len(accounting.skipped) - _MAX_REASONS} more")
     _print_notes(accounting.notes, console)
+    if accounting.pose_note:
+        console.print(f"  {accounting.pose_note}", soft_wrap=True, highlight=False)
 
 
 def _print_cuts(timings: dict[str, Any], console: Console) -> None:

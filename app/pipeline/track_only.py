@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -16,6 +16,8 @@ from app.frames.frame_account import FrameAccount, SkippedFrame
 from app.frames.open_recording import require_poses
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest
+from app.pipeline.picture_rate import is_sparse, require_estimated
+from app.pipeline.sparse_pictures import match_pictures, pace, print_matched
 from app.run_folder.pose_corrections import PoseCorrections
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
@@ -26,6 +28,8 @@ from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
 from slam.refinement import RefinedPoses
+from slam.sparse.limits import has_failed
+from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
 
 ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
@@ -48,6 +52,12 @@ class TrackedPath:
     n_loops: int = 0
     interrupted: bool = False
     refined: bool = False
+
+    def see(self, frame: Frame) -> None:
+        """Take in a frame that can be used."""
+        self.stamps[frame.index] = frame.stamp
+        if frame.world_from_camera is not None:
+            self.given[frame.index] = frame.world_from_camera
 
     def as_json(self) -> dict[str, Any]:
         """The contract of `razer track --json`; errors are null where the recording brings no poses."""
@@ -96,7 +106,47 @@ class TrackedPath:
 
 def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) -> TrackedPath:
     """Locate the frames that the settings choose, with progress shown; raises BadInput where none can be."""
-    indices = selected_frames(sequence, config.input)
+    indices, settings = selected_frames(sequence, config.input), config.input
+    if settings.poses == "refine":
+        require_estimated(settings.poses, settings.sparse)
+    elif is_sparse(sequence, indices, settings):
+        path, system = _matched(sequence, indices, config, console)
+        print_matched(system, pace(sequence, indices), console)
+        return _with_any(path, sequence)
+    path = _followed(sequence, indices, config, console)
+    may_match = settings.poses != "refine" and settings.sparse is None and not path.interrupted
+    if may_match and has_failed(len(path.final), len(path.stamps)):
+        n_before = len(path.final)
+        matched, system = _matched(sequence, indices, config, console)
+        if len(matched.final) > n_before:
+            print_matched(system, f"following the camera located {n_before} of {len(indices)}: ", console)
+            path = matched
+    return _with_any(path, sequence)
+
+
+def _with_any(path: TrackedPath, sequence: RgbdSequence) -> TrackedPath:
+    if not path.final and not path.interrupted:
+        raise BadInput(f"{sequence.name}: the camera could not be located in any frame")
+    return path
+
+
+def _matched(
+    sequence: RgbdSequence, indices: Sequence[int], config: RunConfig, console: Console
+) -> tuple[TrackedPath, SparseSystem]:
+    """The path by matching all pictures at once; what that took is shared out among them."""
+    path, start_s = TrackedPath(len(indices)), perf_counter()
+
+    def skip(index: int, reason: str) -> None:
+        path.skipped.append(SkippedFrame(index, reason))
+
+    system = match_pictures(sequence, indices, config.slam, console, path.see, skip)
+    path.ms = [1e3 * (perf_counter() - start_s) / max(len(path.stamps), 1)] * len(path.stamps)
+    path.final = system.trajectory()
+    path.n_keyframes, path.n_loops = len(system.keyframes), system.n_loops
+    return path, system
+
+
+def _followed(sequence: RgbdSequence, indices: Sequence[int], config: RunConfig, console: Console) -> TrackedPath:
     path, slam = TrackedPath(len(indices), refined=config.input.poses == "refine"), _estimation(sequence, config)
     with StopRequest() as stop:
         for index in show_progress(indices, len(indices), lambda: f"{len(path.stamps) - len(path.live)} lost", console):
@@ -112,8 +162,6 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
         slam.finish()
     path.final = slam.trajectory()
     path.n_keyframes, path.n_loops = len(slam.keyframes), slam.n_loops
-    if not path.final and not path.interrupted:
-        raise BadInput(f"{sequence.name}: the camera could not be located in any frame")
     return path
 
 
@@ -125,11 +173,9 @@ def _estimation(sequence: RgbdSequence, config: RunConfig) -> SlamSystem | Refin
 
 
 def _locate(frame: Frame, slam: SlamSystem | RefinedPoses, path: TrackedPath) -> None:
-    if frame.world_from_camera is not None:
-        path.given[frame.index] = frame.world_from_camera
     start_s = perf_counter()
     pose = slam.locate(frame)
-    path.stamps[frame.index] = frame.stamp
+    path.see(frame)
     path.ms.append(1e3 * (perf_counter() - start_s))
     if pose is not None:
         path.live[frame.index] = pose

@@ -32,6 +32,13 @@ def _in(group: Group, default: str = "", name: str | tuple[str, ...] | None = No
     return Parameter(name=name, group=group, show_default=default or False)
 
 
+def _word(name: str, value: object) -> str:
+    """An option as it is typed."""
+    if isinstance(value, bool):
+        return f"--{name}" if value else f"--no-{name}"
+    return f"--{name}={value}"
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class TrustOptions:
@@ -82,7 +89,7 @@ class SourceOptions:
     def words(self) -> tuple[str, ...]:
         """The options of the recording that were given, as another verb takes them: --reader NAME ..."""
         given = {name.removeprefix("input."): value for name, value in self._recording_flags().items()}
-        return tuple(f"--{name.replace('_', '-')}={given[name]}" for name in sorted(given) if given[name] is not None)
+        return tuple(_word(name.replace("_", "-"), given[name]) for name in sorted(given) if given[name] is not None)
 
     def _recording_flags(self) -> dict[str, Any]:
         known = {field.name for field in fields(self)} & set(InputSettings.model_fields)
@@ -112,6 +119,9 @@ class TrackOptions(RecordingOptions, SettingOptions):
 
     poses: Annotated[Literal["slam", "refine"] | None, _in(POSES, "slam")] = None
     """Estimated by slam from the images alone, or refine: the given ones, corrected."""
+    sparse: Annotated[bool | None, _in(POSES, "auto")] = None
+    """Match all pictures with each other, in any order, in place of following the camera, or not; auto: below 2
+    pictures a second, and where the camera is lost too often."""
 
     def read(self) -> RunConfig:
         """The settings these options lead to; raises BadInput."""
@@ -127,6 +137,9 @@ class RunOptions(RecordingOptions, SettingOptions):
     poses: Annotated[PosesName | Path | None, _in(POSES, "auto")] = None
     """given with the recording, estimated by slam, refine: given and corrected, or auto: given if there are any; both:
     given and slam, two runs, compared; a file: given by it, as with --poses-from."""
+    sparse: Annotated[bool | None, _in(POSES, "auto")] = None
+    """Match all pictures with each other, in any order, in place of following the camera, or not; auto: below 2
+    pictures a second, and where the camera is lost too often."""
     max_bad: Annotated[float | None, _in(RECORDING, "0.5")] = None
     """Largest share of unusable frames before the run is given up."""
     rgbd_calibration: Annotated[str | None, _in(RECORDING, "auto")] = None

@@ -34,6 +34,11 @@ class InputSettings(PluginSettings):
         description="Where poses come from: 'given' with the folder, 'slam' from its images, 'refine' from both: those "
         "given, corrected by registration; 'auto' takes those given if there are any.",
     )
+    sparse: bool | None = Field(
+        None,
+        description="Whether poses are estimated by matching all pictures with each other, in any order, not by "
+        "following the camera. Not set: below 2 pictures a second, and where following it fails.",
+    )
     poses_from: str | None = Field(
         None,
         description="File whose poses stand for those given with the folder: TUM, KITTI, COLMAP's images.txt or "

@@ -30,18 +30,21 @@ from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
 from slam.pose_reporter import PoseReporter
 from slam.refinement import Observed, RefinedPoses
+from slam.report import GraphReport, TrackingQuality
+from slam.sparse.solved_poses import SolvedPoses
 from slam.system import SlamSystem
 
 CLASSES = (
-    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
-    InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypotheses,
-    MergeHypothesis, Observed, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter,
-    RefinedPoses, SlamSystem, SubmapMerging, SubmapSearch, VerifiedRegistration, View, WideFeatures,
+    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, GraphReport, IcpResult,
+    Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure,
+    MergeHypotheses, MergeHypothesis, Observed, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph, PosePrior,
+    PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch, TrackingQuality,
+    VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 
 def known_poses(config: SlamConfig) -> KnownObjects:
-    """What a saved `SlamSystem` or `RefinedPoses` of these settings may speak of."""
+    """What a saved source of poses of these settings may speak of."""
     made: dict[type, Callable[[], object]] = {
         kind: partial(kind, config) for kind in (FeatureExtractor, ViewRegistration)
     }

@@ -52,7 +52,7 @@ class DepthPyramid:
     def __init__(self, depth: Float32Array, intrinsics: Intrinsics) -> None:
         self._step_m = max(float(depth.max(initial=0.0)), MIN_RANGE_M) / MAX_STEPS
         self._steps = np.rint(depth / np.float32(self._step_m)).astype(np.uint16)
-        self._intrinsics = intrinsics
+        self.intrinsics = intrinsics
         self._levels: tuple[SurfaceGrid, ...] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -67,7 +67,7 @@ class DepthPyramid:
     def levels(self) -> tuple[SurfaceGrid, ...]:
         """The grids, the coarsest first."""
         if self._levels is None:
-            depth, intrinsics = self.depth, self._intrinsics
+            depth, intrinsics = self.depth, self.intrinsics
             grids = [surface_grid(depth, intrinsics)]
             for _ in range(N_LEVELS - 1):
                 depth, intrinsics = halved(depth, intrinsics)

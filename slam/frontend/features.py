@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
-from razer.frame import Frame
+from razer.frame import Frame, Intrinsics
 from slam.config import ColorSettings, FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 
@@ -130,13 +130,19 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: Fe
 
 def depth_at(frame: Frame, calibration: ColorCalibration, rays: Float64Array) -> Float64Array:
     """Depth (N,) in metres along the frame's axis of what the colour camera saw along nominal rays; 0 = none."""
-    k = frame.intrinsics
-    depth = np.full(len(rays), 2.0)
+    return depth_along(frame.depth, frame.intrinsics, calibration, rays)
+
+
+def depth_along(
+    depth_image: Float32Array, intrinsics: Intrinsics, calibration: ColorCalibration, rays: Float64Array
+) -> Float64Array:
+    """The same (N,) from a depth image (H, W) of any size with its intrinsics."""
+    k, depth = intrinsics, np.full(len(rays), 2.0)
     for _ in range(2):  # with a baseline, where to read depends on what is read
         u, v = (calibration.depth_rays(rays, depth) * (k.fx, k.fy) + (k.cx, k.cy)).T
         column, row = np.rint(u).astype(int), np.rint(v).astype(int)
         inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
-        read = np.where(inside, frame.depth[row.clip(0, k.height - 1), column.clip(0, k.width - 1)], 0.0)
+        read = np.where(inside, depth_image[row.clip(0, k.height - 1), column.clip(0, k.width - 1)], 0.0)
         depth = np.where(read > 0, read, depth)
     return read.astype(np.float64)
 

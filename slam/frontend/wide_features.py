@@ -30,6 +30,13 @@ class WideFeatures:
         self._calibration, self._config = calibration, config
         self._features = no_features(np.zeros((0, 128), np.uint8))
 
+    @classmethod
+    def known(cls, features: Features) -> WideFeatures:
+        """Those that were extracted before."""
+        result = cls.__new__(cls)
+        result._frame, result._features = None, features
+        return result
+
     def __getstate__(self) -> dict[str, Any]:
         return {"_frame": None, "_features": self.features}
 
@@ -72,9 +79,10 @@ def match_wide_features(target: Features, source: Features) -> IndexArray:
     if len(with_depth) < 2 or len(source) < 2:
         return np.zeros((0, 2), np.intp)
     cosine = _root_sift(source.descriptors) @ _root_sift(target.descriptors[with_depth]).T
-    second, best = np.partition(cosine, -2, axis=1)[:, -2:].T
-    nearest = cosine.argmax(axis=1)
-    mutual = cosine.argmax(axis=0)[nearest] == np.arange(len(source))
+    rows, nearest = np.arange(len(source)), cosine.argmax(axis=1)
+    mutual, best = cosine.argmax(axis=0)[nearest] == rows, cosine[rows, nearest]
+    cosine[rows, nearest] = -1.0
+    second = cosine.max(axis=1)
     kept = np.flatnonzero(mutual & (1 - best < MAX_RATIO**2 * (1 - second)))
     return np.column_stack([with_depth[nearest[kept]], kept])
 

@@ -16,6 +16,7 @@ from app.benchmark.poses.recovery import RecoveryWatch
 from razer.arrays import Pose
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
+from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
 
 Figures = dict[str, float | int | None]
@@ -26,7 +27,7 @@ class FollowedWalk:
     """What pose estimation makes of a walk: true poses of the frames that show something and poses as known now, by
     frame; which were located in time; what was counted on the way; and processor seconds."""
 
-    slam: SlamSystem
+    slam: SlamSystem | SparseSystem
     truth: dict[int, Pose] = field(default_factory=dict)
     poses: dict[int, Pose] = field(default_factory=dict)
     in_time: set[int] = field(default_factory=set)
@@ -47,7 +48,8 @@ class FollowedWalk:
         if pose is not None:
             self.in_time.add(index)
         self._move({index: pose} | dict(corrections))
-        self.recovery.see(index, cells, self.poses, self.truth)
+        if isinstance(self.slam, SlamSystem):  # else nothing is known in time
+            self.recovery.see(index, cells, self.poses, self.truth)
         self.merges.see(self.slam.keyframes.all, self.truth)
 
     def finish(self) -> None:
@@ -112,7 +114,7 @@ def _timed(poses: Mapping[int, Pose], frames_per_s: float) -> TimedPoses:
     return TimedPoses(np.array(frames) / frames_per_s, np.stack([poses[frame] for frame in frames]))
 
 
-def follow(walk: HardWalk, slam: SlamSystem) -> FollowedWalk:
+def follow(walk: HardWalk, slam: SlamSystem | SparseSystem) -> FollowedWalk:
     """Follow a walk to its end."""
     followed = FollowedWalk(slam)
     for shot in walk:

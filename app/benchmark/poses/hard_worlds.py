@@ -28,15 +28,29 @@ STRIDES = (1, 2, 4, 8, 16)
 _INTO_ROOM = 8  # frames before a door and after the next one that the camera is blind besides
 _BEYOND_DOOR_M = 1.0  # from the middle of the hall, roughly
 
+SPARSE = {
+    "sparse-room": ("a room, a picture each half second, shuffled", "room", 8),
+    "sparse-room-1s": ("a room, a picture a second, shuffled", "room", 16),
+    "sparse-apartment": ("an apartment, a picture a second, shuffled", "apartment", 16),
+    "sparse-look-alikes": (
+        "a corridor with three places alike, a picture each half second, shuffled",
+        "corridor-loop",
+        8,
+    ),
+    "sparse-twin-rooms": ("two rooms furnished alike, a picture each half second, shuffled", "twin-rooms", 8),
+}  # what is shown, of which scene, every so many of 15 frames/s
+
 Recording = Callable[[int], SyntheticScene]
 
 
 @dataclass(frozen=True, slots=True)
 class HardWorld:
-    """What is hard about it, and its walk by seed and number of frames, None = as many as it usually has."""
+    """What is hard about it, its walk by seed and number of frames, None = as many as it usually has, and whether its
+    pictures are matched all at once."""
 
     about: str
     walk: Callable[[int, int | None], HardWalk]
+    is_sparse: bool = False
 
 
 def _scene(name: str, seed: int, *, size: tuple[int, int] = SMALL, **options: Any) -> SyntheticScene:
@@ -49,6 +63,13 @@ def _walk(
     """The beginning of a walk, or all of it, of which every so many frames are shown."""
     frames = recording(seed)
     return HardWalk(frames, tuple(range(0, len(frames), every)[: n_frames or usual]), FRAMES_PER_S / every)
+
+
+def _shuffled(scene: str, every: int, seed: int, n_frames: int | None) -> HardWalk:
+    """Few pictures of a whole walk, in any order."""
+    walk = _walk(partial(_scene, scene), seed, n_frames, usual=None, every=every)
+    order = np.random.default_rng([seed, 103]).permutation(len(walk))
+    return replace(walk, order=tuple(walk.order[n] for n in order.tolist()))
 
 
 def _strided(stride: int, seed: int, n_frames: int | None) -> HardWalk:
@@ -128,4 +149,8 @@ WORLDS: dict[str, HardWorld] = {
         partial(_walk, partial(_scene, "twin-rooms"), usual=None, every=3),
     ),
     "blind-between-twins": HardWorld("the same, blind from one room into the other", _blind_between_twins),
+    **{
+        name: HardWorld(about, partial(_shuffled, scene, every), is_sparse=True)
+        for name, (about, scene, every) in SPARSE.items()
+    },
 }

@@ -13,6 +13,7 @@ from app.benchmark.poses.hard_worlds import WORLDS
 from app.console.progress import show_progress
 from app.console.waiting import is_live, waiting_for
 from razer.errors import BadInput
+from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
 
 
@@ -46,5 +47,6 @@ def _measure(world: str, seed: int, n_frames: int | None, console: Console) -> d
     # A bar goes on by itself; elsewhere one is told every ten seconds what is waited for.
     with nullcontext() if is_live(console) else waiting_for(f"{world}, seed {seed}", console):
         walk = WORLDS[world].walk(seed, n_frames)
-        figures = follow(walk, SlamSystem()).figures(walk.frames_per_s)
+        slam = SparseSystem() if WORLDS[world].is_sparse else SlamSystem()
+        figures = follow(walk, slam).figures(walk.frames_per_s)
     return {"world": world, "seed": seed, **figures}

@@ -212,7 +212,7 @@ def _run_both(
         RunFolder(out / name, overwrite=overwrite)  # before hours are spent on the first
     for name in BOTH:
         progress_console().print(f"mapping under poses: {name}")
-        config = replace(options, poses=name).read()
+        config = replace(options, poses=name, sparse=options.sparse if name == "slam" else None).read()
         result = _run(folder, config, RunFolder(out / name, overwrite=overwrite), vocabulary, Watchers(viewer=viewer))
         if result.exit_code:
             return result.exit_code

@@ -15,6 +15,8 @@ from razer.config import MapperConfig
 from razer.mapper import Mapper
 from slam.config import SlamConfig
 from slam.refinement import RefinedPoses
+from slam.sparse.solved_poses import SolvedPoses
+from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
 
 BEFORE, AFTER = 18, 10
@@ -111,3 +113,20 @@ def test_slam_goes_on_with_the_same_poses_corrections_and_covariances(kind, fram
     again.finish()
     np.testing.assert_equal(again.trajectory(), slam.trajectory())
     np.testing.assert_equal(dict(again.map.graph.covariances()), dict(slam.map.graph.covariances()))
+
+
+def test_poses_solved_beforehand_come_back_as_they_were(frames, tmp_path):
+    system = SparseSystem()
+    for frame in frames[::9]:
+        system.locate(frame.at(None))
+    system.finish()
+    solved = SolvedPoses.of(system)
+    solved.locate(frames[9])
+    saved = StateWriter(tmp_path, "poses", known_poses(SlamConfig())).save((set(), {}, solved))
+    _, _, again = load_state(tmp_path, saved, known_poses(SlamConfig()))
+    assert len(again.poses) > 2
+    np.testing.assert_equal(again.poses, solved.poses)
+    np.testing.assert_equal(again.report().world_from_camera, solved.report().world_from_camera)
+    solved.finish()
+    again.finish()
+    np.testing.assert_equal(dict(again.report().graph.covariances), dict(solved.report().graph.covariances))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app import next_steps
 from app.console.outputs import print_files, print_next, print_outputs
-from app.settings.options import RunOptions
+from app.settings.options import RunOptions, TrackOptions
 from app.timeline.viewer.rerun_viewer import DISPLAYS
 
 
@@ -69,3 +69,5 @@ def test_options_are_said_as_they_were_given():
         "--reader=tum", "--stride=3", "--segmenter=yolo", "--set=segmenter.options.weights=a b",
     )  # fmt: skip
     assert RunOptions().words() == ()
+    assert RunOptions(sparse=True).words() == ("--sparse",)
+    assert TrackOptions(sparse=False, stride=3).words() == ("--no-sparse", "--stride=3")

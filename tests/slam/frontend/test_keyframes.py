@@ -24,7 +24,7 @@ class CountingPyramid(DepthPyramid):
 @pytest.fixture
 def make_view(views):
     view = views[10]
-    return lambda: replace(view, pyramid=CountingPyramid(view.pyramid.depth, view.pyramid._intrinsics))
+    return lambda: replace(view, pyramid=CountingPyramid(view.pyramid.depth, view.pyramid.intrinsics))
 
 
 def test_pyramids_used_last_are_kept_and_others_are_made_again_the_same(make_view, monkeypatch):
@@ -81,7 +81,7 @@ def test_a_keyframe_at_rest_takes_little(views, make_view):
     view = views[10]
     keyframes = Keyframes()
     keyframe = keyframes.add(
-        replace(view, pyramid=DepthPyramid(view.pyramid.depth, view.pyramid._intrinsics)), np.eye(4), 0, 0.0
+        replace(view, pyramid=DepthPyramid(view.pyramid.depth, view.pyramid.intrinsics)), np.eye(4), 0, 0.0
     )
     assert keyframe.view.pyramid.levels is not None
     assert n_bytes(keyframe, set()) > 500_000

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -15,7 +17,7 @@ from slam.se3 import angle_deg, length_m
 
 N_FRAMES = 24
 SMALL_CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
-SLOW = ("look-alikes", "twin-rooms", "blind-between-twins")  # to build
+SLOW = ("look-alikes", "twin-rooms", "blind-between-twins", "sparse-look-alikes", "sparse-twin-rooms")  # to build
 
 
 def walk_of(name: str, n_frames: int | None = N_FRAMES) -> HardWalk:
@@ -54,13 +56,24 @@ def test_a_walk_is_no_longer_than_asked_and_moves_as_a_hand_does(name):
     walk = walk_of(name)
     shown = [index for index in walk.order if index is not None]
     assert 0 < len(shown) <= max(N_FRAMES, 2 * N_FRAMES if name.startswith("stride") else 0)
-    steps = [(a, b) for a, b in zip(walk.order, walk.order[1:], strict=False) if a is not None and b is not None]
+    order = sorted(shown) if WORLDS[name].is_sparse else walk.order
+    steps = [(a, b) for a, b in pairwise(order) if a is not None and b is not None]
     poses = walk.recording.poses
     moved = [np.linalg.inv(poses[a]) @ poses[b] for a, b in steps]
     fastest = max(angle_deg(step) for step in moved) * walk.frames_per_s
     assert max(length_m(step) for step in moved) * walk.frames_per_s < 1.2
     assert fastest < (FASTEST_DEG_PER_S + 20 if name == "fast-turns" else 130)
     assert 0 < walk.recording.intrinsics.width <= 640
+
+
+@pytest.mark.parametrize("name", ["sparse-room", "sparse-room-1s"])
+def test_few_pictures_are_shown_in_no_order_and_all_at_once(name):
+    walk, other = walk_of(name, None), WORLDS[name].walk(2, None)
+    every = round(15 / walk.frames_per_s)
+    assert walk.order != tuple(sorted(walk.order))
+    assert sorted(walk.order) == list(range(0, len(walk.recording), every))
+    assert walk.order[:5] != other.order[:5]
+    assert WORLDS[name].is_sparse
 
 
 def test_strides_show_the_same_way_at_rates_of_one_video():

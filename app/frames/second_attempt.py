@@ -1,0 +1,46 @@
+"""Second attempt: where following the camera through a short recording failed, its pictures are matched all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from data_tools.recordings.sequence import RgbdSequence
+from razer.arrays import Pose
+from razer.errors import UnusableFrame
+from slam.config import SlamConfig
+from slam.sparse.limits import has_failed
+from slam.sparse.solved_poses import SolvedPoses
+
+
+@dataclass(frozen=True)
+class SecondAttempt:
+    """Matches the frames `indices` of a recording with each other; travels to the process that locates frames."""
+
+    sequence: RgbdSequence
+    indices: Sequence[int]
+    config: SlamConfig
+
+    def __call__(self, n_located: int) -> tuple[SolvedPoses, dict[int, Pose | None], str] | None:
+        """The poses, those of all frames that can be used with None for what is lost, and one line that says what was
+        done and why; None where nothing failed or nothing is better for it. n_located: by following the camera."""
+        if not has_failed(n_located, len(self.indices)):
+            return None
+        from slam.sparse.sparse_system import SparseSystem
+
+        system = SparseSystem(self.config)
+        for index in self.indices:
+            try:
+                system.locate(self.sequence[index])
+            except UnusableFrame:
+                continue
+        system.finish()
+        poses = system.trajectory()
+        if len(poses) <= n_located:
+            return None
+        seen = {keyframe.view.index: poses.get(keyframe.view.index) for keyframe in system.keyframes.all}
+        note = (
+            f"following the camera located {n_located} of {len(self.indices)} frames: all were matched with each other "
+            f"instead, {len(poses)} located; --no-sparse leaves it at the first"
+        )
+        return SolvedPoses.of(system), seen, note

@@ -1,0 +1,1 @@
+"""Few pictures far apart, in any order: matched all with all, and solved at once."""

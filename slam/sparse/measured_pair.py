@@ -1,0 +1,67 @@
+"""Measured pair: a verified registration of two pictures, and how many others bear it out."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from razer.arrays import Float64Array
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge
+from slam.se3 import angle_deg, length_m
+
+LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
+
+
+@dataclass(frozen=True)
+class MeasuredPair:
+    """The edge between two pictures, the features that agree, the share of points that do (score), and whether the one
+    was taken next after the other, of a camera that was carried about."""
+
+    edge: PoseEdge
+    n_features: int
+    score: float
+    is_next: bool = False
+
+    def motion(self, start: int) -> Float64Array:
+        """start_from_other (4, 4), start being one of the two pictures."""
+        return self.edge.a_from_b if start == self.edge.a else inverse(self.edge.a_from_b)
+
+    def other(self, one: int) -> int:
+        """The picture that is not this one."""
+        return self.edge.b if one == self.edge.a else self.edge.a
+
+
+def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPair]]:
+    """The pairs of each picture, by the other one."""
+    result: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)
+    for pair in pairs:
+        result[pair.edge.a][pair.edge.b] = result[pair.edge.b][pair.edge.a] = pair
+    return dict(result)
+
+
+def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
+    """Pictures taken one after the other first, then the pairs that most triangles bear out, of equals those with most
+    features: a triangle is three pictures of which each two were measured, and whose motions lead back to where they
+    began."""
+    table = by_picture(pairs)
+
+    def sureness(pair: MeasuredPair) -> tuple[bool, int, float]:
+        return pair.is_next, _n_triangles(pair, table), pair.n_features * pair.score
+
+    return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
+
+
+def _n_triangles(pair: MeasuredPair, table: dict[int, dict[int, MeasuredPair]]) -> int:
+    """Triangles that bear a pair out, less those that contradict it."""
+    a, b = pair.edge.a, pair.edge.b
+    closed = [
+        _closes(pair.edge.a_from_b, table[b][c].motion(b), table[a][c].motion(a)) for c in table[a].keys() & table[b]
+    ]
+    return 2 * sum(closed) - len(closed)
+
+
+def _closes(a_from_b: Float64Array, b_from_c: Float64Array, a_from_c: Float64Array) -> bool:
+    off = inverse(a_from_c) @ a_from_b @ b_from_c
+    return length_m(off) <= LOOP_M and angle_deg(off) <= LOOP_DEG

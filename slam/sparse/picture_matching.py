@@ -1,0 +1,154 @@
+"""Picture matching: which pictures are registered to which, and what comes of it. The colour camera is learnt first, of
+pairs that look most alike, so that all others are measured with the same one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from razer.arrays import Float64Array, IndexArray
+from slam.backend.place_recognition import PlaceRecognition
+from slam.backend.pose_graph import PoseEdge
+from slam.backend.verified_registration import VerifiedRegistration
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.correspondences import MIN_INLIERS
+from slam.frontend.features import Features, depth_along
+from slam.frontend.icp import IcpResult
+from slam.frontend.keyframes import Keyframes, View
+from slam.frontend.wide_features import WideFeatures, match_wide_features
+from slam.report import TrackingQuality
+from slam.sparse.measured_pair import MeasuredPair
+
+ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
+SHORTLIST = 20  # of these
+IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
+LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
+SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
+# Matched features whose distance is the same in both views but for so much, some of it for each metre of depth, may
+# belong to one scene.
+SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
+MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
+
+Numbers = tuple[int, int]
+
+
+class PictureMatching:
+    """Pictures in the order of their stamps, and the pairs of them that were measured. `quality`: that of each
+    picture's best pair."""
+
+    def __init__(self, views: Iterable[View], config: SlamConfig) -> None:
+        self.keyframes, self.places = Keyframes(), PlaceRecognition()
+        self.calibration = ColorCalibration.nominal()
+        self._measured: list[MeasuredPair] = []
+        self.quality: dict[int, TrackingQuality] = {}
+        self.registration = VerifiedRegistration(self.keyframes, config)
+        self._tried: set[Numbers] = set()
+        for view in sorted(views, key=lambda view: (view.stamp, view.index)):
+            self.keyframes.add(view, np.eye(4), 0, 0.0)
+            self.places.add(view)
+        self._consecutive = set(pairwise(range(len(self.keyframes))))
+
+    @property
+    def pairs(self) -> list[MeasuredPair]:
+        """All that were measured. Where most pictures show what the one before does, the camera was carried from one to
+        the next, which says more than any look: places repeat."""
+        ends = [(pair.edge.a, pair.edge.b) for pair in self._measured]
+        if len(self._consecutive.intersection(ends)) < IN_ORDER * len(self._consecutive):
+            return list(self._measured)
+        return [replace(pair, is_next=end in self._consecutive) for pair, end in zip(self._measured, ends, strict=True)]
+
+    def learn_camera(self) -> None:
+        """Learn the colour camera, and read the depths of features where it saw them."""
+        numbers = range(len(self.keyframes))
+        best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
+        pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
+        for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
+            result = self._registered(a, b)
+            if result is not None and result.n_features >= SURE_FEATURES:
+                self.calibration = result.calibration
+        for keyframe in self.keyframes.all:
+            keyframe.view = _seen_by(keyframe.view, self.calibration)
+
+    def candidates(self) -> list[Numbers]:
+        """The pairs that are worth measuring: those that follow each other, and of few pictures all, else those that
+        look alike."""
+        numbers = range(len(self.keyframes))
+        if len(numbers) <= ALL_PAIRS_UP_TO:
+            return list(combinations(numbers, 2))
+        return sorted(self._consecutive | self.lookalikes(numbers, numbers, SHORTLIST))
+
+    def lookalikes(self, numbers: Iterable[int], among: Iterable[int], shortlist: int) -> set[Numbers]:
+        """Pairs of pictures with those among others that look most like them."""
+        others = list(among)
+        return {
+            (min(n, other), max(n, other))
+            for n in numbers
+            for other in self._lookalikes(n, [o for o in others if o != n], shortlist)
+        }
+
+    def _lookalikes(self, number: int, among: Sequence[int], shortlist: int) -> list[int]:
+        return self.places.lookalikes(self.keyframes[number].view, among, 0.0, shortlist)
+
+    def measure(self, a: int, b: int) -> None:
+        """Register a pair a < b, unless that was tried before."""
+        if (a, b) in self._tried:
+            return
+        self._tried.add((a, b))
+        result = self._registered(a, b)
+        if result is None:
+            return
+        edge = PoseEdge(a, b, result.target_from_source, result.information)
+        self._measured.append(MeasuredPair(edge, result.n_features, result.score))
+        quality = TrackingQuality.of(result)
+        for n in (a, b):
+            if n not in self.quality or self.quality[n].n_features < quality.n_features:
+                self.quality[n] = quality
+
+    def _registered(self, a: int, b: int) -> IcpResult | None:
+        target, source = self.keyframes[a], self.keyframes[b]
+        # Pictures that follow each other may show the same where nothing has texture.
+        guesses: list[Float64Array] = [np.eye(4)] if (a, b) in self._consecutive else []
+        if not guesses and n_rigid_matches(target.view, source.view) < MIN_INLIERS:
+            return None
+        return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
+
+
+def n_rigid_matches(a: View, b: View) -> int:
+    """How many matched features lie as far from each other in one view as in the other, whatever moved between the two:
+    those that agree with the one that most agree with. Far cheaper than registration; of
+    views that share nothing hardly any have a dozen."""
+    there, here = a.wide.features, b.wide.features
+    t, s = match_wide_features(there, here).T
+    t, s = (numbers[here.depth_m[s] > 0] for numbers in (t, s))
+    if len(t) == 0:
+        return 0
+    apart_a, apart_b = _distances(there, t), _distances(here, s)
+    depth_m = np.maximum(there.depth_m[t], here.depth_m[s])
+    agree = np.abs(apart_a - apart_b) < SAME_DISTANCE_M + SAME_DISTANCE_SHARE * np.maximum(depth_m, depth_m[:, None])
+    return int(agree.sum(axis=1).max())
+
+
+def _distances(features: Features, numbers: IndexArray) -> Float64Array:
+    """Between points (M, M), metres."""
+    points = np.column_stack([features.rays[numbers], np.ones(len(numbers))]) * features.depth_m[numbers, None]
+    result: Float64Array = np.linalg.norm(points[:, None] - points, axis=2)
+    return result
+
+
+def _seen_by(view: View, calibration: ColorCalibration) -> View:
+    """A view whose features lie where a colour camera saw them."""
+    features, wide = (_deep(part, view, calibration) for part in (view.features, view.wide.features))
+    return replace(view, features=features, wide=WideFeatures.known(wide))
+
+
+def _deep(features: Features, view: View, calibration: ColorCalibration) -> Features:
+    rays, k = features.rays.astype(np.float64), view.pyramid.intrinsics
+    far = np.where(features.depth_m > 0, features.depth_m, 2.0)
+    moved = (calibration.depth_rays(rays, far) - rays) * (k.fx, k.fy)
+    depth = depth_along(view.pyramid.depth, k, calibration, rays)
+    depth = np.where(np.abs(moved).max(axis=1) > MOVED_PIXELS, depth, features.depth_m)
+    return replace(features, depth_m=depth.astype(np.float32))

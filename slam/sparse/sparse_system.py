@@ -1,0 +1,162 @@
+"""Global matching of few pictures far apart, in any order: structure from motion with depth. All are registered to all
+that look alike, a consistent set of these is grown from the surest, and a pose graph is solved over it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from razer.arrays import Float64Array, IndexArray, Pose
+from razer.frame import Frame
+from razer.geometry import inverse
+from slam.backend.loop_closure import LoopClosure
+from slam.backend.pose_graph import PoseEdge, PoseGraph, mahalanobis
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.keyframes import STILL, Keyframes, View
+from slam.report import GraphReport, PoseReport, TrackingQuality
+from slam.se3 import orthonormal
+from slam.sparse.parts import Parts
+from slam.sparse.picture_matching import PictureMatching
+
+LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more
+ROUNDS = 2  # of measuring neighbours at the poses that follow
+MAX_MAHALANOBIS = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
+NOWHERE = PoseReport(None, None, None)
+
+
+class SparseSystem:
+    """Poses of pictures, all at once when the last one came: a source of poses that corrects them all in the end."""
+
+    def __init__(self, config: SlamConfig = SlamConfig()) -> None:  # noqa: B008
+        self.config = config
+        self.keyframes, self.graph = Keyframes(), PoseGraph()
+        self.calibration = ColorCalibration.nominal()
+        self.n_pairs = 0  # that were registered
+        self.quality: Mapping[int, TrackingQuality] = {}  # by frame, of its best pair
+        self._origin = 0
+        self._extractor = FeatureExtractor(config)
+        self._views: list[View] = []
+        self._news: dict[int, Pose] = {}
+        self._report = NOWHERE
+
+    @property
+    def n_loops(self) -> int:
+        """Edges beyond those that it takes to tie all pictures together."""
+        n_tied = int((self.keyframes.submaps() == 0).sum())
+        return max(0, len(self.graph.edges) - max(0, n_tied - 1))
+
+    def locate(self, frame: Frame) -> None:
+        """Take in a picture; where it was taken is known in the end."""
+        nominal = ColorCalibration.nominal()
+        view = View.of(frame, self._extractor.extract(frame, nominal), STILL, self.config, nominal)
+        assert view.wide.features is not None  # extracted now, as the frame would be kept until they are
+        self._views.append(view)
+
+    def corrections(self) -> Mapping[int, Pose | None]:
+        """All poses once they are known."""
+        news, self._news = self._news, {}
+        return dict[int, Pose | None](news)
+
+    def finish(self) -> None:
+        """Match all pictures, and solve for their poses. The largest part is the world, whose origin is its first
+        picture; of others no pose is known."""
+        matching = PictureMatching(self._views, self.config)
+        self._views, self.keyframes = [], matching.keyframes
+        if not len(self.keyframes):
+            return
+        matching.learn_camera()
+        self.calibration = matching.calibration
+        for pair in matching.candidates():
+            matching.measure(*pair)
+        parts = self._grown(matching)
+        self.n_pairs = len(matching.pairs)
+        self.quality = {self.keyframes[n].view.index: quality for n, quality in matching.quality.items()}
+        self._lay_out(parts)
+        self._solve(matching)
+        self._news = self.trajectory()
+        graph = GraphReport.of(self.keyframes, self.graph, self.n_loops, self.graph.covariances())
+        self._report = PoseReport(None, None, graph)
+
+    def _grown(self, matching: PictureMatching) -> Parts:
+        """Parts of all pairs; what lies outside the largest is compared with it once more."""
+        parts = Parts(self.keyframes, matching.pairs, self.config)
+        parts.grow()
+        world = max(parts.members.values(), key=len)
+        outside = set(range(len(self.keyframes))) - set(world)
+        n_pairs = len(matching.pairs)
+        for pair in sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)):
+            matching.measure(*pair)
+        if len(matching.pairs) > n_pairs:
+            parts = Parts(self.keyframes, matching.pairs, self.config)
+            parts.grow()
+        return parts
+
+    def _lay_out(self, parts: Parts) -> None:
+        """Keyframes and pose graph by parts, the largest first; where each lies to the others nobody knows."""
+        ranked = sorted(parts.members.values(), key=lambda members: (-len(members), min(members)))
+        self._origin = origin = min(ranked[0], key=lambda n: self.keyframes[n].view.index)
+        self.graph = PoseGraph(fixed=origin)
+        for submap, members in enumerate(ranked):
+            first = origin if submap == 0 else min(members)
+            first_from_part = inverse(parts.poses[first])
+            for number in sorted(members, key=lambda n: n != first):
+                pose = orthonormal(first_from_part @ parts.poses[number])
+                self.keyframes[number].submap, self.keyframes[number].world_from_camera = submap, pose
+                self.graph.add_keyframe(number, pose, unanchored=submap > 0 and number == first)
+            for pair in parts.agreeing(parts.part_of[first]):
+                self.graph.add_edge(pair.edge)
+
+    def _solve(self, matching: PictureMatching) -> None:
+        """Smooth over everything, with neighbours measured at the poses that follow, and without what proved false."""
+        loops = LoopClosure(self.keyframes, self.graph, matching.places, matching.registration, self.config)
+        self._set_poses(self.graph.smooth())
+        for _ in range(ROUNDS):
+            loops.queue_neighbors()
+            while len(loops):
+                edge = loops.measure_next(self.calibration)
+                if edge is not None and loops.is_plausible(edge):
+                    self.graph.add_edge(edge)
+            self._set_poses(self.graph.smooth())
+        self._drop_outliers()
+
+    def _drop_outliers(self) -> None:
+        poses, edges = self.graph.poses, self.graph.edges
+        consistent = [edge for edge in edges if mahalanobis(edge, poses) <= MAX_MAHALANOBIS]
+        if len(consistent) == len(edges):
+            return
+        self.graph.replace(consistent)
+        self._set_poses(self.graph.smooth())
+        self._cut_off(consistent)
+
+    def _cut_off(self, edges: Sequence[PoseEdge]) -> None:
+        """Pictures that no edge ties to the world any more are outside of it."""
+        tied = _components(len(self.keyframes), edges)
+        for keyframe in self.keyframes.all:
+            if keyframe.submap == 0 and tied[keyframe.number] != tied[self._origin]:
+                keyframe.submap = len(self.keyframes) + int(tied[keyframe.number])
+
+    def _set_poses(self, poses: Mapping[int, Float64Array]) -> None:
+        for number, pose in poses.items():
+            self.keyframes[number].world_from_camera = pose
+
+    def trajectory(self) -> dict[int, Pose]:
+        """world_from_camera of every picture of the world, as known now."""
+        located = sorted((k.view.index, k) for k in self.keyframes.all if k.submap == 0)
+        return {index: orthonormal(keyframe.world_from_camera) for index, keyframe in located}
+
+    def report(self) -> PoseReport:
+        """Nothing until the end; then, once, the pose graph with the covariances of all."""
+        report, self._report = self._report, NOWHERE
+        return report
+
+
+def _components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:
+    """Which keyframes (K,) edges tie together, by the number of their component."""
+    ends = np.array([(edge.a, edge.b) for edge in edges], np.int64).reshape(-1, 2)
+    table = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n_keyframes, n_keyframes))
+    return connected_components(table, directed=False)[1].astype(np.intp)

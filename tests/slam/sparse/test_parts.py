@@ -1,0 +1,128 @@
+"""Parts of made-up pairs: true ones tie all together, false ones nothing, whoever is surer of itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from razer.geometry import inverse
+from slam.backend.pose_graph import PoseEdge
+from slam.config import SlamConfig
+from slam.se3 import angle_deg, exp_se3, length_m
+from slam.sparse.measured_pair import MeasuredPair, surest_first
+from slam.sparse.parts import Parts
+
+N = 14
+INFORMATION = np.diag([1e6] * 6)
+
+
+class Places(Parts):
+    """Parts of pictures whose space nothing contradicts, as there are none."""
+
+    def _is_contradicted(self, home, away, home_from_away):
+        return False
+
+
+def pair(a, b, a_from_b, n_features=100):
+    return MeasuredPair(PoseEdge(a, b, a_from_b, INFORMATION), n_features, 0.6)
+
+
+@pytest.fixture
+def ring(rng):
+    """True poses once round a table, looking inwards."""
+    angles = np.linspace(0, 2 * np.pi, N, endpoint=False)
+    return [exp_se3(np.array([0, 0, angle, 0, 0, 0])) @ exp_se3(np.array([0.0, 0, 0, 1.5, 0, 0])) for angle in angles]
+
+
+@pytest.fixture
+def true_pairs(ring, rng):
+    """Each picture with the two that follow it, off by millimetres."""
+    ends = [tuple(sorted((n, (n + step) % N))) for n in range(N) for step in (1, 2)]
+    return [
+        pair(a, b, inverse(ring[a]) @ ring[b] @ exp_se3(rng.normal(0, 0.003, 6)), int(rng.integers(45, 90)))
+        for a, b in ends
+    ]
+
+
+def grown(pairs, n=N):
+    parts = Places([None] * n, pairs, SlamConfig())
+    parts.grow()
+    return parts
+
+
+def assert_true(parts, ring, numbers):
+    for n in numbers:
+        first = numbers[0]
+        off = inverse(inverse(ring[first]) @ ring[n]) @ inverse(parts.poses[first]) @ parts.poses[n]
+        assert length_m(off) < 0.06
+        assert angle_deg(off) < 3
+
+
+def test_true_pairs_are_one_part_at_their_poses(ring, true_pairs):
+    parts = grown(true_pairs)
+    assert sorted(parts.members[parts.part_of[0]]) == list(range(N))
+    assert_true(parts, ring, list(range(N)))
+    assert len(parts.agreeing(parts.part_of[0])) == len(true_pairs)
+
+
+def test_false_pairs_that_are_surer_of_themselves_tie_nothing(ring, true_pairs, rng):
+    false = [
+        pair(a, b, exp_se3(rng.normal(0, 0.7, 6)), 500)
+        for a, b in [(0, 7), (1, 8), (2, 9), (3, 10), (4, 12), (5, 11), (0, 5), (6, 13)]
+    ]
+    parts = grown([*false, *true_pairs])
+    assert len(parts.members) == 1
+    assert_true(parts, ring, list(range(N)))
+    assert {p.n_features for p in parts.agreeing(parts.part_of[0])}.isdisjoint({500})
+
+
+def test_the_order_of_pairs_changes_nothing(true_pairs, rng):
+    one, other = grown(true_pairs), grown([true_pairs[n] for n in rng.permutation(len(true_pairs))])
+    for n in range(N):
+        here, there = (inverse(parts.poses[0]) @ parts.poses[n] for parts in (one, other))
+        np.testing.assert_allclose(here, there, atol=1e-6)
+
+
+def halves(ring):
+    """Two halves of the ring, in each of which every picture was measured against every other."""
+    ends = [(a, b) for a in range(N) for b in range(a + 1, N) if (a < 7) == (b < 7)]
+    return [pair(a, b, inverse(ring[a]) @ ring[b]) for a, b in ends]
+
+
+HERE, THERE = [(0, 13), (1, 13), (1, 12)], [(2, 9), (3, 9), (3, 10)]
+
+
+def ties(ring, ends, shift_m, **kinds):
+    """Pairs that put one half so far from where it is."""
+    moved = exp_se3(np.array([0, 0, 0, shift_m, 0, 0]))
+    return [replace(pair(a, b, inverse(ring[a]) @ moved @ ring[b]), **kinds) for a, b in ends]
+
+
+def test_halves_that_two_equal_groups_tie_differently_stay_apart(ring):
+    """As twins of rooms do: three pairs say here, three as sure of themselves say a metre farther."""
+    parts = grown([*halves(ring), *ties(ring, HERE, 0.0), *ties(ring, THERE, 1.0)])
+    assert sorted(map(sorted, parts.members.values())) == [list(range(7)), list(range(7, N))]
+    parts = grown([*halves(ring), *ties(ring, HERE, 0.0)])
+    assert len(parts.members) == 1
+    assert_true(parts, ring, list(range(N)))
+
+
+def test_the_way_of_the_camera_says_more_than_looks(ring):
+    """Six pairs say a metre farther; a single one, of pictures taken one after the other, is the way."""
+    way = ties(ring, [(6, 7)], 0.0, is_next=True, n_features=10)
+    parts = grown([*halves(ring), *ties(ring, HERE + THERE, 1.0), *way])
+    assert len(parts.members) == 1
+    assert_true(parts, ring, list(range(N)))
+
+
+@pytest.mark.parametrize(("n_features", "n_parts"), [(15, 2), (100, 1)])
+def test_a_single_pair_ties_two_pictures_if_many_features_agree(n_features, n_parts):
+    assert len(grown([pair(0, 1, np.eye(4), n_features)], 2).members) == n_parts
+
+
+def test_pairs_that_triangles_bear_out_come_first(ring, true_pairs):
+    false = pair(0, 2, exp_se3(np.array([0, 0, 0, 0, 2.0, 0])), 1000)
+    others = [p for p in true_pairs if (p.edge.a, p.edge.b) != (0, 2)]
+    assert surest_first([false, *others])[-1] is false

@@ -1,0 +1,119 @@
+"""Few pictures far apart, in any order: where they were taken, what is lost, and what little is no recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_tools import open_sequence
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from razer.geometry import inverse, is_rigid
+from slam.se3 import angle_deg, length_m
+from slam.sparse.limits import has_failed
+from slam.sparse.solved_poses import SolvedPoses
+from slam.sparse.sparse_system import SparseSystem
+
+STRIDE, N = 20, 10  # of 30 frames a second, 0.3 m and 15 degrees apart
+
+
+@pytest.fixture(scope="module")
+def shots():
+    clip = SyntheticScene("room", 2, 480, 320, 240, sensor=SensorModel.kinect())
+    return [clip[n * STRIDE] for n in range(N)]
+
+
+def solved(shots):
+    """A system that was shown shots in this order, as if they had been taken in it."""
+    system = SparseSystem()
+    for n, shot in enumerate(shots):
+        system.locate(replace(shot, index=n, stamp=n / 2, world_from_camera=None))
+    system.finish()
+    return system
+
+
+def assert_as_true(poses, truth, max_m=0.02, max_deg=1.0):
+    first = min(poses)
+    for n, pose in poses.items():
+        off = inverse(inverse(truth[first]) @ truth[n]) @ inverse(poses[first]) @ pose
+        assert length_m(off) < max_m
+        assert angle_deg(off) < max_deg
+
+
+@pytest.fixture(scope="module")
+def in_order(shots):
+    return solved(shots)
+
+
+def test_pictures_in_any_order_are_located_where_they_were_taken(shots, in_order):
+    order = np.random.default_rng(4).permutation(N).tolist()
+    shuffled = solved([shots[n] for n in order]).trajectory()
+    assert sorted(shuffled) == list(range(N))
+    np.testing.assert_allclose(shuffled[0], np.eye(4), atol=1e-6)  # the world is the first one's
+    assert_as_true(shuffled, [shots[n].pose for n in order])
+    ordered = in_order.trajectory()
+    assert_as_true(shuffled, [ordered[n] for n in order], 0.01, 0.3)
+
+
+def test_poses_come_at_the_end_all_at_once(shots, in_order):
+    assert in_order.locate(shots[0]) is None
+    news = in_order.corrections()
+    assert news.keys() == in_order.trajectory().keys()
+    assert all(is_rigid(pose) for pose in news.values())
+    assert in_order.corrections() == {}
+
+
+def test_what_was_solved_is_handed_out_frame_by_frame(shots, in_order):
+    report = in_order.report()
+    assert report.graph is not None
+    poses = SolvedPoses(in_order.trajectory(), in_order.quality, report.graph)
+    for n, shot in enumerate(shots):
+        np.testing.assert_array_equal(poses.locate(replace(shot, index=n)), poses.poses[n])
+        told = poses.report()
+        assert (told.graph is not None) == (n == 0)
+        assert told.tracking.n_features >= 8
+    assert poses.locate(replace(shots[0], index=N)) is None
+    assert poses.corrections() == {}
+    poses.finish()
+    graph = poses.report().graph
+    assert len(graph.frames) == N
+    assert graph.n_loops == len(graph.edges) - (N - 1)
+    assert graph.covariances.keys() == set(range(N))
+
+
+def test_pictures_of_another_place_are_lost(shots):
+    elsewhere = SyntheticScene("room", 9, 480, 320, 240, sensor=SensorModel.kinect())
+    mixed = [shots[0], elsewhere[100], *shots[1:5], elsewhere[116], shots[5]]
+    system = solved(mixed)
+    poses = system.trajectory()
+    assert sorted(poses) == [0, 2, 3, 4, 5, 7]
+    assert_as_true(poses, [shot.pose for shot in mixed])
+    assert system.report().graph.n_unanchored == 2
+
+
+def test_little_is_no_recording(shots):
+    nothing = SparseSystem()
+    nothing.finish()
+    assert nothing.trajectory() == {}
+    assert nothing.n_loops == 0
+    blank = replace(shots[0], rgb=np.zeros_like(shots[0].rgb), depth=np.zeros_like(shots[0].depth))
+    assert len(solved([shots[0]]).trajectory()) == 1
+    assert len(solved([blank, blank]).trajectory()) == 1
+
+
+@pytest.mark.parametrize(
+    ("n_located", "n_frames", "failed"), [(74, 100, True), (75, 100, False), (10, 301, False), (1, 1, False)]
+)
+def test_few_located_frames_of_a_short_recording_are_a_failure(n_located, n_frames, failed):
+    assert has_failed(n_located, n_frames) == failed
+
+
+@pytest.mark.full
+def test_a_real_kitchen_in_any_order(real_data):
+    clip = open_sequence(real_data / "redkitchen")
+    shots = [clip[int(n)] for n in np.random.default_rng(1).permutation(range(0, 600, 30))]
+    poses = solved(shots).trajectory()
+    assert len(poses) == len(shots)
+    assert_as_true(poses, [shot.pose for shot in shots], 0.15, 5.0)
