@@ -41,7 +41,15 @@ class InputSettings(PluginSettings):
     )
     max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
     intrinsics: str | None = Field(
-        None, description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, or a JSON file. Not set: the folder's."
+        None,
+        description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, a JSON file, or 'guess': nobody knows them, and "
+        "they are estimated from pairs of views. Not set: the folder's.",
+    )
+    refine_intrinsics: bool = Field(
+        False, description="Whether the intrinsics are a guess, which pairs of views are to refine before the run."
+    )
+    intrinsics_note: str | None = Field(
+        None, description="How refined intrinsics came about, as a run records it. Has no effect on a new run."
     )
     depth_scale: float | None = Field(
         None, gt=0, description="Units of the depth images in a metre. Not set: from the folder or its layout."

@@ -28,7 +28,7 @@ _TO_DECLARE = (
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One likely mistake: what it is about ("poses", "depth scale", "registration" or "frames"), what is seen, and
+    """One likely mistake: what it is about ("poses", "depth scale", "registration", "intrinsics" or "frames"), what is seen, and
     the likely fix, a plain line each."""
 
     about: str
