@@ -17,7 +17,8 @@ from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from slam.config import SlamConfig
-from slam.frontend.intrinsics_estimate import IntrinsicsEstimate, ViewPair, estimate_intrinsics
+from slam.frontend.camera_adjustment import ViewPair
+from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 from slam.frontend.matched_views import DepthFeatures, ViewMatches
 
 N_STRETCHES = 12

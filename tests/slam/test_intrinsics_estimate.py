@@ -12,7 +12,8 @@ from razer.frame import Intrinsics
 from razer.geometry import transform_points
 from slam.config import DepthSettings
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.intrinsics_estimate import IntrinsicsEstimate, ViewPair, estimate_intrinsics
+from slam.frontend.camera_adjustment import ViewPair
+from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 from slam.frontend.matched_views import ViewMatches, absolute_orientations, rigid_start
 from slam.se3 import exp_se3
 

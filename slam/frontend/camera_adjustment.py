@@ -1,4 +1,4 @@
-"""Intrinsics of the depth camera from pairs of views: least squares in one pinhole camera and a motion for each pair.
+"""Adjustment of one pinhole camera and the motions of many pairs of views: least squares over what both views saw.
 
 With a wrong focal length the world is stretched across the line of sight and not along it. What two views saw from the
 same direction can still be laid upon each other; once the camera has turned it cannot, as what was stretched in the one
@@ -8,28 +8,28 @@ is not in the other. So pairs of views that turned tell the camera, and views th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from razer.arrays import Float64Array, Int64Array
 from razer.frame import Intrinsics
-from slam.config import DepthSettings
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.matched_views import ViewMatches, back_projected, rigid_start
 from slam.se3 import exp_se3
 
 FACTORS = 1.09 ** np.arange(-6, 7)  # of the guessed focal length, to start from: 0.6 to 1.68
+N_TRIED = 40  # pairs of views that choose among them
 MIN_MATCHES = 20  # of a pair that are explained; more than three times its unknowns
 MIN_EXPLAINED = 0.3  # share of a pair's matches
-MIN_PAIRS, MIN_GROUPS = 8, 4  # of views, and of stretches of the recording, for a spread to be measured
-ITERATIONS = 12
-# Prior: the focal length may be anything, pixels are square within a percent as far as the guess says, and the
-# principal point lies within a few percent of the width where it is guessed.
-PRIOR_FOCAL, PRIOR_ASPECT, PRIOR_CENTRE = 0.5, 0.01, 0.02
-WORTH_A_WORD, SURE_SIGMAS = 0.04, 4.0  # share of the guessed focal length; what has been calibrated is not nagged at
-MAX_SIGMA = 0.015  # of the focal length, as a share: with more, the guess may as well stay
+ITERATIONS, ROUNDS = 8, 4  # of Gauss-Newton, and of learning how far pixels and depth err
+SETTLED = 1e-5  # share of the focal length by which the last step moved it
+MIN_SCALE = 0.02  # of the errors of pixels and depth: none are exact
+MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
+# Prior: the focal length may be anything, pixels are square as far as the guess says, as those of all depth cameras
+# are, and the principal point lies within a few percent of the width where it is guessed.
+PRIOR_FOCAL, PRIOR_ASPECT, PRIOR_CENTRE = 0.5, 0.002, 0.02
 
 
 @dataclass(frozen=True)
@@ -38,92 +38,6 @@ class ViewPair:
 
     matches: ViewMatches
     group: int
-
-
-@dataclass(frozen=True)
-class IntrinsicsEstimate:
-    """A pinhole camera from views, and the guess that it is from; sigma_px (4,), of fx, fy, cx and cy; n_pairs of views
-    that it is from; `confident`: whether they determine it, else `reason` says why not."""
-
-    guess: Intrinsics
-    intrinsics: Intrinsics
-    sigma_px: tuple[float, float, float, float]
-    n_pairs: int
-    reason: str = ""
-
-    @property
-    def confident(self) -> bool:
-        """Whether the views determine the camera."""
-        return not self.reason
-
-    @property
-    def contradicts_guess(self) -> bool:
-        """Whether the focal length is surely another one, by more than is worth a word."""
-        pairs = ((self.intrinsics.fx, self.guess.fx), (self.intrinsics.fy, self.guess.fy))
-        off = max(abs(found / guess - 1) for found, guess in pairs)
-        sigma = max(self.sigma_px[:2]) / self.guess.fx
-        return self.confident and off > max(WORTH_A_WORD, SURE_SIGMAS * sigma)
-
-    def to_json(self) -> dict[str, Any]:
-        """fx, fy, cx, cy, their deviations, pairs, confident and reason; null = not known."""
-        camera = self.intrinsics
-        return {
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-            "sigma_px": [sigma if np.isfinite(sigma) else None for sigma in self.sigma_px],
-            "pairs": self.n_pairs,
-            "confident": self.confident,
-            "reason": self.reason or None,
-        }
-
-    def __str__(self) -> str:
-        if not self.confident:
-            return f"cannot be refined: {self.reason}"
-        camera, sigma = self.intrinsics, self.sigma_px
-        return (
-            f"focal lengths {camera.fx:.1f} {camera.fy:.1f} ± {max(sigma[:2]):.1f} pixels, centre {camera.cx:.1f} "
-            f"{camera.cy:.1f} ± {max(sigma[2:]):.1f}, by {self.n_pairs} pairs of views"
-        )
-
-
-def estimate_intrinsics(pairs: Sequence[ViewPair], guess: Intrinsics, depth: DepthSettings) -> IntrinsicsEstimate:
-    """The camera under which the views of each pair are of one rigid world.
-
-    Args:
-        pairs: matched views, best of cameras that turned between them.
-        guess: the camera to start from, whose focal lengths may be off by a third.
-        depth: the noise of the depth sensor.
-    """
-    noise = DepthNoise(depth)
-    usable = [pair for pair in pairs if len(pair.matches) >= MIN_MATCHES]
-    problem = _Problem.best(usable, guess, noise)
-    if problem is None or len(problem.motions) < MIN_PAIRS or len(set(problem.groups.tolist())) < MIN_GROUPS:
-        n_pairs = 0 if problem is None else len(problem.motions)
-        reason = f"only {n_pairs} pairs of views show the same from two sides, of {MIN_PAIRS} needed all over"
-        return IntrinsicsEstimate(guess, guess, (np.inf,) * 4, n_pairs, reason)
-    solved = problem.solved()
-    fx, fy, cx, cy = solved.camera.tolist()
-    sigma = solved.sigma_px()
-    return IntrinsicsEstimate(
-        guess,
-        Intrinsics(guess.width, guess.height, fx, fy, cx, cy),
-        (sigma[0], sigma[1], sigma[2], sigma[3]),
-        len(problem.motions),
-        _doubt(solved.camera, sigma),
-    )
-
-
-def _doubt(camera: Float64Array, sigma: Float64Array) -> str:
-    """Why an estimate cannot be trusted, in a plain line; empty where it can."""
-    share = float((sigma[:2] / camera[:2]).max())
-    if share > MAX_SIGMA:
-        return (
-            f"the views leave the focal length open by {share:.1%}, of which {MAX_SIGMA:.1%} is the limit: the camera "
-            "must turn to and fro before things at several depths"
-        )
-    return ""
 
 
 class _Linear(NamedTuple):
@@ -145,10 +59,11 @@ class _Normal(NamedTuple):
     cross: Float64Array
 
 
-@dataclass
-class _Problem:
-    """A camera (4,) fx, fy, cx, cy, and motions second_from_first (P, 4, 4) of pairs; `starts` (P,), where the matches
-    of each begin, `pair` (M,), the pair of each match, and `groups` (P,)."""
+@dataclass(frozen=True)
+class CameraAdjustment:
+    """A camera (4,) fx, fy, cx, cy, and motions second_from_first (P, 4, 4) of pairs, adjusted together to their
+    matches; `starts` (P,), where those of each begin, `pair` (M,), the pair of each, and `groups` (P,). px_scale and
+    depth_scale: by how much pixels and depth err more than was taken for granted; aspect, the prior of square pixels."""
 
     guess: Float64Array
     width: int
@@ -159,31 +74,28 @@ class _Problem:
     groups: Int64Array
     camera: Float64Array
     motions: Float64Array
+    px_scale: float = 1.0
+    depth_scale: float = 1.0
+    aspect: float = PRIOR_ASPECT
 
     @classmethod
-    def best(cls, pairs: Sequence[ViewPair], guess: Intrinsics, noise: DepthNoise) -> _Problem | None:
-        """The start of the focal length under which rigid motions explain most; None where none does."""
-        tried = [cls._start(pairs, guess, factor, noise) for factor in FACTORS.tolist()] if pairs else []
-        _, problem = min(tried, key=lambda start: start[0], default=(0.0, None))
-        return problem
-
-    @classmethod
-    def _start(
-        cls, pairs: Sequence[ViewPair], guess: Intrinsics, factor: float, noise: DepthNoise
-    ) -> tuple[float, _Problem | None]:
+    def begun(cls, pairs: Sequence[ViewPair], guess: Intrinsics, noise: DepthNoise) -> CameraAdjustment | None:
+        """To begin with: the focal length under which rigid motions explain most; None where none does."""
+        some = pairs[:: max(1, len(pairs) // N_TRIED)]
         guessed = np.array([guess.fx, guess.fy, guess.cx, guess.cy])
-        camera = guessed * (factor, factor, 1.0, 1.0)
-        starts = [rigid_start(pair.matches, camera, noise) for pair in pairs]
-        cost = sum(start.cost for start in starts)
+        cameras = [guessed * (factor, factor, 1.0, 1.0) for factor in FACTORS.tolist()]
+        costs = [sum(rigid_start(pair.matches, camera, noise).cost for pair in some) for camera in cameras]
+        camera = cameras[int(np.argmin(costs))]
+        starts = [(pair, rigid_start(pair.matches, camera, noise)) for pair in pairs]
         kept = [
-            (pair, start)
-            for pair, start in zip(pairs, starts, strict=True)
+            (pair, start.second_from_first)
+            for pair, start in starts
             if start.explained.sum() >= max(MIN_MATCHES, MIN_EXPLAINED * len(pair.matches))
         ]
         if not kept:
-            return cost, None
+            return None
         sizes = np.array([len(pair.matches) for pair, _ in kept])
-        return cost, cls(
+        return cls(
             guessed,
             guess.width,
             noise,
@@ -192,20 +104,38 @@ class _Problem:
             np.repeat(np.arange(len(kept)), sizes),
             np.array([pair.group for pair, _ in kept]),
             camera,
-            np.stack([start.second_from_first for _, start in kept]),
+            np.stack([motion for _, motion in kept]),
         )
 
-    def solved(self) -> _Problem:
-        """The same after Gauss-Newton with Geman-McClure's weights, which leave outliers out."""
+    def solved(self) -> CameraAdjustment:
+        """The same after Gauss-Newton with Geman-McClure's weights, which leave outliers out, and with the errors of
+        pixels and of depth as they are found to be: sensors differ, and the one must not outvote the other."""
+        solved = self
+        for _ in range(ROUNDS):
+            solved = solved.descended()._rescaled()
+        return solved.descended()
+
+    def descended(self) -> CameraAdjustment:
+        """The same at the nearest minimum."""
+        current = self
         for _ in range(ITERATIONS):
-            normal = self._normal(self._linear())
-            information, pull = self._prior()
-            step = np.linalg.solve(normal.information + information, normal.gradients.sum(axis=0) + pull)
-            self.camera = self.camera + step
-            rest = normal.motion_gradients - normal.cross @ step
-            turns = np.linalg.solve(normal.of_motion, rest[:, :, None])[:, :, 0]
-            self.motions = np.stack([exp_se3(turn) @ old for turn, old in zip(turns, self.motions, strict=True)])
-        return self
+            before, current = current.camera, current._stepped()
+            if abs(current.camera[0] / before[0] - 1) < SETTLED:
+                break
+        return current
+
+    def _stepped(self) -> CameraAdjustment:
+        normal, (information, pull) = self._normal(self._linear()), self._prior()
+        step = np.linalg.solve(normal.information + information, normal.gradients.sum(axis=0) + pull)
+        rest = normal.motion_gradients - normal.cross @ step
+        turns = np.linalg.solve(normal.of_motion, rest[:, :, None])[:, :, 0]
+        motions = [exp_se3(turn) @ old for turn, old in zip(turns, self.motions, strict=True)]
+        return replace(self, camera=self.camera + step, motions=np.stack(motions))
+
+    def _rescaled(self) -> CameraAdjustment:
+        x, y, z = np.median(np.abs(self._linear().residual), axis=0) / MEDIAN_SIGMA
+        px_scale, depth_scale = self.px_scale * float(np.hypot(x, y)) / np.sqrt(2), self.depth_scale * float(z)
+        return replace(self, px_scale=max(px_scale, MIN_SCALE), depth_scale=max(depth_scale, MIN_SCALE))
 
     def sigma_px(self) -> Float64Array:
         """Standard deviations (4,) of the camera: by the spread of what stretches of the recording want, as errors of
@@ -228,7 +158,7 @@ class _Problem:
         rows = np.array(
             [
                 [0.5 / fx / PRIOR_FOCAL, 0.5 / fy / PRIOR_FOCAL, 0, 0],
-                [1 / fx / PRIOR_ASPECT, -1 / fy / PRIOR_ASPECT, 0, 0],
+                [1 / fx / self.aspect, -1 / fy / self.aspect, 0, 0],
                 [0, 0, 1 / (PRIOR_CENTRE * self.width), 0],
                 [0, 0, 0, 1 / (PRIOR_CENTRE * self.width)],
             ]
@@ -277,8 +207,9 @@ class _Problem:
         by_measured[:, 0, 0], by_measured[:, 1, 1] = (matches.first_depth_m[:, None] / self.camera[:2]).T
         by_measured[:, :, 2] = first / matches.first_depth_m[:, None]
         propagated = by_first @ by_measured
+        of_px = (self.px_scale * matches.sigma_px) ** 2
         variances = [
-            np.column_stack([matches.sigma_px**2, matches.sigma_px**2, self.noise.at_rest(depth) ** 2])
+            np.column_stack([of_px, of_px, (self.depth_scale * self.noise.at_rest(depth)) ** 2])
             for depth in (matches.first_depth_m, matches.second_depth_m)
         ]
         covariance = (propagated * variances[0][:, None, :]) @ propagated.transpose(0, 2, 1)
