@@ -18,8 +18,8 @@ from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.camera_adjustment import ViewPair
-from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 from slam.frontend.matched_views import DepthFeatures, ViewMatches
+from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 
 N_STRETCHES = 12
 # Frames of a stretch, counted from its first: close ones match where recordings are sparse, far ones have turned.

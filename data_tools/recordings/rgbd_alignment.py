@@ -65,7 +65,8 @@ class RgbdAlignment:
     @property
     def is_plain(self) -> bool:
         """Whether images are used as they were recorded, whatever the intrinsics are."""
-        return self.color_size == self.depth_size and self.color_map is self.depth_map is self.warp is None
+        maps = (self.color_map, self.depth_map, self.warp)
+        return self.color_size == self.depth_size and all(each is None for each in maps)
 
     def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None, RecordedColor | None]:
         """Colour on the grid of the aligned `depth`, which pixels have one, None = all, and the picture that it was

@@ -63,7 +63,7 @@ class _Normal(NamedTuple):
 class CameraAdjustment:
     """A camera (4,) fx, fy, cx, cy, and motions second_from_first (P, 4, 4) of pairs, adjusted together to their
     matches; `starts` (P,), where those of each begin, `pair` (M,), the pair of each, and `groups` (P,). px_scale and
-    depth_scale: by how much pixels and depth err more than was taken for granted; aspect, the prior of square pixels."""
+    depth_scale: how much more pixels and depth err than was taken for granted; aspect: the prior of square pixels."""
 
     guess: Float64Array
     width: int

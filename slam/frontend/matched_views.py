@@ -61,8 +61,8 @@ def _depth_around(frame: Frame, pixels: Float64Array) -> tuple[Float64Array, Boo
 
 @dataclass(frozen=True)
 class ViewMatches:
-    """M points that two views saw each: pixels (M, 2) and depth (M,) in metres of the first and the second, and sigma_px
-    (M,) of a pixel."""
+    """M points that two views saw each: pixels (M, 2) and depth (M,) in metres of the first and the second, and
+    sigma_px (M,) of a pixel."""
 
     first_px: Float64Array
     first_depth_m: Float64Array

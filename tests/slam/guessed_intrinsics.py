@@ -8,6 +8,7 @@ deviation across the surface in them.
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -67,19 +68,17 @@ def opened(name: str) -> RgbdSequence:
     """The recording of a name."""
     if not name.startswith("room:"):
         return open_sequence(name)
-    seed, width = (int(part) for part in (name.split(":")[1:] + ["640"])[:2])
+    seed, width = (int(part) for part in ([*name.split(":")[1:], "640"])[:2])
     return SyntheticRoom(seed, ROOM_FRAMES, width, width * 3 // 4, sensor=SensorModel.kinect())
 
 
 def thickness_mm(sequence: RgbdSequence, path: TrackedPath) -> float:
     """How thick the surfaces are that frames show under the poses of a path."""
-    points = np.concatenate(
-        [_points(sequence[index], pose) for index, pose in list(path.final.items())[::EVERY_FRAME]]
-    )
+    points = np.concatenate([_points(sequence[index], pose) for index, pose in list(path.final.items())[::EVERY_FRAME]])
     cells, inverse = np.unique(np.floor(points / CELL_M).astype(int), axis=0, return_inverse=True)
     order = np.argsort(inverse.ravel(), kind="stable")
     starts = np.searchsorted(inverse.ravel()[order], np.arange(len(cells) + 1))
-    members = [points[order[a:b]] for a, b in zip(starts[:-1], starts[1:], strict=True) if b - a >= MIN_IN_CELL]
+    members = [points[order[a:b]] for a, b in itertools.pairwise(starts) if b - a >= MIN_IN_CELL]
     return 1e3 * float(np.median([np.sqrt(np.linalg.eigvalsh(np.cov(cell.T))[0]) for cell in members]))
 
 

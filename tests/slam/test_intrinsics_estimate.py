@@ -11,10 +11,10 @@ from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from razer.geometry import transform_points
 from slam.config import DepthSettings
-from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.camera_adjustment import ViewPair
-from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
+from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.matched_views import ViewMatches, absolute_orientations, rigid_start
+from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 from slam.se3 import exp_se3
 
 TRUE = Intrinsics(640, 480, 517.3, 516.5, 318.6, 255.3)
@@ -45,7 +45,10 @@ def seen(points: Float64Array, motion: Float64Array, rng: np.random.Generator, p
 
 def in_view(rng: np.random.Generator, depths_m: Float64Array) -> Float64Array:
     pixels = rng.uniform((0, 0), (640, 480), (len(depths_m), 2))
-    return np.column_stack([(pixels - (TRUE.cx, TRUE.cy)) / (TRUE.fx, TRUE.fy), np.ones(len(depths_m))]) * depths_m[:, None]
+    return (
+        np.column_stack([(pixels - (TRUE.cx, TRUE.cy)) / (TRUE.fx, TRUE.fy), np.ones(len(depths_m))])
+        * depths_m[:, None]
+    )
 
 
 def turned(rng: np.random.Generator) -> Float64Array:
@@ -85,7 +88,9 @@ def test_without_noise_it_is_exact():
 
 def test_what_is_claimed_is_what_it_errs_by():
     """Over many draws of the noise errors are as large as their claimed deviations, neither far less nor far more."""
-    errors = np.array([in_sigmas(estimate_intrinsics(views(turned, seed=seed), guessed(1.1), DEPTH)) for seed in range(12)])
+    errors = np.array(
+        [in_sigmas(estimate_intrinsics(views(turned, seed=seed), guessed(1.1), DEPTH)) for seed in range(12)]
+    )
     assert 0.3 < np.sqrt((errors**2).mean()) < 1.6
 
 

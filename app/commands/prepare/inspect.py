@@ -78,9 +78,7 @@ def inspect(
     return 0
 
 
-def _with_intrinsics(
-    inspection: Inspection, sequence: RgbdSequence
-) -> tuple[Inspection, IntrinsicsEstimate]:
+def _with_intrinsics(inspection: Inspection, sequence: RgbdSequence) -> tuple[Inspection, IntrinsicsEstimate]:
     """The inspection with what pairs of views say of the intrinsics among its findings, and the estimate."""
     from app.frames.color_registration import ColorRegistration
     from app.frames.refined_camera import intrinsics_of_views
@@ -121,9 +119,7 @@ def _write_calibration(path: Path, estimate: RgbdEstimate) -> None:
         raise BadInput(f"{path} cannot be written ({error.strerror}): give another file with --write") from None
 
 
-def inspect_json(
-    folder: Path, layout: str, inspection: Inspection, intrinsics: IntrinsicsEstimate
-) -> dict[str, Any]:
+def inspect_json(folder: Path, layout: str, inspection: Inspection, intrinsics: IntrinsicsEstimate) -> dict[str, Any]:
     """The line of `razer inspect --json` (format 1); what is not known is null."""
     poses, registration = inspection.poses, inspection.rgbd_alignment
     return {
