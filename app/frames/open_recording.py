@@ -9,7 +9,6 @@ from rich.console import Console
 from app.console.waiting import waiting_for
 from app.settings.run_config import InputSettings
 from data_tools import open_sequence
-from data_tools.recordings.camera import GUESS
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 
@@ -55,16 +54,11 @@ def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdS
     with waiting_for("opening the recording", console):
         sequence = open_unchecked(folder, settings)
     print_poses_note(sequence, console)
-    if not asks_to_refine(settings):
+    if not settings.guess_intrinsics:
         return sequence
     from app.frames.refined_camera import refined
 
     return refined(sequence, settings, console)
-
-
-def asks_to_refine(settings: InputSettings) -> bool:
-    """Whether the intrinsics that the settings lead to are a guess."""
-    return settings.refine_intrinsics or settings.intrinsics == GUESS
 
 
 def print_poses_note(sequence: RgbdSequence, console: Console) -> None:

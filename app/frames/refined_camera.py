@@ -10,7 +10,6 @@ from rich.console import Console
 
 from app.console.waiting import waiting_for
 from app.frames.color_registration import ColorRegistration, register_color
-from app.frames.open_recording import asks_to_refine
 from app.settings.run_config import InputSettings
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.sequence import RgbdSequence
@@ -55,7 +54,7 @@ def camera_text(camera: Intrinsics) -> str:
 
 def with_camera_of(settings: InputSettings, sequence: RgbdSequence) -> InputSettings:
     """Settings by which the recording is opened again with the intrinsics that it has now."""
-    if not asks_to_refine(settings):
+    if not settings.guess_intrinsics:
         return settings
     known = {"intrinsics": camera_text(sequence.intrinsics), "depth_scale": sequence.depth_scale}
     note = getattr(sequence, "camera_note", "")

@@ -8,6 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.timeline.config import TimelineConfig
+from data_tools.recordings.camera import GUESS
 from razer.config import MapperConfig
 from razer.plugins import PluginSettings
 from razer.settings import Settings
@@ -62,6 +63,11 @@ class InputSettings(PluginSettings):
     depth_to_color: str | None = Field(
         None, description="File with the 4x4 transform from the depth to the colour camera, if not registered."
     )
+
+    @property
+    def guess_intrinsics(self) -> bool:
+        """Whether the intrinsics that the settings lead to are a guess, to be refined."""
+        return self.refine_intrinsics or self.intrinsics == GUESS
 
     @field_validator("end")
     @classmethod
