@@ -1,8 +1,8 @@
 """How well intrinsics are found again from wrong guesses: `python -m tests.slam.guessed_intrinsics [--maps] NAME ...`.
 
 NAME is a folder with a recording whose intrinsics are known, or room:SEED[:WIDTH], a synthetic room with a Kinect's
-noise and errors. With --maps each recording is also tracked, with the guess and with what was found: error of the path
-(ATE, aligned to the given poses) and how thick surfaces become, the median over cells of 20 cm of the standard
+noise and errors. With --maps every fourth frame is also tracked, with the guess and with what was found: error of the
+path (ATE, aligned to the given poses) and how thick surfaces become, the median over cells of 20 cm of the standard
 deviation across the surface in them.
 """
 
@@ -22,7 +22,7 @@ from rich.console import Console
 from app.frames.color_registration import register_color
 from app.frames.refined_camera import intrinsics_of_views
 from app.pipeline.track_only import TrackedPath, tracked_path
-from app.settings.run_config import RunConfig
+from app.settings.run_config import InputSettings, RunConfig
 from data_tools import open_sequence
 from data_tools.recordings.sequence import FrameIteration, RgbdSequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
@@ -34,7 +34,8 @@ from razer.geometry import transform_points
 FACTORS = (0.8, 0.9, 1.1, 1.2)
 CENTRE_PX = (10.0, -10.0)  # of an image 640 wide
 ROOM_FRAMES = 360
-CELL_M, MIN_IN_CELL, EVERY_FRAME, EVERY_PIXEL = 0.2, 60, 5, 8
+CELL_M, MIN_IN_CELL, EVERY_FRAME, EVERY_PIXEL = 0.2, 60, 2, 8
+MAP_STRIDE = 4
 
 
 @dataclass
@@ -92,7 +93,8 @@ def _points(frame: Frame, pose: Float64Array) -> Float64Array:
 
 def mapped(sequence: RgbdSequence) -> str:
     """ATE and thickness under estimated poses."""
-    path = tracked_path(sequence, RunConfig(), Console(quiet=True))
+    config = RunConfig(input=InputSettings(stride=MAP_STRIDE))
+    path = tracked_path(sequence, config, Console(quiet=True))
     ate: Any = path.as_json()["ate_rmse_m"]
     return f"{len(path.final):4d} located, ATE {100 * (ate or np.nan):5.2f} cm, {thickness_mm(sequence, path):5.1f} mm"
 
