@@ -20,9 +20,7 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
     from data_tools.checks.pose_check import check_poses
     from data_tools.checks.sample import Sample
 
-    with waiting_for("opening the recording", console):
-        sequence = open_unchecked(folder, settings)
-    print_poses_note(sequence, console)
+    sequence = open_noted(folder, settings, console)
     with waiting_for("checking its poses and its depth", console):
         sample = Sample.of(sequence)
         poses = check_poses(sample)
@@ -51,10 +49,16 @@ def open_unchecked(folder: Path, settings: InputSettings) -> RgbdSequence:
 
 
 def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
-    """The recording in `folder`, unchecked, where it is said what poses from elsewhere are; raises BadInput."""
-    sequence = open_unchecked(folder, settings)
+    """The recording in `folder`, unchecked, where it is said what poses from elsewhere are, and what became of guessed
+    intrinsics; raises BadInput."""
+    with waiting_for("opening the recording", console):
+        sequence = open_unchecked(folder, settings)
     print_poses_note(sequence, console)
-    return sequence
+    if not settings.guess_intrinsics:
+        return sequence
+    from app.frames.refined_camera import refined
+
+    return refined(sequence, settings, console)
 
 
 def print_poses_note(sequence: RgbdSequence, console: Console) -> None:

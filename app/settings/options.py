@@ -74,7 +74,9 @@ class SourceOptions:
     reader: Annotated[str | None, _in(RECORDING, "detected")] = None
     """Layout of the recording: a reader's name or module:function."""
     intrinsics: Annotated[str | None, _in(RECORDING, "the recording's")] = None
-    """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, or a JSON file."""
+    """fx,fy,cx,cy[,k1,k2,p1,p2,k3] in pixels, a JSON file, or guess: estimated from the views."""
+    refine_intrinsics: Annotated[Flag | None, _in(RECORDING)] = None
+    """The intrinsics are a guess: refined from pairs of views, where these tell them."""
     depth_scale: Annotated[float | None, _in(RECORDING, "the recording's")] = None
     """Depth image units per metre: 1000 for millimetres."""
     depth_to_color: Annotated[str | None, _in(RECORDING, "the recording's")] = None

@@ -8,6 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.timeline.config import TimelineConfig
+from data_tools.recordings.camera import GUESS
 from razer.config import MapperConfig
 from razer.plugins import PluginSettings
 from razer.settings import Settings
@@ -46,7 +47,15 @@ class InputSettings(PluginSettings):
     )
     max_bad: float = Field(0.5, ge=0, le=1, description="Share of unusable frames above which the run gives up.")
     intrinsics: str | None = Field(
-        None, description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, or a JSON file. Not set: the folder's."
+        None,
+        description="Camera: 'fx,fy,cx,cy[,k1,k2,p1,p2,k3]' in pixels, a JSON file, or 'guess': nobody knows them, and "
+        "they are estimated from pairs of views. Not set: the folder's.",
+    )
+    refine_intrinsics: bool = Field(
+        False, description="Whether the intrinsics are a guess, which pairs of views are to refine before the run."
+    )
+    intrinsics_note: str | None = Field(
+        None, description="How refined intrinsics came about, as a run records it. Has no effect on a new run."
     )
     depth_scale: float | None = Field(
         None, gt=0, description="Units of the depth images in a metre. Not set: from the folder or its layout."
@@ -59,6 +68,11 @@ class InputSettings(PluginSettings):
     depth_to_color: str | None = Field(
         None, description="File with the 4x4 transform from the depth to the colour camera, if not registered."
     )
+
+    @property
+    def guess_intrinsics(self) -> bool:
+        """Whether the intrinsics that the settings lead to are a guess, to be refined."""
+        return self.refine_intrinsics or self.intrinsics == GUESS
 
     @field_validator("end")
     @classmethod

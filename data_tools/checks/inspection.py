@@ -28,8 +28,8 @@ _TO_DECLARE = (
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One likely mistake: what it is about ("poses", "depth scale", "registration" or "frames"), what is seen, and
-    the likely fix, a plain line each."""
+    """One likely mistake: what it is about ("poses", "depth scale", "registration", "intrinsics" or "frames"), what is
+    seen, and the likely fix, a plain line each."""
 
     about: str
     problem: str

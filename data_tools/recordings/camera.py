@@ -18,6 +18,8 @@ from razer.geometry import is_rigid
 MIN_DEPTH_SCALE = 1e-6  # units per metre, of which one would be a thousand kilometres
 _FOCAL_LENGTHS = (0.1, 10.0)  # in widths of the image: from 157 degrees of view to 6
 HOW_TO_DECLARE = "--intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3] or --intrinsics FILE.json"
+GUESS = "guess"  # in place of intrinsics: nobody knows them
+_GUESSED_FOCAL_LENGTH = 0.8  # in widths of the image: depth cameras have from 0.58 to 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,17 @@ class Camera:
 
 
 @dataclass(frozen=True, slots=True)
+class GuessedCamera(Camera):
+    """A camera of which only the size of its images is known: some 64 degrees of view, centred."""
+
+    def at(self, size: tuple[int, int]) -> Intrinsics:
+        """The guess for images of `size`."""
+        width, height = size
+        focal_length = _GUESSED_FOCAL_LENGTH * width
+        return Intrinsics(width, height, focal_length, focal_length, (width - 1) / 2, (height - 1) / 2)
+
+
+@dataclass(frozen=True, slots=True)
 class Declared:
     """What is known of a recording beyond its images; None = not declared.
 
@@ -90,7 +103,7 @@ class Declared:
 def declare(
     camera: str | None = None, depth_scale: float | None = None, depth_to_color: Path | None = None
 ) -> Declared:
-    """What the user says on the command line: `camera` is fx,fy,cx,cy[,k1,k2,p1,p2,k3] or a JSON file;
+    """What the user says on the command line: `camera` is fx,fy,cx,cy[,k1,k2,p1,p2,k3], a JSON file or guess;
     raises BadInput."""
     declared = Declared() if camera is None else _parse_camera(camera)
     if depth_scale is not None:
@@ -147,6 +160,8 @@ def _side_px(content: Mapping[str, Any], name: str) -> int:
 
 
 def _parse_camera(text: str) -> Declared:
+    if text == GUESS:
+        return Declared(GuessedCamera(1.0, 1.0, 0.0, 0.0))
     if text.lower().endswith(".json"):
         return read_camera_file(Path(text))
     try:

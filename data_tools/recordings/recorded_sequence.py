@@ -72,7 +72,8 @@ class RecordedSequence(FrameIteration):
     """The frames of an image source; pose_of is None for a recording without poses; color_ids are instance ids where
     the source itself has none on the grid of depth; frames that no camera can have taken are `implausible`, with the
     reason; poses are given as seen from `origin`, which pose_of knows nothing of. recorded_stamps: whether stamps are
-    those of a clock; poses_note: what poses from elsewhere are, '' where they are the recording's own."""
+    those of a clock; poses_note: what poses from elsewhere are, '' where they are the recording's own;
+    camera_note: where guessed intrinsics come from, '' where they are no guess."""
 
     name: str
     images: ImageSource
@@ -85,6 +86,7 @@ class RecordedSequence(FrameIteration):
     origin: Origin = HERE
     recorded_stamps: bool = False
     poses_note: str = ""
+    camera_note: str = ""
 
     @property
     def intrinsics(self) -> Intrinsics:

@@ -62,6 +62,12 @@ class RgbdAlignment:
     warp: ColorWarp | None = None
     color_from_depth: Float64Array | None = None
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether images are used as they were recorded, whatever the intrinsics are."""
+        maps = (self.color_map, self.depth_map, self.warp)
+        return self.color_size == self.depth_size and all(each is None for each in maps)
+
     def color(self, rgb: Uint8Array, depth: Float32Array) -> tuple[Uint8Array, BoolArray | None, RecordedColor | None]:
         """Colour on the grid of the aligned `depth`, which pixels have one, None = all, and the picture that it was
         looked up in, None = this one."""

@@ -1,4 +1,5 @@
-"""What a keyframe costs in a map of many: `python -m tests.slam.long_map_cost [AISLE_M [SIZE ...]]`.
+"""What a keyframe costs in a map of many, and how large its view is: `python -m tests.slam.long_map_cost [AISLE_M [SIZE
+...]]`.
 
 A walk up and down the aisles of a large hall is made up, whose keyframes all show one and the same view; only what
 tracking and place recognition cost is left out, which do not depend on how many there are. With aisles 4 m apart no
@@ -78,12 +79,28 @@ class Walk:
         self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start_s
 
 
+def size_text(view: View) -> str:
+    """The size of a keyframe's view at rest by its parts, kB."""
+    features, wide = vars(view.features).values(), vars(view.wide.features).values()
+    parts = {
+        "depth to register": view.pyramid._steps.nbytes,
+        "sparse depth": view.sparse_depth.nbytes,
+        "sparse colour": view.sparse_rgb.nbytes,
+        f"{len(view.features)} ORB features": sum(part.nbytes for part in features),
+        f"{len(view.wide.features)} SIFT features": sum(part.nbytes for part in wide),
+    }
+    told = ", ".join(f"{name} {size / 1e3:.1f}" for name, size in parts.items())
+    return f"{sum(parts.values()) / 1e3:.1f} kB: {told}"
+
+
 def main(aisle_m: float, sizes: tuple[int, ...]) -> None:
     """Print the milliseconds of the last keyframes before each size."""
     config = SlamConfig()
     frame = SyntheticScene("room", 3, 60, sensor=SensorModel.kinect())[10]
     features = FeatureExtractor(config).extract(frame, ColorCalibration.nominal())
-    walked = Walk(View.of(frame, features, STILL, config), aisle_m)
+    view = View.of(frame, features, STILL, config)
+    print(f"a view keeps {size_text(view)}", flush=True)
+    walked = Walk(view, aisle_m)
 
     def measure_next(loops: LoopClosure, calibration: ColorCalibration) -> PoseEdge | None:
         pair = loops._next()
@@ -92,9 +109,7 @@ def main(aisle_m: float, sizes: tuple[int, ...]) -> None:
         a, b = (keyframe.number for keyframe in pair)
         return PoseEdge(a, b, walked.measured(a, b), np.eye(6) / NOISE**2 / EDGE_SHARE)
 
-    unknown = patch.multiple(
-        PlaceRecognition, add=lambda self, features: None, similarity=lambda self, f: np.zeros(10**5, np.float32)
-    )
+    unknown = patch.multiple(PlaceRecognition, add=lambda self, view: None, lookalikes=lambda self, *asked: [])
     with patch.object(LoopClosure, "measure_next", measure_next), unknown:
         for size in sizes:
             while len(walked.slam.keyframes) < size - AVERAGED:

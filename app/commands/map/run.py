@@ -180,12 +180,13 @@ def _run(
     leave_cores_to_helpers()
     with waiting_for("starting"):
         from app.frames.open_recording import open_recording
+        from app.frames.refined_camera import with_camera_of
         from app.pipeline.prepare_run import resolve_models
         from app.pipeline.run_pipeline import run_to_folder
 
     console = progress_console()
     sequence = open_recording(folder, config.input, console)
-    noted = config.input.model_copy(update={"folder": str(folder.absolute())})
+    noted = with_camera_of(config.input, sequence).model_copy(update={"folder": str(folder.absolute())})
     noted_config = config.model_copy(update={"input": noted})
     if classes is None:
         return run_to_folder(sequence, noted_config, target, console, watchers, is_reopenable=True)

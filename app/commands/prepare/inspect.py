@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,10 +18,14 @@ from razer.storage.atomic_files import replace_content
 if TYPE_CHECKING:
     from data_tools.calibration.rgbd_estimate import RgbdEstimate
     from data_tools.checks.inspection import Inspection
+    from data_tools.recordings.sequence import RgbdSequence
+    from slam.intrinsics_estimate import IntrinsicsEstimate
 
 FORMAT = 1
 NOTHING_USABLE = 2
 MAX_NAMED = 3
+INTRINSICS = "intrinsics"
+AFTER_CAMERA = 3  # lines
 
 
 def inspect(
@@ -53,14 +57,18 @@ def inspect(
 
     settings = options.input_settings()
     with waiting_for("looking at frames all over the recording"):
-        inspection = inspect_sequence(open_noted(folder, settings, progress_console()))
+        as_guessed = settings.model_copy(update={"refine_intrinsics": False})
+        sequence = open_noted(folder, as_guessed, progress_console())
+        inspection = inspect_sequence(sequence)
+    with waiting_for("estimating the intrinsics from pairs of views"):
+        inspection, intrinsics = _with_intrinsics(inspection, sequence)
     layout = settings.reader or recognise(folder)
     if write is not None:
         _write_calibration(write, inspection.rgbd_estimate)
     if json:
-        print(dumps(inspect_json(folder, layout, inspection)))
+        print(dumps(inspect_json(folder, layout, inspection, intrinsics)))
     else:
-        _report(layout, inspection)
+        _report(layout, inspection, intrinsics)
         if write is not None:
             result_console().print(f"output: {write}: the colour camera", soft_wrap=True)
     if len(inspection.bad) == inspection.inspected:
@@ -70,6 +78,22 @@ def inspect(
     return 0
 
 
+def _with_intrinsics(inspection: Inspection, sequence: RgbdSequence) -> tuple[Inspection, IntrinsicsEstimate]:
+    """The inspection with what pairs of views say of the intrinsics among its findings, and the estimate."""
+    from app.frames.color_registration import ColorRegistration
+    from app.frames.refined_camera import intrinsics_of_views
+    from data_tools.checks.inspection import Issue
+
+    color = inspection.rgbd_estimate
+    calibration = color.calibration if color.matters else None
+    estimate = intrinsics_of_views(sequence, ColorRegistration(inspection.intrinsics, calibration, color))
+    if not estimate.contradicts_guess:
+        return inspection, estimate
+    fix = "--refine-intrinsics takes what the views say; or give the right ones with --intrinsics"
+    issue = Issue(INTRINSICS, f"pairs of views fit other ones: {estimate}", fix)
+    return replace(inspection, issues=(*inspection.issues, issue)), estimate
+
+
 def _remedies(inspection: Inspection, options: SourceOptions, calibration: Path | None) -> tuple[object, ...]:
     """Options of `razer run` that go round what is wrong."""
     words: list[object] = []
@@ -77,6 +101,8 @@ def _remedies(inspection: Inspection, options: SourceOptions, calibration: Path 
         words += ["--poses", "slam"]
     if inspection.depth_scale.likely is not None and options.depth_scale is None:
         words += ["--depth-scale", f"{inspection.depth_scale.likely:g}"]
+    if any(issue.about == INTRINSICS for issue in inspection.issues) and not options.refine_intrinsics:
+        words.append("--refine-intrinsics")
     if calibration is not None:
         words += ["--rgbd-calibration", calibration]
     return tuple(words)
@@ -93,7 +119,7 @@ def _write_calibration(path: Path, estimate: RgbdEstimate) -> None:
         raise BadInput(f"{path} cannot be written ({error.strerror}): give another file with --write") from None
 
 
-def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str, Any]:
+def inspect_json(folder: Path, layout: str, inspection: Inspection, intrinsics: IntrinsicsEstimate) -> dict[str, Any]:
     """The line of `razer inspect --json` (format 1); what is not known is null."""
     poses, registration = inspection.poses, inspection.rgbd_alignment
     return {
@@ -102,6 +128,7 @@ def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str,
         "layout": layout,
         "frames": inspection.n_frames,
         "intrinsics": asdict(inspection.intrinsics),
+        "intrinsics_estimate": intrinsics.to_json(),
         "rate_hz": inspection.rate_hz,
         "duration_s": inspection.duration_s,
         "looked": inspection.inspected,
@@ -120,9 +147,11 @@ def inspect_json(folder: Path, layout: str, inspection: Inspection) -> dict[str,
     }
 
 
-def _report(layout: str, inspection: Inspection) -> None:
+def _report(layout: str, inspection: Inspection, intrinsics: IntrinsicsEstimate) -> None:
     console = result_console()
-    for name, value in _lines(layout, inspection):
+    lines = _lines(layout, inspection)
+    lines.insert(AFTER_CAMERA, ("intrinsics", str(intrinsics)))
+    for name, value in lines:
         console.print(f"{name + ':':14}{value}", soft_wrap=True)
     for index, reason in inspection.bad[:MAX_NAMED]:
         console.print(f"  frame {index}: {reason}", soft_wrap=True)
