@@ -185,7 +185,8 @@ class RefinedPoses:
 
 def _edge(reference: Keyframe, number: int, result: IcpResult) -> PoseEdge:
     """What tracking measured, as an edge from a keyframe to the one that may follow."""
-    return PoseEdge(reference.number, number, result.target_from_source, result.information, is_odometry=True)
+    information = result.information, True, result.noise_information
+    return PoseEdge(reference.number, number, result.target_from_source, *information)
 
 
 def _fits_as_well(there: IcpResult, result: IcpResult) -> bool:

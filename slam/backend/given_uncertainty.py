@@ -11,7 +11,8 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge, PosePrior, edge_information, mahalanobis
+from slam.backend.pose_graph import PoseEdge, PosePrior, edge_information
+from slam.backend.unit_weight import unit_weight
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import angle_deg, length_m
 
@@ -93,11 +94,8 @@ def _axes(sigma_deg: float, sigma_m: float) -> Float64Array:
 
 def _unit_weight(edges: Sequence[PoseEdge], smoothed: Poses) -> float | None:
     """By how many of their sigmas edges differ from what follows from all; None where none is redundant."""
-    n_redundant = len(edges) - (len(smoothed) - 1)
-    if n_redundant < FEWEST:
-        return None
-    squared = float(np.quantile([mahalanobis(edge, smoothed) ** 2 for edge in edges], 0.9))
-    return IN_COMMON * float(np.sqrt(squared / NINE_TENTHS_OF_SIX * len(edges) / n_redundant))
+    unit = unit_weight(edges, smoothed) if len(edges) - (len(smoothed) - 1) >= FEWEST else None
+    return None if unit is None else IN_COMMON * unit
 
 
 def _sigmas(given: Poses, edges: Sequence[PoseEdge], unit: float) -> Float64Array | None:

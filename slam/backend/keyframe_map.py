@@ -72,7 +72,8 @@ class KeyframeMap:
         """
         pose = self.pose(before.number, result.target_from_source)
         number = len(self.keyframes)
-        edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry=True)
+        information = result.information, True, result.noise_information
+        edge = PoseEdge(before.number, number, result.target_from_source, *information)
         return self._add(view, pose, before.submap, travelled_m, [edge], [])
 
     def place(
@@ -163,7 +164,8 @@ class KeyframeMap:
             if result is None:
                 continue
             number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
-            edge = PoseEdge(number, reference.number, number_from_reference, result.information)
+            information = result.information, False, result.noise_information
+            edge = PoseEdge(number, reference.number, number_from_reference, *information)
             if self._add_hypothesis(edge, view.index, result.score):
                 return True
         return False

@@ -127,7 +127,8 @@ class LoopClosure:
             result = self._registration.recognise(a, view, [], calibration)
         if result is None or (known and not plausible(a, b, result.target_from_source, self._settings)):
             return None
-        return PoseEdge(a.number, b.number, result.target_from_source, result.information)
+        information = result.information, False, result.noise_information
+        return PoseEdge(a.number, b.number, result.target_from_source, *information)
 
 
 def plausible(a: Keyframe, b: Keyframe, a_from_b: Float64Array, settings: LoopClosureSettings) -> bool:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -36,13 +36,15 @@ LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and 
 @dataclass(frozen=True)
 class PoseEdge:
     """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
-    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion."""
+    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion;
+    noise_information (6, 6), the part of the information that is none (as of IcpResult), None = nothing."""
 
     a: int
     b: int
     a_from_b: Float64Array
     information: Float64Array
     is_odometry: bool = False
+    noise_information: Float64Array | None = None
 
     @cached_property
     def variance_m2(self) -> float:
@@ -75,6 +77,7 @@ class Batch:
     anchors: list[tuple[int, Float64Array, bool]] = field(default_factory=list)
     edges: list[PoseEdge] = field(default_factory=list)
     priors: list[PosePrior] = field(default_factory=list)
+    robust: bool = True  # whether edges pull the less the more others contradict them
 
     def problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         """The same as GTSAM has it."""
@@ -84,7 +87,7 @@ class Batch:
         for anchor in self.anchors:
             graph.add(_anchor(*anchor))
         for edge in self.edges:
-            graph.add(_factor(edge))
+            graph.add(_factor(edge, self.robust))
         for prior in self.priors:
             graph.add(_prior_factor(prior))
         return graph, values
@@ -156,8 +159,7 @@ class PoseGraph:
         """Let edges that the present poses contradict count in the network by as much as they still pull."""
         self.network = ResistanceNetwork()
         for edge in self.edges:
-            contradiction = 0.0 if edge.is_odometry else mahalanobis(edge, self.poses) / GEMAN_MCCLURE
-            self.network.add(edge.a, edge.b, edge.variance_m2 * (1 + contradiction**2) ** 2)
+            self.network.add(edge.a, edge.b, edge.variance_m2 / edge_pull(edge, self.poses))
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -195,11 +197,15 @@ class PoseGraph:
         where iSAM2 has none."""
         return _marginal(self._isam, number)
 
-    def covariances(self) -> dict[int, Float64Array]:
-        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed."""
-        isam = _isam2()
+    def covariances(self, edges: Iterable[PoseEdge] | None = None) -> dict[int, Float64Array]:
+        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed; None =
+        as edges and priors count, else as these edges do, whose errors are normal, and priors by their own sigmas."""
+        isam, problem = _isam2(), self._problem()
+        if edges is not None:
+            priors = [replace(prior, unit=1.0) for prior in self.priors]
+            problem = Batch(self.poses, self._anchored(self._anchors), list(edges), priors, robust=False).problem()
         try:
-            isam.update(*self._problem())
+            isam.update(*problem)
         except RuntimeError:
             return {}
         marginals = {number: _marginal(isam, number) for number in self.poses}
@@ -249,6 +255,11 @@ def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
     return float(np.sqrt(max(float(error @ edge_information(edge) @ error), 0.0)))
 
 
+def edge_pull(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
+    """The share of its information by which an edge still pulls at the given poses; all of it, if tracking measured it."""
+    return 1.0 if edge.is_odometry else (1 + (mahalanobis(edge, poses) / GEMAN_MCCLURE) ** 2) ** -2
+
+
 def _isam2() -> gtsam.ISAM2:
     parameters = gtsam.ISAM2Params()
     parameters.setRelinearizeThreshold(RELINEARISE)
@@ -285,12 +296,13 @@ def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFac
     return gtsam.BetweenFactorPose3(prior.a, prior.b, pose, noise)
 
 
-def _factor(edge: PoseEdge) -> gtsam.BetweenFactorPose3:
+def _factor(edge: PoseEdge, robust: bool) -> gtsam.BetweenFactorPose3:
     noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(edge_information(edge))
-    kernels = gtsam.noiseModel.mEstimator
-    kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
-    robust = gtsam.noiseModel.Robust.Create(kernel, noise)
-    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), robust)
+    if robust:
+        kernels = gtsam.noiseModel.mEstimator
+        kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
+        noise = gtsam.noiseModel.Robust.Create(kernel, noise)
+    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), noise)
 
 
 def _anchor(number: int, pose: Float64Array, unanchored: bool) -> gtsam.PriorFactorPose3:

@@ -7,7 +7,7 @@ open, as along a bare corridor, features decide it, and the other way round.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -53,7 +53,8 @@ class IcpResult:
     information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
     source's points that fall on the target's image; agreement, the share of those with a reading that lie on
     it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
-    sigmas; n_features, inliers among the correspondences; calibration, with what was learnt.
+    sigmas; n_features, inliers among the correspondences; calibration, with what was learnt; noise_information (6, 6),
+    the part of the information that is due to the noise of normals alone: all there is in a direction that is open.
     """
 
     target_from_source: Float64Array
@@ -64,6 +65,7 @@ class IcpResult:
     rms: float
     n_features: int
     calibration: ColorCalibration
+    noise_information: Float64Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     @property
     def score(self) -> float:
@@ -86,6 +88,25 @@ class _DepthTerm:
     agreement: float
     fit: float
     rms: float
+    matched: _Matched | None = None
+
+
+@dataclass(frozen=True)
+class _Matched:
+    """Points (3, M) that lie on the target, how much each counts (M,), 1 / m^2, and the cosine (M,) between the two
+    normals there."""
+
+    points: Float32Array
+    weight: Float32Array
+    facing: Float32Array
+
+    def noise_information(self) -> Float64Array:
+        """What the noise of the normals adds to the information (6, 6), in all directions alike. Two normals of one
+        surface that are off by a small angle of variance v along each axis have a cosine of 1 - 2 v on average."""
+        variance = float(np.average(1 - self.facing, weights=self.weight)) / 2
+        axes = (np.broadcast_to(axis[:, None], self.points.shape) for axis in np.eye(3, dtype=np.float32))
+        rows = [np.concatenate([_cross(self.points, axis), axis]) for axis in axes]
+        return variance * sum((row * self.weight) @ row.T for row in rows).astype(np.float64)
 
 
 def icp(
@@ -147,7 +168,8 @@ def _result(
         calibration = calibration.updated(step, (likelihood + likelihood.T) / 2)
     information = (information + information.T) / 2
     figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
-    return IcpResult(pose, information, *figures, calibration)
+    of_noise = np.zeros((6, 6)) if depth.matched is None else DEPTH_SHARE * depth.matched.noise_information()
+    return IcpResult(pose, information, *figures, calibration, of_noise)
 
 
 def _depth_term(
@@ -170,6 +192,7 @@ def _depth_term(
     if len(matched) < MIN_POINTS:
         return _DepthTerm(np.zeros((6, 6)), np.zeros(6), overlap, agreement, 0.0, float("inf"))
     moved, normal, distance = _columns(moved, matched), _columns(normal, matched), np.take(distance, matched)
+    facing = np.take(facing, matched)
     scale = np.reciprocal(noise.sigma(moved[2], distance))
     residual = distance * scale
     weight = _weight(residual, level.strict)
@@ -178,7 +201,8 @@ def _depth_term(
     rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
     information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
     fit = overlap * float(_weight(residual, strict=True).sum()) / len(inside)
-    return _DepthTerm(information, gradient, overlap, agreement, fit, rms)
+    found = _Matched(moved, weight * scale**2, facing)
+    return _DepthTerm(information, gradient, overlap, agreement, fit, rms, found)
 
 
 def _weight(residual: Float32Array, strict: bool) -> Float32Array:
