@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.frame_packet import FramePacket, Lost, Perceived, PosesFinal, Unusable
+from app.frames.frame_weights import frame_weights
 from app.profiling.recorder import Recorder
 from app.timeline.null_timeline import NullTimeline
 from razer.mapper import Mapper
@@ -66,6 +67,7 @@ def map_frames(
             case PosesFinal(update):
                 timeline.finish_tracking(update.report, update.corrections)
                 accounting.graph = update.graph
+                mapper.weigh(frame_weights(update.graph, accounting.indices, mapper.config.voxels.voxel_size_m))
 
 
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:

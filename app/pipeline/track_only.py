@@ -26,6 +26,7 @@ from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
 from slam.refinement import RefinedPoses
+from slam.report import OpenStretch
 from slam.system import SlamSystem
 
 ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by", "degenerate")
@@ -35,7 +36,7 @@ ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "alig
 class TrackedPath:
     """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
     stamps of all frames that could be used; skipped, the others; n_asked, how many were asked for; ms for each
-    frame; refined, whether the final poses are the given ones, corrected."""
+    frame; refined, whether the final poses are the given ones, corrected; open, stretches in which a direction was."""
 
     n_asked: int
     stamps: dict[int, float] = field(default_factory=dict)
@@ -48,6 +49,7 @@ class TrackedPath:
     n_loops: int = 0
     interrupted: bool = False
     refined: bool = False
+    open: tuple[OpenStretch, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """The contract of `razer track --json`; errors are null where the recording brings no poses."""
@@ -56,6 +58,7 @@ class TrackedPath:
             **self.account().as_json(),
             "keyframes": self.n_keyframes,
             "loops": self.n_loops,
+            "open": [stretch.describe() for stretch in self.open],
             "ms_median": round(float(median), 1),
             "ms_p95": round(float(p95), 1),
             **self._errors(),
@@ -111,6 +114,7 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
     with waiting_for("smoothing the path", console):
         slam.finish()
     path.final = slam.trajectory()
+    path.open = () if (graph := slam.report().graph) is None else graph.open
     path.n_keyframes, path.n_loops = len(slam.keyframes), slam.n_loops
     if not path.final and not path.interrupted:
         raise BadInput(f"{sequence.name}: the camera could not be located in any frame")

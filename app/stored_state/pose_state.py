@@ -12,7 +12,8 @@ from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph, PosePrior
+from slam.backend.pose_edge import PoseEdge, PosePrior
+from slam.backend.pose_graph import Batch, PoseGraph
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
@@ -25,14 +26,16 @@ from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
+from slam.open_directions import OpenDirections
 from slam.pose_reporter import PoseReporter
+from slam.pose_uncertainty import CovarianceScale
 from slam.refinement import Observed, RefinedPoses
 from slam.system import SlamSystem
 
 CLASSES = (
-    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
+    Batch, ColorCalibration, CovarianceScale, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult, Intrinsics,
     InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure, MergeHypothesis,
-    Observed, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem,
+    Observed, OpenDirections, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem,
     SubmapMerging, VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge, PosePrior, edge_information
-from slam.backend.unit_weight import unit_weight
+from slam.backend.pose_edge import PoseEdge, PosePrior, edge_information, unit_weight
+from slam.backend.pose_graph import mahalanobis
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import angle_deg, length_m
 
@@ -94,7 +94,9 @@ def _axes(sigma_deg: float, sigma_m: float) -> Float64Array:
 
 def _unit_weight(edges: Sequence[PoseEdge], smoothed: Poses) -> float | None:
     """By how many of their sigmas edges differ from what follows from all; None where none is redundant."""
-    unit = unit_weight(edges, smoothed) if len(edges) - (len(smoothed) - 1) >= FEWEST else None
+    if len(edges) - (len(smoothed) - 1) < FEWEST:
+        return None
+    unit = unit_weight([mahalanobis(edge, smoothed) for edge in edges], len(smoothed))
     return None if unit is None else IN_COMMON * unit
 
 

@@ -11,7 +11,8 @@ from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
+from slam.backend.pose_edge import PoseEdge, PosePrior
+from slam.backend.pose_graph import PoseGraph, mahalanobis
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points

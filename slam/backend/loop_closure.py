@@ -10,7 +10,8 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_edge import PoseEdge
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig

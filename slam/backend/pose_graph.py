@@ -3,69 +3,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import gtsam
 import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
+from slam.backend.pose_edge import INFORMATION, OPEN_INFORMATION, PoseEdge, PosePrior, edge_information
 from slam.backend.resistance_network import ResistanceNetwork
-from slam.se3 import adjoint
 
-# Registrations report the information of their residuals as if these were independent and all were right; an edge
-# counts by this share of it.
-EDGE_SHARE = 0.003
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0
 # What tracking measured holds the chain together and is never let go, but pulls the less the more others contradict it.
 HUBER = 0.5
-# Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
-INFORMATION = (1.0, 1e7)
 # Priors of poses from elsewhere pull no more strongly from this many sigmas on (Huber): where these jump, many
 # registrations say otherwise and have their way, and a single one that slid along a wall has not.
 PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
-LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and shift are of one unit
-
-
-@dataclass(frozen=True)
-class PoseEdge:
-    """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
-    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion;
-    noise_information (6, 6), the part of the information that is none (as of IcpResult), None = nothing."""
-
-    a: int
-    b: int
-    a_from_b: Float64Array
-    information: Float64Array
-    is_odometry: bool = False
-    noise_information: Float64Array | None = None
-
-    @cached_property
-    def variance_m2(self) -> float:
-        """Mean square by which the edge leaves open where what one camera sees, LEVER_M ahead, is for the other."""
-        ahead = np.zeros((3, 6))
-        ahead[:, 3:] = np.eye(3)
-        ahead[0, 1], ahead[1, 0] = LEVER_M, -LEVER_M
-        return float(np.trace(ahead @ np.linalg.solve(edge_information(self), ahead.T)))
-
-
-@dataclass(frozen=True)
-class PosePrior:
-    """What poses from elsewhere say of keyframe b: that it lies at a_from_b (4, 4) in front of keyframe a, or, where a
-    is None, of the world; sigmas (6,), standard deviations along its own axes (rotation, radians; shift, metres), which
-    are true ones; unit: by how many of the sigmas that edges count with these are off, so that both can be compared."""
-
-    a: int | None
-    b: int
-    a_from_b: Float64Array
-    sigmas: Float64Array
-    unit: float
 
 
 @dataclass
@@ -84,12 +42,9 @@ class Batch:
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
         for number, pose in self.guesses.items():
             values.insert(number, gtsam.Pose3(pose))
-        for anchor in self.anchors:
-            graph.add(_anchor(*anchor))
-        for edge in self.edges:
-            graph.add(_factor(edge, self.robust))
-        for prior in self.priors:
-            graph.add(_prior_factor(prior))
+        edges = (_factor(edge, self.robust) for edge in self.edges)
+        for factor in (*(_anchor(*anchor) for anchor in self.anchors), *edges, *map(_prior_factor, self.priors)):
+            graph.add(factor)
         return graph, values
 
 
@@ -159,7 +114,8 @@ class PoseGraph:
         """Let edges that the present poses contradict count in the network by as much as they still pull."""
         self.network = ResistanceNetwork()
         for edge in self.edges:
-            self.network.add(edge.a, edge.b, edge.variance_m2 / edge_pull(edge, self.poses))
+            contradiction = 0.0 if edge.is_odometry else mahalanobis(edge, self.poses) / GEMAN_MCCLURE
+            self.network.add(edge.a, edge.b, edge.variance_m2 * (1 + contradiction**2) ** 2)
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -198,18 +154,31 @@ class PoseGraph:
         return _marginal(self._isam, number)
 
     def covariances(self, edges: Iterable[PoseEdge] | None = None) -> dict[int, Float64Array]:
-        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed; None =
-        as edges and priors count, else as these edges do, whose errors are normal, and priors by their own sigmas."""
-        isam, problem = _isam2(), self._problem()
-        if edges is not None:
-            priors = [replace(prior, unit=1.0) for prior in self.priors]
-            problem = Batch(self.poses, self._anchored(self._anchors), list(edges), priors, robust=False).problem()
+        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed, by other
+        `edges` whose errors are normal, and by priors' own sigmas; None = as edges and priors count."""
+        isam = _isam2()
         try:
-            isam.update(*problem)
+            isam.update(*(self._problem() if edges is None else self._normal_problem(edges)))
         except RuntimeError:
             return {}
         marginals = {number: _marginal(isam, number) for number in self.poses}
         return {number: marginal for number, marginal in marginals.items() if marginal is not None}
+
+    def displacements(self, edges: Sequence[PoseEdge], others: Sequence[PoseEdge]) -> dict[int, Float64Array]:
+        """By how much (6,), along its own axes, each keyframe moves from where `edges` put it to where `others` do, to
+        first order; none where that cannot be computed."""
+        try:
+            before, after = (
+                graph.linearize(values).optimize() for graph, values in map(self._normal_problem, (edges, others))
+            )
+        except RuntimeError:
+            return {}
+        return {number: np.asarray(after.at(number) - before.at(number)) for number in self.poses}
+
+    def _normal_problem(self, edges: Iterable[PoseEdge]) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
+        """The present poses under edges whose errors are normal, and priors with their own sigmas."""
+        priors = [replace(prior, unit=1.0) for prior in self.priors]
+        return Batch(self.poses, self._anchored(self._anchors), list(edges), priors, robust=False).problem()
 
     def smooth(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
@@ -255,11 +224,6 @@ def mahalanobis(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
     return float(np.sqrt(max(float(error @ edge_information(edge) @ error), 0.0)))
 
 
-def edge_pull(edge: PoseEdge, poses: Mapping[int, Float64Array]) -> float:
-    """The share of its information by which an edge still pulls at the given poses; all of it, if tracking measured it."""
-    return 1.0 if edge.is_odometry else (1 + (mahalanobis(edge, poses) / GEMAN_MCCLURE) ** 2) ** -2
-
-
 def _isam2() -> gtsam.ISAM2:
     parameters = gtsam.ISAM2Params()
     parameters.setRelinearizeThreshold(RELINEARISE)
@@ -278,15 +242,6 @@ def _marginal(isam: gtsam.ISAM2, number: int) -> Float64Array | None:
     return marginal if np.isfinite(marginal).all() and np.linalg.eigvalsh(marginal)[0] > 0 else None
 
 
-def edge_information(edge: PoseEdge) -> Float64Array:
-    """The information (6, 6) that an edge counts by, of a perturbation along keyframe b's own axes."""
-    moved = adjoint(edge.a_from_b)
-    information = EDGE_SHARE * moved.T @ edge.information @ moved
-    values, axes = np.linalg.eigh((information + information.T) / 2)
-    bounded: Float64Array = axes * values.clip(*INFORMATION) @ axes.T
-    return bounded
-
-
 def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFactorPose3:
     kernel = gtsam.noiseModel.mEstimator.Huber.Create(PRIOR_HUBER * prior.unit)
     noise = gtsam.noiseModel.Robust.Create(kernel, gtsam.noiseModel.Diagonal.Sigmas(prior.sigmas / prior.unit))
@@ -297,7 +252,8 @@ def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFac
 
 
 def _factor(edge: PoseEdge, robust: bool) -> gtsam.BetweenFactorPose3:
-    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(edge_information(edge))
+    information = edge_information(edge, INFORMATION[0] if robust else OPEN_INFORMATION)
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(information)
     if robust:
         kernels = gtsam.noiseModel.mEstimator
         kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
+from slam.backend.pose_edge import PoseEdge
 from slam.config import SubmapSettings
 from slam.se3 import angle_deg, length_m
 

@@ -57,7 +57,12 @@ def print_calibration(rows: Sequence[Row], console: Console) -> None:
     for name in ("world", "seed", "mean", "halfway", "last", "in 50 %", "in 95 %", "ATE cm"):
         table.add_column(name, justify="left" if name == "world" else "right", no_wrap=True)
     for row in rows:
-        table.add_row(row["world"], str(row["seed"]), *(_short(row[name]) for name in nees_figures(np.zeros(0))), _short(row["ate_cm"]))
+        table.add_row(
+            row["world"],
+            str(row["seed"]),
+            *(_short(row[name]) for name in nees_figures(np.zeros(0))),
+            _short(row["ate_cm"]),
+        )
     console.print(table)
     together = calibration(rows)
     low, high = together["bounds"]
@@ -66,7 +71,9 @@ def print_calibration(rows: Sequence[Row], console: Console) -> None:
         f"last {_short(together['nees_last'])}; right covariances have {low} to {high} in 95 of 100 cases",
         soft_wrap=True,
     )
-    shares = ", ".join(f"{100 * together[f'share_in_{100 * p:.0f}']:.0f} % in those of {100 * p:.0f} %" for p in ELLIPSOIDS)
+    shares = ", ".join(
+        f"{100 * together[f'share_in_{100 * p:.0f}']:.0f} % in those of {100 * p:.0f} %" for p in ELLIPSOIDS
+    )
     console.print(f"keyframes in their ellipsoids: {shares}", soft_wrap=True)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from app.benchmark.poses.motion_error import is_false
 from razer.arrays import Pose
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
+from slam.backend.pose_edge import PoseEdge
 from slam.frontend.keyframes import Keyframe
 
 

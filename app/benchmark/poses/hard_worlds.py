@@ -105,7 +105,8 @@ def _blind_between_twins(seed: int, n_frames: int | None) -> HardWalk:
 WORLDS: dict[str, HardWorld] = {
     **{f"stride-{n}": HardWorld(f"a room, every {n} of 30 frames/s", partial(_strided, n)) for n in STRIDES},
     "plain-sensor": HardWorld(
-        "the same at 15 frames/s, the sensor's noise alone", partial(walk_through, partial(recorded, "room", sensor=PLAIN))
+        "the same at 15 frames/s, the sensor's noise alone",
+        partial(walk_through, partial(recorded, "room", sensor=PLAIN)),
     ),
     "vga": HardWorld("the same at 640x480", partial(walk_through, partial(recorded, "room", size=VGA))),
     "blind-1s": HardWorld("blind for a second, twice", _blind_for_a_second),
@@ -118,7 +119,8 @@ WORLDS: dict[str, HardWorld] = {
     ),
     "fast-turns": HardWorld("turns to and fro by up to 200 degrees/s, rolling shutter", _fast_turns),
     "misregistered": HardWorld(
-        "colour by another camera than declared", partial(walk_through, partial(recorded, "room", misalignment=MISALIGNMENT))
+        "colour by another camera than declared",
+        partial(walk_through, partial(recorded, "room", misalignment=MISALIGNMENT)),
     ),
     "look-alikes": HardWorld(
         "once round a corridor with three places alike",

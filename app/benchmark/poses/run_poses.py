@@ -16,7 +16,6 @@ from app.console.waiting import is_live, waiting_for
 from razer.errors import BadInput
 from slam.system import SlamSystem
 
-
 _ALL = WORLDS | CALIBRATION_WORLDS
 
 

@@ -13,7 +13,8 @@ from app.timeline.config import TimelineConfig
 from app.timeline.poses.trajectory_lines import TrajectoryLines
 from app.timeline.rerun_timeline import Timeline
 from razer.frame import Intrinsics
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_edge import PoseEdge
+from slam.backend.pose_graph import PoseGraph
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import exp_se3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.backend.pose_graph import PoseEdge
+from slam.backend.pose_edge import PoseEdge
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.config import SubmapSettings
 

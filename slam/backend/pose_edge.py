@@ -1,0 +1,92 @@
+"""Edges of a pose graph: what they measure, how much they count, and by how many of the sigmas they count with they err."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from razer.arrays import Float64Array
+from slam.se3 import adjoint
+
+# Registrations report the information of their residuals as if these were independent and all were right; an edge
+# counts by this share of it.
+EDGE_SHARE = 0.003
+# Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
+INFORMATION = (1.0, 1e7)
+OPEN_INFORMATION = 0.01  # the lower bound where covariances are asked for: errors along an open direction all add up
+LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and shift are of one unit
+MOSTLY = 0.5  # of the information along a direction; if more is noise, it is open
+TINY = 1e-6  # information, so that none of an axis can be divided by
+HALF_OF_SIX = 5.348  # half of all sums of six squared normal deviations are less
+
+
+@dataclass(frozen=True)
+class PoseEdge:
+    """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
+    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion;
+    noise_information (6, 6), the part of the information that is none (as of IcpResult), None = nothing."""
+
+    a: int
+    b: int
+    a_from_b: Float64Array
+    information: Float64Array
+    is_odometry: bool = False
+    noise_information: Float64Array | None = None
+
+    @cached_property
+    def variance_m2(self) -> float:
+        """Mean square by which the edge leaves open where what one camera sees, LEVER_M ahead, is for the other."""
+        ahead = np.zeros((3, 6))
+        ahead[:, 3:] = np.eye(3)
+        ahead[0, 1], ahead[1, 0] = LEVER_M, -LEVER_M
+        return float(np.trace(ahead @ np.linalg.solve(edge_information(self), ahead.T)))
+
+
+@dataclass(frozen=True)
+class PosePrior:
+    """What poses from elsewhere say of keyframe b: that it lies at a_from_b (4, 4) in front of keyframe a, or, where a
+    is None, of the world; sigmas (6,), standard deviations along its own axes (rotation, radians; shift, metres), which
+    are true ones; unit: by how many of the sigmas that edges count with these are off, so that both can be compared."""
+
+    a: int | None
+    b: int
+    a_from_b: Float64Array
+    sigmas: Float64Array
+    unit: float
+
+
+def edge_information(edge: PoseEdge, least: float = INFORMATION[0]) -> Float64Array:
+    """The information (6, 6) that an edge counts by, of a perturbation along keyframe b's own axes, `least` at least."""
+    moved = adjoint(edge.a_from_b)
+    information = EDGE_SHARE * moved.T @ edge.information @ moved
+    values, axes = np.linalg.eigh((information + information.T) / 2)
+    bounded: Float64Array = axes * values.clip(least, INFORMATION[1]) @ axes.T
+    return bounded
+
+
+def sure_information(information: Float64Array, noise: Float64Array) -> Float64Array:
+    """What is left of an information (6, 6) without the part of it that is noise; nothing along directions in which that
+    is MOSTLY of it, since of what is left there not even the direction is sure."""
+    root = np.linalg.cholesky(noise + TINY * np.eye(6))
+    whitened = np.linalg.solve(root, np.linalg.solve(root, information).T)
+    times, axes = np.linalg.eigh((whitened + whitened.T) / 2)  # as much information as is noise, along each axis
+    scaled: Float64Array = root @ axes
+    return scaled * np.where(times * MOSTLY > 1, times - 1, 0.0) @ scaled.T
+
+
+def unit_weight(contradictions: Sequence[float], n_keyframes: int) -> float | None:
+    """By how many of the sigmas they count with edges err, each by itself (the unit weight of adjustment calculus), from
+    the median of how many of them each is off what follows from all; None where no edge is redundant.
+
+    Args:
+        contradictions: the Mahalanobis distance of each edge from the poses that follow from all of them.
+        n_keyframes: how many these poses are, one of them fixed.
+    """
+    n_redundant = len(contradictions) - (n_keyframes - 1)
+    if n_redundant < 1:
+        return None
+    squared = float(np.median(np.square(contradictions)))
+    return float(np.sqrt(squared / HALF_OF_SIX * len(contradictions) / n_redundant))
