@@ -70,8 +70,8 @@ class GraphReport:
     n_unanchored, keyframes of submaps that are not merged with it. covariances (6, 6) by frame index, of those
     keyframes that it was computed for: of the small motion (rotation, radians; shift, metres), along the camera's own
     axes, that takes the estimated pose to the true one. Once the estimation is finished, local_sigmas_m, by frame index
-    as well, are standard deviations, metres, of what a keyframe sees 2 m ahead, in front of what its neighbours see, and
-    open are the stretches in which a direction was open.
+    as well, are standard deviations, metres, of what a keyframe sees 2 m ahead among what its neighbours see, and open
+    are the stretches in which a direction was open.
     """
 
     frames: Int64Array

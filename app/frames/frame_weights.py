@@ -1,5 +1,5 @@
-"""Weights of frames in the map: what a frame shows counts the less the more uncertain its pose is among its neighbours',
-once that is as much as a voxel."""
+"""Weights of frames in the map: what a frame shows counts less where its pose, among those of its neighbours, is
+uncertain by a voxel or more."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Reintegrator:
 
     @property
     def is_final(self) -> bool:
-        """Whether the map is as good as can be: made of all kept frames, and none has moved since, or counts otherwise."""
+        """Whether the map is as good as can be: of all kept frames, and none has moved since or counts otherwise."""
         if not self.n_kept:
             return not self._is_rough
         shift_voxels = self._frames.shift_voxels(self._frames.poses, self._fused_at).max()

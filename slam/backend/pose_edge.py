@@ -1,4 +1,4 @@
-"""Edges of a pose graph: what they measure, how much they count, and by how many of the sigmas they count with they err."""
+"""Edges of a pose graph: what they measure, how much they count, and how wrong that is."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class PosePrior:
 
 
 def edge_information(edge: PoseEdge, least: float = INFORMATION[0]) -> Float64Array:
-    """The information (6, 6) that an edge counts by, of a perturbation along keyframe b's own axes, `least` at least."""
+    """The information (6, 6) that an edge counts by, of a perturbation along b's own axes, at least `least`."""
     moved = adjoint(edge.a_from_b)
     information = EDGE_SHARE * moved.T @ edge.information @ moved
     values, axes = np.linalg.eigh((information + information.T) / 2)
@@ -68,8 +68,8 @@ def edge_information(edge: PoseEdge, least: float = INFORMATION[0]) -> Float64Ar
 
 
 def sure_information(information: Float64Array, noise: Float64Array) -> Float64Array:
-    """What is left of an information (6, 6) without the part of it that is noise; nothing along directions in which that
-    is MOSTLY of it, since of what is left there not even the direction is sure."""
+    """What is left of an information (6, 6) without the part that is noise; nothing along directions of which that is
+    most, since of what is left there not even the direction is sure."""
     root = np.linalg.cholesky(noise + TINY * np.eye(6))
     whitened = np.linalg.solve(root, np.linalg.solve(root, information).T)
     times, axes = np.linalg.eigh((whitened + whitened.T) / 2)  # as much information as is noise, along each axis
@@ -78,8 +78,8 @@ def sure_information(information: Float64Array, noise: Float64Array) -> Float64A
 
 
 def unit_weight(contradictions: Sequence[float], n_keyframes: int) -> float | None:
-    """By how many of the sigmas they count with edges err, each by itself (the unit weight of adjustment calculus), from
-    the median of how many of them each is off what follows from all; None where no edge is redundant.
+    """By how many of the sigmas they count with edges err, each by itself (unit weight of adjustment calculus), from the
+    median of how many of them each is off what follows from all; None where no edge is redundant.
 
     Args:
         contradictions: the Mahalanobis distance of each edge from the poses that follow from all of them.

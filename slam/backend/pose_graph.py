@@ -154,8 +154,8 @@ class PoseGraph:
         return _marginal(self._isam, number)
 
     def covariances(self, edges: Iterable[PoseEdge] | None = None) -> dict[int, Float64Array]:
-        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed, by other
-        `edges` whose errors are normal, and by priors' own sigmas; None = as edges and priors count."""
+        """The marginal covariances of all keyframes at the present poses, those that can be computed, by other `edges`
+        whose errors are normal, and by priors' own sigmas; None = as edges and priors count."""
         isam = _isam2()
         try:
             isam.update(*(self._problem() if edges is None else self._normal_problem(edges)))

@@ -9,7 +9,7 @@ from app.benchmark.poses.hard_worlds import KINECT, PLAIN, HardWorld, recorded, 
 
 SENSORS = {"kinect": KINECT, "plain": PLAIN}
 # Of the frames at 15/s of each scene, every so many.
-STRIDES = {"room": (1, 4), "apartment": (2, 4), "tabletop": (2,), "corridor-loop": (3,)}
+STRIDES = {"room": (1, 4, 8), "apartment": (2, 4), "tabletop": (2,)}
 
 
 def _world(scene: str, stride: int, sensor: str) -> HardWorld:

@@ -32,8 +32,8 @@ def chosen_worlds(names: Sequence[str], *, calibration: bool = False) -> list[st
 def measure_poses(
     worlds: Sequence[str], seeds: Sequence[int], n_frames: int | None, console: Console
 ) -> list[dict[str, Any]]:
-    """The figures of each world (a name that `chosen_worlds` gave) with each seed, with the keys `world` and `seed`; of n_frames of its
-    walk at most, None = as many as it usually has. Progress goes to the console."""
+    """The figures of each world (a name that `chosen_worlds` gave) with each seed, with the keys `world` and `seed`; of
+    n_frames of its walk at most, None = as many as it usually has. Progress goes to the console."""
     runs = [(world, seed) for world in worlds for seed in seeds]
     rows: list[dict[str, Any]] = []
     measured = (_measure(world, seed, n_frames, console) for world, seed in runs)

@@ -166,21 +166,19 @@ def poses(
         raise BadInput(f"--frames {frames}: give 0 or more")
     seeds = list(dict.fromkeys(whole_numbers("--seed", seed, 0)))
     with waiting_for("starting"):
-        from app.benchmark.poses.calibration import calibration as together
-        from app.benchmark.poses.calibration import print_calibration
+        from app.benchmark.poses.calibration import calibration_table, described, summary
         from app.benchmark.poses.report import poses_table
         from app.benchmark.poses.run_poses import chosen_worlds, measure_poses
 
     chosen = chosen_worlds(worlds.split(",") if worlds else (), calibration=calibration)
     rows = measure_poses(chosen, seeds, frames or None, progress_console())
+    together = {"calibration": summary(rows)} if calibration else {}
     if json:
-        calibrated = {"calibration": together(rows)} if calibration else {}
-        print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows, **calibrated}))
+        print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows} | together))
         return
+    result_console().print(calibration_table(rows) if calibration else poses_table(rows))
     if calibration:
-        print_calibration(rows, result_console())
-    else:
-        result_console().print(poses_table(rows))
+        result_console().print(described(summary(rows)), soft_wrap=True, highlight=False)
     print_next(("config",))  # the settings of the pose estimation are among them
 
 
