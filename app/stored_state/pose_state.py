@@ -35,8 +35,8 @@ from slam.system import SlamSystem
 CLASSES = (
     Batch, ColorCalibration, CovarianceScale, DepthPyramid, Features, FrameTracker, GivenUncertainty, IcpResult,
     Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure,
-    MergeHypothesis, Observed, OpenDirections, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem,
-    SubmapMerging, VerifiedRegistration, View, WideFeatures,
+    MergeHypothesis, Observed, OpenDirections, PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter,
+    RefinedPoses, SlamSystem, SubmapMerging, VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 

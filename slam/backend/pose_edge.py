@@ -77,16 +77,16 @@ def sure_information(information: Float64Array, noise: Float64Array) -> Float64A
     return scaled * np.where(times * MOSTLY > 1, times - 1, 0.0) @ scaled.T
 
 
-def unit_weight(contradictions: Sequence[float], n_keyframes: int) -> float | None:
-    """By how many of the sigmas they count with edges err, each by itself (unit weight of adjustment calculus), from the
-    median of how many of them each is off what follows from all; None where no edge is redundant.
+def unit_weight(loops: Sequence[float], n_edges: int, n_keyframes: int) -> float | None:
+    """By how many of the sigmas they count with edges err, each by itself (unit weight of adjustment calculus), as the
+    median of those that close loops says: others may contradict nothing. None where no edge is redundant.
 
     Args:
-        contradictions: the Mahalanobis distance of each edge from the poses that follow from all of them.
-        n_keyframes: how many these poses are, one of them fixed.
+        loops: by how many sigmas each edge that closes a loop is off the poses that follow from all edges.
+        n_edges: how many edges there are, with those along the way of the camera.
+        n_keyframes: how many poses there are, one of them fixed.
     """
-    n_redundant = len(contradictions) - (n_keyframes - 1)
-    if n_redundant < 1:
+    n_redundant = n_edges - (n_keyframes - 1)
+    if n_redundant < 1 or not loops:
         return None
-    squared = float(np.median(np.square(contradictions)))
-    return float(np.sqrt(squared / HALF_OF_SIX * len(contradictions) / n_redundant))
+    return float(np.sqrt(np.median(np.square(loops)) / HALF_OF_SIX * n_edges / n_redundant))
