@@ -105,7 +105,7 @@ class _Matched:
     def noise_information(self) -> Float64Array:
         """What the noise of the normals adds to the information (6, 6), in all directions alike. Two normals of one
         surface that are off by a small angle of variance v along each axis have a cosine of 1 - 2 v on average."""
-        variance = float(np.average(1 - self.facing, weights=self.weight)) / 2
+        variance = float((1 - self.facing) @ self.weight / max(float(self.weight.sum()), 1e-9)) / 2
         axes = (np.broadcast_to(axis[:, None], self.points.shape) for axis in np.eye(3, dtype=np.float32))
         rows = [np.concatenate([_cross(self.points, axis), axis]) for axis in axes]
         return NOISE_MARGIN * variance * sum((row * self.weight) @ row.T for row in rows).astype(np.float64)
