@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from razer.arrays import Float64Array
-from slam.backend.pose_edge import EDGE_SHARE, OPEN_INFORMATION, sure_information
 from slam.frontend.icp import IcpResult
+from slam.pose_edge import EDGE_SHARE, OPEN_INFORMATION, sure_information
 from slam.report import OpenStretch
 
 OPEN_M = 0.1  # standard deviation of a frame's shift in front of its keyframe from which on a direction is open

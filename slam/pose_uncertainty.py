@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from razer.arrays import Float64Array
-from slam.backend.pose_edge import EDGE_SHARE, PoseEdge, sure_information, unit_weight
 from slam.backend.pose_graph import GEMAN_MCCLURE, PoseGraph, mahalanobis
+from slam.pose_edge import EDGE_SHARE, PoseEdge, sure_information, unit_weight
 
 # What few redundant edges say of the unit weight is weighed against that many which say it is the usual one: that of
 # real recordings. Simulated ones have 0.02 to 0.05, so who knows little promises too little.

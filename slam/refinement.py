@@ -13,7 +13,6 @@ from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.given_uncertainty import GivenUncertainty
 from slam.backend.keyframe_map import KeyframeMap
-from slam.backend.pose_edge import PoseEdge, edge_information
 from slam.backend.pose_graph import PRIOR_HUBER, PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -23,6 +22,7 @@ from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.located_frames import LocatedFrames
+from slam.pose_edge import PoseEdge, edge_information
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
 from slam.se3 import angle_deg, exp_se3, length_m, orthonormal, turn_rad

@@ -13,17 +13,17 @@ from slam.report import GraphReport
 MIN_WEIGHT = 0.25  # what is seen from uncertain poses alone must be mapped all the same
 
 
-def frame_weights(graph: GraphReport | None, indices: Iterable[int], voxel_size_m: float) -> dict[int, float]:
+def frame_weights(graph: GraphReport, indices: Iterable[int], voxel_size_m: float) -> dict[int, float]:
     """Weights below 1 by index of frame; of the others there is none.
 
     A reading that is off by s voxels beside its own error, of about one, counts 1 / (1 + s^2), as a power of two.
 
     Args:
-        graph: the finished pose graph, None where poses were given.
+        graph: the finished pose graph.
         indices: the frames that the map is made of.
         voxel_size_m: edge of a voxel, metres.
     """
-    sigmas_m = {} if graph is None else graph.local_sigmas_m
+    sigmas_m = graph.local_sigmas_m
     keyframes = sorted(sigmas_m)
     weights: dict[int, float] = {}
     for index in indices:

@@ -12,6 +12,7 @@ from app.profiling.recorder import Recorder
 from app.timeline.null_timeline import NullTimeline
 from razer.mapper import Mapper
 from razer.stages import stage
+from slam.report import GraphReport
 
 if TYPE_CHECKING:  # Rerun takes 60 MB, which runs without a timeline never need
     from app.timeline.rerun_timeline import Timeline
@@ -66,8 +67,14 @@ def map_frames(
                     accounting.skip(index, reason)
             case PosesFinal(update):
                 timeline.finish_tracking(update.report, update.corrections)
-                accounting.graph = update.graph
-                mapper.weigh(frame_weights(update.graph, accounting.indices, mapper.config.voxels.voxel_size_m))
+                _finish_poses(update.graph, mapper, accounting)
+
+
+def _finish_poses(graph: GraphReport | None, mapper: Mapper, accounting: FrameAccounting) -> None:
+    accounting.graph = graph
+    if graph is not None:
+        frames = [*accounting.indices, *sorted(accounting.lost)]  # of which some are about to come late
+        mapper.weigh(frame_weights(graph, frames, mapper.config.voxels.voxel_size_m))
 
 
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:

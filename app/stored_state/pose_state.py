@@ -12,7 +12,6 @@ from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_edge import PoseEdge, PosePrior
 from slam.backend.pose_graph import Batch, PoseGraph
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.backend.verified_registration import VerifiedRegistration
@@ -27,6 +26,7 @@ from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
 from slam.open_directions import OpenDirections
+from slam.pose_edge import PoseEdge, PosePrior
 from slam.pose_reporter import PoseReporter
 from slam.pose_uncertainty import CovarianceScale
 from slam.refinement import Observed, RefinedPoses

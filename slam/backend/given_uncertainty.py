@@ -11,13 +11,13 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_edge import PoseEdge, PosePrior, edge_information, unit_weight
 from slam.backend.pose_graph import mahalanobis
+from slam.pose_edge import PoseEdge, PosePrior, edge_information, unit_weight
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import angle_deg, length_m
 
-# Of what is measured of the given poses half is taken to be right, as registrations may be the ones that err: half of all
-# sums of three squared normal deviations are less than this.
+# Of what is measured of the given poses half is taken to be right, as registrations may be the ones that err. Half of
+# all sums of three squared normal deviations are less than this.
 HALF_OF_THREE = 2.366
 FEWEST = 5  # registrations that say something
 MIN_WAY_M = 0.1  # that divides the whole one

@@ -11,7 +11,6 @@ from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_edge import PoseEdge, PosePrior
 from slam.backend.pose_graph import PoseGraph, mahalanobis
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.backend.verified_registration import VerifiedRegistration
@@ -20,6 +19,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, LocatedView, View
+from slam.pose_edge import PoseEdge, PosePrior
 from slam.se3 import orthonormal
 
 # So many views are each compared with the other submaps, after a submap was begun and after each that fitted; else

@@ -11,8 +11,8 @@ import gtsam
 import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
-from slam.backend.pose_edge import INFORMATION, OPEN_INFORMATION, PoseEdge, PosePrior, edge_information
 from slam.backend.resistance_network import ResistanceNetwork
+from slam.pose_edge import INFORMATION, OPEN_INFORMATION, PoseEdge, PosePrior, edge_information
 
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_edge import PoseEdge
 from slam.config import SubmapSettings
+from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 
 MAJORITY = 2.0  # times as many hypotheses as for any other place; a place beside its look-alike has that soon

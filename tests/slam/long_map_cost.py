@@ -22,12 +22,12 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_edge import EDGE_SHARE, PoseEdge
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, View
+from slam.pose_edge import EDGE_SHARE, PoseEdge
 from slam.se3 import exp_se3
 from slam.system import SlamSystem
 

@@ -8,8 +8,8 @@ import pytest
 from scipy.stats import chi2
 
 from razer.geometry import inverse
-from slam.backend.pose_edge import EDGE_SHARE, PoseEdge, sure_information, unit_weight
 from slam.backend.pose_graph import PoseGraph
+from slam.pose_edge import EDGE_SHARE, PoseEdge, sure_information, unit_weight
 from slam.pose_uncertainty import POSES_IN_COMMON, USUAL, CovarianceScale, calibrated, covariances, local_sigmas_m
 from slam.se3 import exp_se3
 from tests.support.pose_files import curved_path

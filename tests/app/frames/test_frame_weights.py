@@ -28,8 +28,7 @@ def test_the_least_weight_keeps_what_nobody_else_sees():
     assert set(weights({0: 3.0}).values()) == {MIN_WEIGHT}
 
 
-def test_given_poses_and_frames_before_all_keyframes_count_in_full():
-    assert frame_weights(None, range(9), 0.02) == {}
+def test_frames_before_all_keyframes_count_in_full():
     assert weights({30: 1.0}, [0, 10, 29]) == {}
 
 

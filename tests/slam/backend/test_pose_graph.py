@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from razer.geometry import inverse
-from slam.backend.pose_edge import EDGE_SHARE, PoseEdge
 from slam.backend.pose_graph import PoseGraph, mahalanobis
+from slam.pose_edge import EDGE_SHARE, PoseEdge
 from slam.se3 import adjoint, exp_se3, length_m
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.backend.pose_edge import PoseEdge
 from slam.backend.submap_merging import MergeHypothesis, SubmapMerging
 from slam.config import SubmapSettings
+from slam.pose_edge import PoseEdge
 
 
 def shift(z_m):
