@@ -304,7 +304,7 @@ def test_frames_that_count_less_are_mapped_once_more_at_the_end() -> None:
     """A wall, that half of the frames show 4 cm too far: it lies the nearer to the others the less these count."""
     settings = ReintegrationSettings(enabled=True, frames_per_keyframe=1)
     frames = [
-        frame_of(plane_depth(pose(), np.array([0.0, 0, 1]), 1.5 + 0.04 * (n % 2)), pose((0.001 * n, 0, 0)), index=n)
+        frame_of(plane_depth(pose(), np.array([0.0, 0, 1]), 1.5 + 0.04 * (n % 2)), pose((0.03 * n, 0, 0)), index=n)
         for n in range(8)
     ]
     far_m = {}
