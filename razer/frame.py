@@ -60,7 +60,8 @@ class Frame:
     source knows them (synthetic rooms, annotated data); notes say what a reader had to repair; has_color (H, W) bool
     is false where a colour camera beside the depth camera does not see what depth shows, None = everywhere true;
     part_ids (H, W) uint8 number the parts of each instance from 1, 0 = of no part, only where the source knows them;
-    recorded_color, the picture that rgb was brought onto depth from, None where that is rgb itself.
+    recorded_color, the picture that rgb was brought onto depth from, None where that is rgb itself; weight, how much
+    its depth and colour count in the map, 1 = in full: less where its pose is uncertain.
     """
 
     index: int
@@ -75,6 +76,7 @@ class Frame:
     has_color: BoolArray | None = None
     part_ids: Uint8Array | None = None
     recorded_color: RecordedColor | None = None
+    weight: float = 1.0
 
     def __post_init__(self) -> None:
         shape = (self.intrinsics.height, self.intrinsics.width)
@@ -88,6 +90,8 @@ class Frame:
             raise UnusableFrame(f"the pixels with colour are {self.has_color.shape}, expected {shape}")
         if self.part_ids is not None and self.part_ids.shape != shape:
             raise UnusableFrame(f"part ids are {self.part_ids.shape}, expected {shape}")
+        if not 0 < self.weight <= 1:
+            raise UnusableFrame(f"a weight of {self.weight} is impossible")
         if self.world_from_camera is not None and not is_rigid(self.world_from_camera):
             raise UnusableFrame("the pose is not a rigid transform")
 

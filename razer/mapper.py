@@ -129,6 +129,12 @@ class Mapper:
             raise ValueError("poses were corrected, but reintegration.enabled is off and no frames were kept")
         self.reintegrator.move(corrections)
 
+    def weigh(self, weights: Mapping[int, float]) -> None:
+        """Note how much frames count in the map, above 0 and below 1, by frame index; all others count in full. The map
+        follows when it finishes, where `reintegration.enabled` is set."""
+        if self.reintegrator is not None:
+            self.reintegrator.weigh(weights)
+
     def catch_up(self, apply: Apply = map) -> Generator[float]:
         """Map all kept frames once more at their final poses if those were corrected since; yields the share done,
         after each frame. They are unpacked by `apply`. `finish` does the same in one go."""

@@ -13,7 +13,7 @@ from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.given_uncertainty import GivenUncertainty
 from slam.backend.keyframe_map import KeyframeMap
-from slam.backend.pose_graph import PRIOR_HUBER, PoseEdge, PoseGraph, edge_information
+from slam.backend.pose_graph import PRIOR_HUBER, PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
@@ -22,6 +22,7 @@ from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.located_frames import LocatedFrames
+from slam.pose_edge import PoseEdge, edge_information
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
 from slam.se3 import angle_deg, exp_se3, length_m, orthonormal, turn_rad
@@ -111,7 +112,8 @@ class RefinedPoses:
         by_given_motion = tracker.predicted()
         view = self._view(frame, tracker.turning_rad_s(frame.stamp))
         view, result = self._register(tracker, view, by_given_motion)
-        self._reporter.result, reference = result, tracker.reference
+        reference = tracker.reference
+        self._reporter.registered(result)
         edge = None if result is None else _edge(reference, len(self.keyframes), result)
         from_keyframe = inverse(self._given_keyframes[reference.number]) @ given
         observed = Observed(by_given_motion if edge is None else from_keyframe, edge)

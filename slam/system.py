@@ -102,12 +102,13 @@ class SlamSystem:
     ) -> FrameTracker:
         """Track from a view in front of a keyframe, of whose motion nothing is known."""
         self._tracker = FrameTracker(self.keyframes, self._registration, reference, reference_from_camera, view.stamp)
-        self._reporter.result = result
+        self._reporter.registered(result)
         self._n_unknown = self._n_missed = 0
         return self._tracker
 
     def _advance(self, tracker: FrameTracker, view: View, result: IcpResult) -> FrameTracker:
-        self.calibration, self._reporter.result = result.calibration, result
+        self.calibration = result.calibration
+        self._reporter.registered(result)
         self._n_unknown = self._n_missed = 0
         tracker.advance(result.target_from_source, view.stamp)
         self._travelled_m += length_m(tracker.step)

@@ -21,7 +21,7 @@ from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
 from app.console.streams import progress_console
 from app.console.waiting import waiting_for
-from app.frames.color_registration import register_color
+from app.frames.cameras.color_registration import register_color
 from app.frames.open_recording import open_recording, require_poses
 from app.frames.selection import selected_frames
 from app.pipeline.map_sequence import map_sequence

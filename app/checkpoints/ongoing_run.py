@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.checkpoints.run_state import RunState, known_run
-from app.frames.color_registration import ColorRegistration
+from app.frames.cameras.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.profiling.recorder import Recorder
 from app.stored_state.checkpoint import Checkpoint

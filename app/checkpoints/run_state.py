@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from app.checkpoints.map_state import known_map
-from app.frames.color_registration import ColorRegistration
+from app.frames.cameras.color_registration import ColorRegistration
 from app.frames.frame_account import SkippedFrame
 from app.frames.frame_accounting import FrameAccounting
 from app.stored_state.state_codec import KnownObjects

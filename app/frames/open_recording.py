@@ -56,7 +56,7 @@ def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdS
     print_poses_note(sequence, console)
     if not settings.guess_intrinsics:
         return sequence
-    from app.frames.refined_camera import refined
+    from app.frames.cameras.refined_camera import refined
 
     return refined(sequence, settings, console)
 

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from app.console.progress import show_progress
 from app.console.streams import progress_console, result_console
-from app.frames.color_registration import register_color
+from app.frames.cameras.color_registration import register_color
 from app.frames.open_recording import require_poses
 from app.frames.selection import selected_frames
 from app.mask_quality.mask_consistency import MaskConsistency, View

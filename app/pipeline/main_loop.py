@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.frame_packet import FramePacket, Lost, Perceived, PosesFinal, Unusable
+from app.frames.frame_weights import frame_weights
 from app.profiling.recorder import Recorder
 from app.timeline.null_timeline import NullTimeline
 from razer.mapper import Mapper
 from razer.stages import stage
+from slam.report import GraphReport
 
 if TYPE_CHECKING:  # Rerun takes 60 MB, which runs without a timeline never need
     from app.timeline.rerun_timeline import Timeline
@@ -65,7 +67,14 @@ def map_frames(
                     accounting.skip(index, reason)
             case PosesFinal(update, note):
                 timeline.finish_tracking(update.report, update.corrections)
-                accounting.graph, accounting.pose_note = update.graph, note
+                _finish_poses(update.graph, note, mapper, accounting)
+
+
+def _finish_poses(graph: GraphReport | None, note: str, mapper: Mapper, accounting: FrameAccounting) -> None:
+    accounting.graph, accounting.pose_note = graph, note
+    if graph is not None:
+        frames = [*accounting.indices, *sorted(accounting.lost)]  # of which some are about to come late
+        mapper.weigh(frame_weights(graph, frames, mapper.config.voxels.voxel_size_m))
 
 
 def _show_tracking(packet: Perceived | Lost | Unusable, timeline: Timeline | NullTimeline) -> None:

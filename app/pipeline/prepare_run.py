@@ -13,7 +13,7 @@ import torch
 from rich.console import Console
 
 from app.checkpoints.ongoing_run import OngoingRun
-from app.frames.color_registration import ColorRegistration
+from app.frames.cameras.color_registration import ColorRegistration
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.open_recording import require_poses
 from app.frames.second_attempt import SecondAttempt

@@ -14,7 +14,7 @@ from app.checkpoints.ongoing_run import OngoingRun
 from app.checkpoints.run_checkpoints import RunCheckpoints, RunPlan
 from app.console.no_room import NO_ROOM
 from app.console.waiting import waiting_for
-from app.frames.color_registration import ColorRegistration, register_color
+from app.frames.cameras.color_registration import ColorRegistration, register_color
 from app.frames.frame_accounting import FrameAccounting
 from app.frames.selection import selected_frames
 from app.pipeline.interrupt import StopRequest

@@ -28,6 +28,7 @@ from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.poses import Pose
 from slam.refinement import RefinedPoses
+from slam.report import OpenStretch
 from slam.sparse.limits import has_failed
 from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
@@ -39,7 +40,7 @@ ERRORS = ("ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "alig
 class TrackedPath:
     """Poses by frame index: final (smoothed) and live (as known at the frame), and given ones where there are any;
     stamps of all frames that could be used; skipped, the others; n_asked, how many were asked for; ms for each
-    frame; refined, whether the final poses are the given ones, corrected."""
+    frame; refined, whether the final poses are the given ones, corrected; open, stretches in which a direction was."""
 
     n_asked: int
     stamps: dict[int, float] = field(default_factory=dict)
@@ -52,6 +53,7 @@ class TrackedPath:
     n_loops: int = 0
     interrupted: bool = False
     refined: bool = False
+    open: tuple[OpenStretch, ...] = ()
 
     def see(self, frame: Frame) -> None:
         """Take in a frame that can be used."""
@@ -66,6 +68,7 @@ class TrackedPath:
             **self.account().as_json(),
             "keyframes": self.n_keyframes,
             "loops": self.n_loops,
+            "open": [stretch.describe() for stretch in self.open],
             "ms_median": round(float(median), 1),
             "ms_p95": round(float(p95), 1),
             **self._errors(),
@@ -161,6 +164,7 @@ def _followed(sequence: RgbdSequence, indices: Sequence[int], config: RunConfig,
     with waiting_for("smoothing the path", console):
         slam.finish()
     path.final = slam.trajectory()
+    path.open = () if (graph := slam.report().graph) is None else graph.open
     path.n_keyframes, path.n_loops = len(slam.keyframes), slam.n_loops
     return path
 

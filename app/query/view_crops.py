@@ -65,8 +65,8 @@ class ViewCrops:
     @cached_property
     def _sequence(self) -> RgbdSequence | None:
         """The recording, opened for the first crop that is not there yet; None where that cannot be."""
+        from app.frames.cameras.run_registration import registration_of_run
         from app.frames.open_recording import open_unchecked  # late, as most of its readers will not be needed
-        from app.frames.run_registration import registration_of_run
 
         if self._recording is not None:
             return self._recording

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from app.frames.color_registration import ColorRegistration, json_text
+from app.frames.cameras.color_registration import ColorRegistration, json_text
 from app.frames.frame_accounting import FrameAccounting
 from app.render.glb import write_map_glb
 from app.run_folder import run_folder as names
@@ -89,7 +89,8 @@ def save_timings(folder: RunFolder, timings: dict[str, Any]) -> None:
 def write_pose_covariances(path: Path, graph: GraphReport) -> None:
     """Format 1: of each keyframe whose marginal covariance is known, `frames` (K,) its index, `stamps` (K,) seconds,
     `world_from_camera` (K, 4, 4), and `covariances` (K, 6, 6) of xi = (rotation x y z, radians; shift x y z, metres)
-    along the camera's own axes, where the true pose is world_from_camera exp(xi)."""
+    along the camera's own axes, where the true pose is world_from_camera exp(xi). Of each stretch of frames in which a
+    direction was open, `open_frames` (S, 2) are the first and the last, `open_axes` (S, 3) the axis in the camera."""
     rows = [row for row, frame in enumerate(graph.frames.tolist()) if frame in graph.covariances]
     np.savez_compressed(
         path,
@@ -98,6 +99,8 @@ def write_pose_covariances(path: Path, graph: GraphReport) -> None:
         stamps=graph.stamps[rows],
         world_from_camera=graph.world_from_camera[rows],
         covariances=np.array([graph.covariances[int(graph.frames[row])] for row in rows]).reshape(-1, 6, 6),
+        open_frames=np.array([(stretch.first, stretch.last) for stretch in graph.open], np.int64).reshape(-1, 2),
+        open_axes=np.array([stretch.axis for stretch in graph.open]).reshape(-1, 3),
     )
 
 

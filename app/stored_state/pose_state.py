@@ -12,7 +12,7 @@ from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import Batch, PoseEdge, PoseGraph, PosePrior
+from slam.backend.pose_graph import Batch, PoseGraph
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import SubmapMerging
@@ -28,17 +28,20 @@ from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
+from slam.pose_edge import PoseEdge, PosePrior
 from slam.pose_reporter import PoseReporter
 from slam.refinement import Observed, RefinedPoses
 from slam.report import GraphReport, TrackingQuality
 from slam.sparse.solved_poses import SolvedPoses
 from slam.system import SlamSystem
+from slam.uncertainty.open_directions import OpenDirections
+from slam.uncertainty.pose_uncertainty import CovarianceScale
 
 CLASSES = (
-    Batch, ColorCalibration, DepthPyramid, Features, FrameTracker, GivenUncertainty, GraphReport, IcpResult,
-    Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure,
-    MergeHypotheses, MergeHypothesis, Observed, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph, PosePrior,
-    PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch, TrackingQuality,
+    Batch, ColorCalibration, CovarianceScale, DepthPyramid, Features, FrameTracker, GivenUncertainty, GraphReport,
+    IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure,
+    MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph,
+    PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch, TrackingQuality,
     VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -46,6 +47,7 @@ class KeptFrames:
         self._being_packed: Future[bytes] | None = None
         self._store_rows: list[int] = []  # where in the store each kept frame is
         self._position: dict[int, int] = {}  # of a frame index among the kept frames
+        self._weights: dict[int, float] = {}  # of those that count less than in full, by frame index
         self._since_kept = 0
         self._n_represented = 0  # fused frames that the kept ones stand for, without those of a resting camera
 
@@ -115,6 +117,13 @@ class KeptFrames:
             self.poses[position] = pose
         return bool(moved)
 
+    def weigh(self, weights: Mapping[int, float]) -> bool:
+        """Note how much frames count, by frame index, where that is less than in full; returns whether that changes
+        what a kept frame counts."""
+        changed = any(weights.get(index, 1.0) != self._weights.get(index, 1.0) for index in self._position)
+        self._weights = dict(weights)
+        return changed
+
     def forget(self, frame_indices: set[int]) -> list[int]:
         """Drop frames, by frame index; returns the former positions of the kept frames that are left."""
         left = [(index, position) for index, position in self._position.items() if index not in frame_indices]
@@ -127,9 +136,13 @@ class KeptFrames:
         return positions
 
     def replays(self, positions: range, apply: Apply = map) -> Iterator[Observation]:
-        """What kept frames showed, at their newest poses."""
+        """What kept frames showed, at their newest poses, counting as much as they do now."""
         store = self._complete_store()
         packed_at = ((store[self._store_rows[position]], self.poses[position]) for position in positions)
         for observation in apply(partial(unpack, settings=self._voxel_settings, lifting=self._lifting), packed_at):
             self.n_replays += 1
-            yield observation
+            yield self._weighed(observation)
+
+    def _weighed(self, observation: Observation) -> Observation:
+        weight = self._weights.get(observation.frame.index, 1.0)
+        return observation if weight == 1 else replace(observation, frame=replace(observation.frame, weight=weight))

@@ -33,7 +33,8 @@ class Reintegrator:
         self._fused_at: list[Pose] = []  # where each kept frame lies in the map that is shown
         self._replay_budget = 0.0
         self._rebuild: PartialRebuild | None = None
-        self._is_rough = False  # whether the map shown is made of some of the kept frames only
+        # Whether the map shown is made of some of the kept frames only, or of frames that counted otherwise.
+        self._is_rough = False
         self._corrected = False  # since the poses were last compared with the map
         self._moved = False
 
@@ -59,7 +60,7 @@ class Reintegrator:
 
     @property
     def is_final(self) -> bool:
-        """Whether the map is as good as can be: made of all kept frames, and none has moved since."""
+        """Whether the map is as good as can be: of all kept frames, and none has moved since or counts otherwise."""
         if not self.n_kept:
             return not self._is_rough
         shift_voxels = self._frames.shift_voxels(self._frames.poses, self._fused_at).max()
@@ -79,6 +80,10 @@ class Reintegrator:
             self._fused_at = [self._fused_at[position] for position in self._frames.forget(forgotten)]
             self._rebuild, self._is_rough = None, True
         self._corrected |= self._frames.move(corrections)
+
+    def weigh(self, weights: Mapping[int, float]) -> None:
+        """Note how much frames count, by frame index, where that is less than in full."""
+        self._is_rough |= self._frames.weigh(weights)
 
     def advance(self, integrator: PanopticIntegrator) -> list[tuple[int, int]] | None:
         """Rebuild a little, as the run goes on. Once a rebuilt volume has taken the place of the integrator's, returns

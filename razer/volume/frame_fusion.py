@@ -4,6 +4,9 @@ The division is what the paper's line lacks. Readings that the colour camera doe
 Open3D then raises the voxel's one weight and leaves its colour as it is, which is right for a voxel that has a colour,
 since it is as if the same had been seen again. One that has none yet would be taken for black from there on; so the
 first colour that it gets is scaled to count in full.
+
+Open3D's w_obs is 1. A frame that counts less is fused into weights that are scaled up by as much, and down again after:
+(w / a) d + d_obs over w / a + 1 is w d + a d_obs over w + a.
 """
 
 from __future__ import annotations
@@ -18,11 +21,11 @@ from torch import Tensor
 
 from razer.arrays import Float32Array, Float64Array, Int32Array, Uint8Array
 from razer.config import VoxelSettings
-from razer.detection.observed_surface import ObservedSurface
+from razer.detection.observed_surface import BLOCK_VOXELS, ObservedSurface
 from razer.errors import UnusableFrame
 from razer.frame import Frame
 from razer.geometry import inverse
-from razer.volume.blocks.block_pages import BlockPages
+from razer.volume.blocks.block_pages import BlockPages, addresses_in
 
 # Of the focal length, for colour; at the corner of an image of 4096 pixels it moves a projection by a fifth of one.
 DRAWN_IN = 1e-4
@@ -75,12 +78,21 @@ class FrameFusion:
         intrinsic, extrinsic = o3c.Tensor(frame.intrinsics.matrix), o3c.Tensor(inverse(frame.pose))
         limits = 1.0, self._settings.depth_max_m, self._settings.truncation_voxels
         readings = self._image(depth)
+        self._scale_weights(block_keys, 1 / frame.weight)
         if rgb is None:
             self._pages.integrate(block_keys, readings, intrinsic, extrinsic, *limits)
         else:
             color = self._image(np.multiply(rgb, np.float32(1 / 255), dtype=np.float32))
             inwards = o3c.Tensor(_drawn_in(frame.intrinsics.matrix))
             self._pages.integrate(block_keys, readings, color, intrinsic, inwards, extrinsic, *limits)
+        self._scale_weights(block_keys, frame.weight)
+
+    def _scale_weights(self, block_keys: Int32Array, times: float) -> None:
+        """Let all that was observed in blocks (B, 3) so far count so many times. Powers of two are exact."""
+        if times != 1:
+            rows = self._pages.find(block_keys)
+            addresses = addresses_in(rows, torch.ones((len(rows), BLOCK_VOXELS), dtype=torch.bool, device=rows.device))
+            self._pages.write(addresses, weight=times * self._pages.read(addresses, "weight")[0])
 
     def _image(self, pixels: Float32Array) -> o3d.t.geometry.Image:
         return o3d.t.geometry.Image(o3c.Tensor(np.ascontiguousarray(pixels)).to(self._device))

@@ -11,19 +11,21 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge, PosePrior, edge_information, mahalanobis
+from slam.backend.pose_graph import mahalanobis
+from slam.pose_edge import PoseEdge, PosePrior, edge_information, unit_weight
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import angle_deg, length_m
 
-# Of what is measured of the given poses half is taken to be right, as registrations may be the ones that err; of these
-# nine in ten. As many of three and of six squared normal deviations add up to less than this.
-HALF_OF_THREE, NINE_TENTHS_OF_SIX = 2.366, 10.64
+# Of what is measured of the given poses half is taken to be right, as registrations may be the ones that err. Half of
+# all sums of three squared normal deviations are less than this.
+HALF_OF_THREE = 2.366
 FEWEST = 5  # registrations that say something
 MIN_WAY_M = 0.1  # that divides the whole one
 MIN_SIGMA_M, MIN_SIGMA_DEG = 0.0005, 0.02  # no pose is better than that
 # Registrations of one camera err together, which their inconsistency does not show: in four simulated rooms and part of
-# an apartment they differ from the truth by 1.3 to 1.8 times as much as from what follows from all of them.
-IN_COMMON = 1.8
+# an apartment they differ from the truth by 1.3 to 1.8 times as much as from what follows from all of them; and of the
+# nine in ten that are right the farthest are off by 1.4 times as much as normal ones whose median is the same.
+IN_COMMON = 2.5
 USUAL_UNIT = 0.25  # of registrations of real recordings; those of simulated ones have 0.05
 
 Poses = Mapping[int, Float64Array]
@@ -93,11 +95,11 @@ def _axes(sigma_deg: float, sigma_m: float) -> Float64Array:
 
 def _unit_weight(edges: Sequence[PoseEdge], smoothed: Poses) -> float | None:
     """By how many of their sigmas edges differ from what follows from all; None where none is redundant."""
-    n_redundant = len(edges) - (len(smoothed) - 1)
-    if n_redundant < FEWEST:
+    if len(edges) - (len(smoothed) - 1) < FEWEST:
         return None
-    squared = float(np.quantile([mahalanobis(edge, smoothed) ** 2 for edge in edges], 0.9))
-    return IN_COMMON * float(np.sqrt(squared / NINE_TENTHS_OF_SIX * len(edges) / n_redundant))
+    loops = [mahalanobis(edge, smoothed) for edge in edges if not edge.is_odometry]
+    unit = unit_weight(loops, len(edges), len(smoothed))
+    return None if unit is None else IN_COMMON * unit
 
 
 def _sigmas(given: Poses, edges: Sequence[PoseEdge], unit: float) -> Float64Array | None:

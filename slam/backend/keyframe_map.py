@@ -10,7 +10,7 @@ from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge, PoseGraph, PosePrior, mahalanobis
+from slam.backend.pose_graph import PoseGraph, mahalanobis
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
@@ -21,6 +21,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, LocatedView, View
+from slam.pose_edge import PoseEdge, PosePrior
 from slam.se3 import orthonormal
 
 # So many views are each compared with the other submaps, after a submap was begun and after each that fitted; else

@@ -10,12 +10,13 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.verified_registration import MIN_FEATURES, VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 
 RECENT = 10  # keyframes before one that tracking itself connects with it: they are no loop

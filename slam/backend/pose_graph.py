@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import gtsam
@@ -13,57 +12,18 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, Int64Array
 from slam.backend.resistance_network import ResistanceNetwork
-from slam.se3 import adjoint
+from slam.pose_edge import INFORMATION, OPEN_INFORMATION, PoseEdge, PosePrior, edge_information
 
-# Registrations report the information of their residuals as if these were independent and all were right; an edge
-# counts by this share of it.
-EDGE_SHARE = 0.003
 # Residuals of this many sigmas have lost most of their pull (Geman and McClure): a false closure bends nothing.
 GEMAN_MCCLURE = 3.0
 # What tracking measured holds the chain together and is never let go, but pulls the less the more others contradict it.
 HUBER = 0.5
-# Bounds along any axis, 1 / rad^2 and 1 / m^2: GTSAM cannot solve for what is all but unknown or all but exact.
-INFORMATION = (1.0, 1e7)
 # Priors of poses from elsewhere pull no more strongly from this many sigmas on (Huber): where these jump, many
 # registrations say otherwise and have their way, and a single one that slid along a wall has not.
 PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
-LEVER_M = 2.0  # how far away what a camera sees usually is: there rotation and shift are of one unit
-
-
-@dataclass(frozen=True)
-class PoseEdge:
-    """A measured motion a_from_b (4, 4) between keyframes a < b with the information (6, 6) of a left perturbation
-    (rotation, shift); `is_odometry` where tracking led from one to the other, which needs no second opinion."""
-
-    a: int
-    b: int
-    a_from_b: Float64Array
-    information: Float64Array
-    is_odometry: bool = False
-
-    @cached_property
-    def variance_m2(self) -> float:
-        """Mean square by which the edge leaves open where what one camera sees, LEVER_M ahead, is for the other."""
-        ahead = np.zeros((3, 6))
-        ahead[:, 3:] = np.eye(3)
-        ahead[0, 1], ahead[1, 0] = LEVER_M, -LEVER_M
-        return float(np.trace(ahead @ np.linalg.solve(edge_information(self), ahead.T)))
-
-
-@dataclass(frozen=True)
-class PosePrior:
-    """What poses from elsewhere say of keyframe b: that it lies at a_from_b (4, 4) in front of keyframe a, or, where a
-    is None, of the world; sigmas (6,), standard deviations along its own axes (rotation, radians; shift, metres), which
-    are true ones; unit: by how many of the sigmas that edges count with these are off, so that both can be compared."""
-
-    a: int | None
-    b: int
-    a_from_b: Float64Array
-    sigmas: Float64Array
-    unit: float
 
 
 @dataclass
@@ -75,18 +35,16 @@ class Batch:
     anchors: list[tuple[int, Float64Array, bool]] = field(default_factory=list)
     edges: list[PoseEdge] = field(default_factory=list)
     priors: list[PosePrior] = field(default_factory=list)
+    robust: bool = True  # whether edges pull the less the more others contradict them
 
     def problem(self) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         """The same as GTSAM has it."""
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
         for number, pose in self.guesses.items():
             values.insert(number, gtsam.Pose3(pose))
-        for anchor in self.anchors:
-            graph.add(_anchor(*anchor))
-        for edge in self.edges:
-            graph.add(_factor(edge))
-        for prior in self.priors:
-            graph.add(_prior_factor(prior))
+        edges = (_factor(edge, self.robust) for edge in self.edges)
+        for factor in (*(_anchor(*anchor) for anchor in self.anchors), *edges, *map(_prior_factor, self.priors)):
+            graph.add(factor)
         return graph, values
 
 
@@ -195,15 +153,32 @@ class PoseGraph:
         where iSAM2 has none."""
         return _marginal(self._isam, number)
 
-    def covariances(self) -> dict[int, Float64Array]:
-        """The marginal covariances of all keyframes at the present poses, without those that cannot be computed."""
+    def covariances(self, edges: Iterable[PoseEdge] | None = None) -> dict[int, Float64Array]:
+        """The marginal covariances of all keyframes at the present poses, those that can be computed, by other `edges`
+        whose errors are normal, and by priors' own sigmas; None = as edges and priors count."""
         isam = _isam2()
         try:
-            isam.update(*self._problem())
+            isam.update(*(self._problem() if edges is None else self._normal_problem(edges)))
         except RuntimeError:
             return {}
         marginals = {number: _marginal(isam, number) for number in self.poses}
         return {number: marginal for number, marginal in marginals.items() if marginal is not None}
+
+    def displacements(self, edges: Sequence[PoseEdge], others: Sequence[PoseEdge]) -> dict[int, Float64Array]:
+        """By how much (6,), along its own axes, each keyframe moves from where `edges` put it to where `others` do, to
+        first order; none where that cannot be computed."""
+        try:
+            before, after = (
+                graph.linearize(values).optimize() for graph, values in map(self._normal_problem, (edges, others))
+            )
+        except RuntimeError:
+            return {}
+        return {number: np.asarray(after.at(number) - before.at(number)) for number in self.poses}
+
+    def _normal_problem(self, edges: Iterable[PoseEdge]) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
+        """The present poses under edges whose errors are normal, and priors with their own sigmas."""
+        priors = [replace(prior, unit=1.0) for prior in self.priors]
+        return Batch(self.poses, self._anchored(self._anchors), list(edges), priors, robust=False).problem()
 
     def smooth(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes from all edges at once (Levenberg-Marquardt)."""
@@ -267,15 +242,6 @@ def _marginal(isam: gtsam.ISAM2, number: int) -> Float64Array | None:
     return marginal if np.isfinite(marginal).all() and np.linalg.eigvalsh(marginal)[0] > 0 else None
 
 
-def edge_information(edge: PoseEdge) -> Float64Array:
-    """The information (6, 6) that an edge counts by, of a perturbation along keyframe b's own axes."""
-    moved = adjoint(edge.a_from_b)
-    information = EDGE_SHARE * moved.T @ edge.information @ moved
-    values, axes = np.linalg.eigh((information + information.T) / 2)
-    bounded: Float64Array = axes * values.clip(*INFORMATION) @ axes.T
-    return bounded
-
-
 def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFactorPose3:
     kernel = gtsam.noiseModel.mEstimator.Huber.Create(PRIOR_HUBER * prior.unit)
     noise = gtsam.noiseModel.Robust.Create(kernel, gtsam.noiseModel.Diagonal.Sigmas(prior.sigmas / prior.unit))
@@ -285,12 +251,14 @@ def _prior_factor(prior: PosePrior) -> gtsam.BetweenFactorPose3 | gtsam.PriorFac
     return gtsam.BetweenFactorPose3(prior.a, prior.b, pose, noise)
 
 
-def _factor(edge: PoseEdge) -> gtsam.BetweenFactorPose3:
-    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(edge_information(edge))
-    kernels = gtsam.noiseModel.mEstimator
-    kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
-    robust = gtsam.noiseModel.Robust.Create(kernel, noise)
-    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), robust)
+def _factor(edge: PoseEdge, robust: bool) -> gtsam.BetweenFactorPose3:
+    information = edge_information(edge, INFORMATION[0] if robust else OPEN_INFORMATION)
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(information)
+    if robust:
+        kernels = gtsam.noiseModel.mEstimator
+        kernel = kernels.Huber.Create(HUBER) if edge.is_odometry else kernels.GemanMcClure.Create(GEMAN_MCCLURE)
+        noise = gtsam.noiseModel.Robust.Create(kernel, noise)
+    return gtsam.BetweenFactorPose3(edge.a, edge.b, gtsam.Pose3(edge.a_from_b), noise)
 
 
 def _anchor(number: int, pose: Float64Array, unanchored: bool) -> gtsam.PriorFactorPose3:

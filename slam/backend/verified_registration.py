@@ -12,7 +12,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
-from slam.frontend.view_registration import ViewRegistration, is_trusted
+from slam.frontend.view_registration import ViewRegistration, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
@@ -57,7 +57,9 @@ class VerifiedRegistration:
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
     ) -> IcpResult | None:
         result = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, wide)
-        if result is None or not is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES):
+        if result is None or leaves_open(result):
+            return None
+        if not is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES):
             return None
         motion = result.target_from_source
         if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:

@@ -51,7 +51,8 @@ FINE = Level(8, 0.05, strict=True, min_step_rad=1e-4, min_step_m=2e-4)  # far be
 class IcpResult:
     """Where the source view lies in the target's frame.
 
-    information (6, 6) of a left perturbation of target_from_source (rotation, shift); overlap, the share of the
+    information (6, 6) of a left perturbation of target_from_source (rotation, shift); solved_information, that of the
+    equations it was solved by, in which the noise of normals counts as if it were shape; overlap, the share of the
     source's points that fall on the target's image; agreement, the share of those with a reading that lie on
     it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
     sigmas; n_features, inliers among the correspondences; calibration, with what was learnt.
@@ -59,6 +60,7 @@ class IcpResult:
 
     target_from_source: Float64Array
     information: Float64Array
+    solved_information: Float64Array
     overlap: float
     agreement: float
     fit: float
@@ -74,16 +76,19 @@ class IcpResult:
     @property
     def sigma(self) -> tuple[float, float]:
         """Standard deviations of rotation (radians) and shift (metres) along their least certain axes."""
-        covariance = np.linalg.inv(self.information)
-        rotation, shift = (float(np.linalg.eigvalsh(part)[-1]) for part in (covariance[:3, :3], covariance[3:, 3:]))
-        return float(np.sqrt(max(rotation, 0.0))), float(np.sqrt(max(shift, 0.0)))
+        return _sigma(self.information)
+
+    @property
+    def solved_sigma(self) -> tuple[float, float]:
+        """The same by solved_information: large where there is neither shape nor noise."""
+        return _sigma(self.solved_information)
 
 
 @dataclass(frozen=True)
 class _DepthTerm:
     information: Float64Array
     gradient: Float64Array
-    certain: Float64Array
+    shape_information: Float64Array
     overlap: float
     agreement: float
     fit: float
@@ -140,16 +145,24 @@ def _joint(
 def _result(
     pose: Float64Array, depth: _DepthTerm, color: ColorTerm, calibration: ColorCalibration, step: Float64Array
 ) -> IcpResult:
-    of_pose = color.information[:6, :6] + DEPTH_SHARE * _bounded(depth.certain, 0.0)
     cross, of_camera = color.information[:6, 6:], color.information[6:, 6:]
-    information = of_pose - cross @ np.linalg.solve(of_camera + calibration.information, cross.T)
+    solved = color.information[:6, :6] + DEPTH_SHARE * depth.information
+    # The noise of one view's normals is not that of the other's: what both have in common is shape.
+    known = color.information[:6, :6] + DEPTH_SHARE * _bounded(depth.shape_information, 0.0)
+    of_both = cross @ np.linalg.solve(of_camera + calibration.information, cross.T)
+    known_of_pose, solved_of_pose = (_bounded(each - of_both, LEAST_INFORMATION) for each in (known, solved))
     # What the features know of the camera once the motion is accounted for.
-    likelihood = of_camera - cross.T @ np.linalg.solve(of_pose + 1e-6 * np.eye(6), cross)
+    likelihood = of_camera - cross.T @ np.linalg.solve(solved + 1e-6 * np.eye(6), cross)
     if depth.agreement >= MIN_CALIBRATION_AGREEMENT:
         calibration = calibration.updated(step, (likelihood + likelihood.T) / 2)
-    information = _bounded(information, LEAST_INFORMATION)
     figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
-    return IcpResult(pose, information, *figures, calibration)
+    return IcpResult(pose, known_of_pose, solved_of_pose, *figures, calibration)
+
+
+def _sigma(information: Float64Array) -> tuple[float, float]:
+    covariance = np.linalg.inv(information)
+    rotation, shift = (float(np.linalg.eigvalsh(part)[-1]) for part in (covariance[:3, :3], covariance[3:, 3:]))
+    return float(np.sqrt(max(rotation, 0.0))), float(np.sqrt(max(shift, 0.0)))
 
 
 def _bounded(matrix: Float64Array, least: float) -> Float64Array:
@@ -189,8 +202,8 @@ def _depth_term(
     rms = float(np.sqrt((weight * residual**2).sum() / max(float(weight.sum()), 1e-9)))
     information, gradient = (weighted @ jacobian.T).astype(np.float64), (weighted @ residual).astype(np.float64)
     fit = overlap * float(_weight(residual, strict=True).sum()) / len(inside)
-    certain = weighted @ (_jacobian(moved, _columns(own_normal, matched)) * scale).T if level.strict else information
-    return _DepthTerm(information, gradient, certain.astype(np.float64), overlap, agreement, fit, rms)
+    shape = weighted @ (_jacobian(moved, _columns(own_normal, matched)) * scale).T if level.strict else information
+    return _DepthTerm(information, gradient, shape.astype(np.float64), overlap, agreement, fit, rms)
 
 
 def _jacobian(points: Float32Array, normals: Float32Array) -> Float32Array:

@@ -169,10 +169,18 @@ def _most_plausible(results: Sequence[IcpResult]) -> IcpResult:
 
 
 def is_trusted(result: IcpResult, min_score: float = MIN_SCORE, min_features: int = MIN_FEATURES) -> bool:
-    """Whether depth or features agree well enough, and leave no direction open."""
-    turn_rad, shift_m = result.sigma
+    """Whether depth or features agree well enough, and the motion was to be solved for."""
     depth_agrees = result.score >= min_score and result.agreement >= MIN_AGREEMENT and result.rms <= MAX_RMS
     if result.overlap >= min_score and result.agreement < MIN_AGREEMENT:
         return False
-    is_certain = turn_rad <= MAX_SIGMA_RAD and shift_m <= MAX_SIGMA_M
-    return (depth_agrees or result.n_features >= min_features) and is_certain
+    return (depth_agrees or result.n_features >= min_features) and _is_certain(*result.solved_sigma)
+
+
+def leaves_open(result: IcpResult) -> bool:
+    """Whether nothing that both views show says how the camera moved along some direction: there the noise of normals
+    keeps tracking near where it was, and tells nothing of places."""
+    return not _is_certain(*result.sigma)
+
+
+def _is_certain(turn_rad: float, shift_m: float) -> bool:
+    return turn_rad <= MAX_SIGMA_RAD and shift_m <= MAX_SIGMA_M

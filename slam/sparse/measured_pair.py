@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
+from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 
 LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right

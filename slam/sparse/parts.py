@@ -10,11 +10,12 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.free_space_check import contradiction
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
+from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
 

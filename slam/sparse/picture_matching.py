@@ -11,7 +11,6 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseEdge
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -20,6 +19,7 @@ from slam.frontend.features import Features, depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
 from slam.frontend.wide_features import WideFeatures, match_wide_features
+from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair
 

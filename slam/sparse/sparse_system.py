@@ -13,15 +13,17 @@ from razer.arrays import Float64Array, IndexArray, Pose
 from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.loop_closure import LoopClosure
-from slam.backend.pose_graph import PoseEdge, PoseGraph, mahalanobis
+from slam.backend.pose_graph import PoseGraph, mahalanobis
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.keyframes import STILL, Keyframes, View
+from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
 from slam.sparse.parts import Parts
 from slam.sparse.picture_matching import PictureMatching
+from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
 LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more
 ROUNDS = 2  # of measuring neighbours at the poses that follow
@@ -79,7 +81,8 @@ class SparseSystem:
         self._lay_out(parts)
         self._solve(matching)
         self._news = self.trajectory()
-        graph = GraphReport.of(self.keyframes, self.graph, self.n_loops, self.graph.covariances())
+        uncertainty = final_uncertainty(self.graph, CovarianceScale().measure(self.graph))
+        graph = GraphReport.of(self.keyframes, self.graph, self.n_loops, uncertainty)
         self._report = PoseReport(None, None, graph)
 
     def _grown(self, matching: PictureMatching) -> Parts:

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from app.frames.color_registration import register_color
-from app.frames.refined_camera import intrinsics_of_views
+from app.frames.cameras.color_registration import register_color
+from app.frames.cameras.refined_camera import intrinsics_of_views
 from app.pipeline.track_only import TrackedPath, tracked_path
 from app.settings.run_config import InputSettings, RunConfig
 from data_tools import open_sequence

@@ -23,12 +23,12 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.loop_closure import LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import EDGE_SHARE, PoseEdge
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, View
+from slam.pose_edge import EDGE_SHARE, PoseEdge
 from slam.se3 import exp_se3
 from slam.system import SlamSystem
 
@@ -62,9 +62,8 @@ class Walk:
         """One further keyframe, and what comes with it."""
         slam, number = self.slam, len(self.slam.keyframes)
         information = np.eye(6) / NOISE**2 / EDGE_SHARE
-        result = IcpResult(
-            self.measured(number - 1, number), information, 0.6, 0.9, 0.6, 1.0, 200, ColorCalibration.nominal()
-        )
+        measured, nominal = self.measured(number - 1, number), ColorCalibration.nominal()
+        result = IcpResult(measured, information, information, 0.6, 0.9, 0.6, 1.0, 200, nominal)
         view = replace(self.view, index=FRAMES_PER_KEYFRAME * number)
         self._timed("extend", lambda: slam.map.extend(slam.keyframes[number - 1], view, result, SPACING_M * number))
         for frame in range(FRAMES_PER_KEYFRAME):

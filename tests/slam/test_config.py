@@ -96,7 +96,7 @@ def test_features_are_as_many_and_as_spread_as_the_settings_say(room):
 
 def test_a_keyframe_is_taken_where_the_settings_say():
     moved = exp_se3(np.array([0, np.radians(15), 0, 0, 0, 0]))
-    result = IcpResult(moved, np.eye(6), 1.0, 1.0, 1.0, 1.0, 100, ColorCalibration.nominal())
+    result = IcpResult(moved, np.eye(6), np.eye(6), 1.0, 1.0, 1.0, 1.0, 100, ColorCalibration.nominal())
     assert needs_keyframe(result, KeyframeSettings())
     assert not needs_keyframe(result, KeyframeSettings(max_angle_deg=20))
     assert needs_keyframe(replace(result, overlap=0.55), KeyframeSettings(max_angle_deg=20, min_score=0.6))

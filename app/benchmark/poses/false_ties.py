@@ -9,8 +9,8 @@ import numpy as np
 from app.benchmark.poses.motion_error import is_false
 from razer.arrays import Pose
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
 from slam.frontend.keyframes import Keyframe
+from slam.pose_edge import PoseEdge
 
 
 def count_false_edges(edges: Iterable[PoseEdge], frames: Sequence[int], truth: Mapping[int, Pose]) -> int:

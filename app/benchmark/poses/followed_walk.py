@@ -8,12 +8,13 @@ from time import process_time
 
 import numpy as np
 
+from app.benchmark.poses.calibration import nees_figures
 from app.benchmark.poses.consistency import pose_nees
 from app.benchmark.poses.false_ties import MergeWatch, count_false_edges
 from app.benchmark.poses.hard_walk import HardWalk, Shot
 from app.benchmark.poses.known_view import seen_cells
 from app.benchmark.poses.recovery import RecoveryWatch
-from razer.arrays import Pose
+from razer.arrays import Float64Array, Pose
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.sparse.sparse_system import SparseSystem
@@ -80,7 +81,7 @@ class FollowedWalk:
             "false_ties": self._false_edges() + self.merges.n_false,
             **_errors(self.truth, final, frames_per_s),
             "cpu_ms": round(1000 * self.cpu_s / seeing, 1),
-            "nees": self._nees(),
+            **nees_figures(self._nees()),
         }
 
     def _final(self) -> dict[int, Pose]:
@@ -92,13 +93,12 @@ class FollowedWalk:
         frames = [keyframe.view.index for keyframe in self.slam.keyframes.all]
         return count_false_edges(self.slam.graph.edges, frames, self.truth)
 
-    def _nees(self) -> float | None:
+    def _nees(self) -> Float64Array:
         graph = self.slam.report().graph
         if graph is None:
-            return None
+            return np.zeros(0)
         poses = dict(zip(graph.frames.tolist(), graph.world_from_camera, strict=True))
-        nees = pose_nees(poses, graph.covariances, self.truth)
-        return round(float(nees.mean()), 2) if len(nees) else None
+        return pose_nees(poses, graph.covariances, self.truth)
 
 
 def _errors(truth: Mapping[int, Pose], poses: Mapping[int, Pose], frames_per_s: float) -> Figures:

@@ -53,11 +53,12 @@ class HardWorld:
     is_sparse: bool = False
 
 
-def _scene(name: str, seed: int, *, size: tuple[int, int] = SMALL, **options: Any) -> SyntheticScene:
+def recorded(name: str, seed: int, *, size: tuple[int, int] = SMALL, **options: Any) -> SyntheticScene:
+    """A scene by its name in SCENES, seen by a Kinect unless the options say otherwise."""
     return SyntheticScene(name, seed, None, *size, **{"sensor": KINECT} | options)
 
 
-def _walk(
+def walk_through(
     recording: Recording, seed: int, n_frames: int | None, *, usual: int | None = N_FRAMES, every: int = 1
 ) -> HardWalk:
     """The beginning of a walk, or all of it, of which every so many frames are shown."""
@@ -67,7 +68,7 @@ def _walk(
 
 def _shuffled(scene: str, every: int, seed: int, n_frames: int | None) -> HardWalk:
     """Few pictures of a whole walk, in any order."""
-    walk = _walk(partial(_scene, scene), seed, n_frames, usual=None, every=every)
+    walk = walk_through(partial(recorded, scene), seed, n_frames, usual=None, every=every)
     order = np.random.default_rng([seed, 103]).permutation(len(walk))
     return replace(walk, order=tuple(walk.order[n] for n in order.tolist()))
 
@@ -88,14 +89,14 @@ def _blinded(walk: HardWalk, stretches: Iterable[range]) -> HardWalk:
 
 def _blind_for_a_second(seed: int, n_frames: int | None) -> HardWalk:
     """Twice on the way."""
-    walk = _walk(partial(_scene, "room"), seed, n_frames)
+    walk = walk_through(partial(recorded, "room"), seed, n_frames)
     long = round(BLIND_S * walk.frames_per_s)
     return _blinded(walk, (range(at, at + long) for at in (len(walk) // 3, 2 * len(walk) // 3)))
 
 
 def _blind_and_elsewhere(seed: int, n_frames: int | None) -> HardWalk:
     """The first part of the walk, nothing for ten seconds, and then, from far along the walk, back to its beginning."""
-    frames = _scene("room", seed)
+    frames = recorded("room", seed)
     whole = min(n_frames or len(frames), len(frames))
     begin, back = range(whole // 4), range(5 * whole // 8, -1, -2)
     nothing = (None,) * round(LONG_BLIND_S * FRAMES_PER_S)
@@ -103,7 +104,7 @@ def _blind_and_elsewhere(seed: int, n_frames: int | None) -> HardWalk:
 
 
 def _dark(seed: int, n_frames: int | None) -> HardWalk:
-    walk = _walk(partial(_scene, "room", light="evening", sensor=NOISY), seed, n_frames)
+    walk = walk_through(partial(recorded, "room", light="evening", sensor=NOISY), seed, n_frames)
     return replace(walk, change=dark(DARK, DARK_SIGMA, seed))
 
 
@@ -114,7 +115,7 @@ def _fast_turns(seed: int, n_frames: int | None) -> HardWalk:
 
 def _blind_between_twins(seed: int, n_frames: int | None) -> HardWalk:
     """Through both rooms, blind from before the first one's door until within the second."""
-    walk = _walk(partial(_scene, "twin-rooms"), seed, n_frames, usual=None, every=3)
+    walk = walk_through(partial(recorded, "twin-rooms"), seed, n_frames, usual=None, every=3)
     y = walk.recording.poses[list(range(0, len(walk.recording), 3))][: len(walk), 1, 3]
     inside = y < y.max() - _BEYOND_DOOR_M
     doors = np.flatnonzero(np.diff(inside.astype(int)))  # into the first, out of it, into the second, out of it
@@ -125,28 +126,30 @@ def _blind_between_twins(seed: int, n_frames: int | None) -> HardWalk:
 WORLDS: dict[str, HardWorld] = {
     **{f"stride-{n}": HardWorld(f"a room, every {n} of 30 frames/s", partial(_strided, n)) for n in STRIDES},
     "plain-sensor": HardWorld(
-        "the same at 15 frames/s, the sensor's noise alone", partial(_walk, partial(_scene, "room", sensor=PLAIN))
+        "the same at 15 frames/s, the sensor's noise alone",
+        partial(walk_through, partial(recorded, "room", sensor=PLAIN)),
     ),
-    "vga": HardWorld("the same at 640x480", partial(_walk, partial(_scene, "room", size=VGA))),
+    "vga": HardWorld("the same at 640x480", partial(walk_through, partial(recorded, "room", size=VGA))),
     "blind-1s": HardWorld("blind for a second, twice", _blind_for_a_second),
     "blind-10s": HardWorld("blind for ten seconds, then elsewhere, and back", _blind_and_elsewhere),
-    "people": HardWorld("people walk through", partial(_walk, partial(_scene, "room", people=N_PEOPLE))),
+    "people": HardWorld("people walk through", partial(walk_through, partial(recorded, "room", people=N_PEOPLE))),
     "dark": HardWorld("dim light, noise", _dark),
     "blank-walls": HardWorld(
         "once round a corridor whose walls are of one colour",
-        partial(_walk, partial(_scene, "corridor-loop", walls="bare"), usual=None, every=3),
+        partial(walk_through, partial(recorded, "corridor-loop", walls="bare"), usual=None, every=3),
     ),
     "fast-turns": HardWorld("turns to and fro by up to 200 degrees/s, rolling shutter", _fast_turns),
     "misregistered": HardWorld(
-        "colour by another camera than declared", partial(_walk, partial(_scene, "room", misalignment=MISALIGNMENT))
+        "colour by another camera than declared",
+        partial(walk_through, partial(recorded, "room", misalignment=MISALIGNMENT)),
     ),
     "look-alikes": HardWorld(
         "once round a corridor with three places alike",
-        partial(_walk, partial(_scene, "corridor-loop"), usual=None, every=3),
+        partial(walk_through, partial(recorded, "corridor-loop"), usual=None, every=3),
     ),
     "twin-rooms": HardWorld(
         "two rooms furnished alike, one after the other",
-        partial(_walk, partial(_scene, "twin-rooms"), usual=None, every=3),
+        partial(walk_through, partial(recorded, "twin-rooms"), usual=None, every=3),
     ),
     "blind-between-twins": HardWorld("the same, blind from one room into the other", _blind_between_twins),
     **{

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from app.benchmark.poses.calibration_worlds import CALIBRATION_WORLDS
 from app.benchmark.poses.followed_walk import follow
 from app.benchmark.poses.hard_worlds import WORLDS
 from app.console.progress import show_progress
@@ -16,20 +17,24 @@ from razer.errors import BadInput
 from slam.sparse.sparse_system import SparseSystem
 from slam.system import SlamSystem
 
+_ALL = WORLDS | CALIBRATION_WORLDS
 
-def chosen_worlds(names: Sequence[str]) -> list[str]:
-    """The worlds by name, each once, or all of them without names; raises BadInput for one that there is not."""
-    unknown = [name for name in names if name not in WORLDS]
+
+def chosen_worlds(names: Sequence[str], *, calibration: bool = False) -> list[str]:
+    """The hard worlds by name, or those for the calibration of covariances, each once, or all of them without names;
+    raises BadInput for one that there is not."""
+    worlds = CALIBRATION_WORLDS if calibration else WORLDS
+    unknown = [name for name in names if name not in worlds]
     if unknown:
-        raise BadInput(f"no world '{unknown[0]}': choose from {', '.join(WORLDS)}")
-    return list(dict.fromkeys(names or WORLDS))
+        raise BadInput(f"no world '{unknown[0]}': choose from {', '.join(worlds)}")
+    return list(dict.fromkeys(names or worlds))
 
 
 def measure_poses(
     worlds: Sequence[str], seeds: Sequence[int], n_frames: int | None, console: Console
 ) -> list[dict[str, Any]]:
-    """The figures of each world (a name in WORLDS) with each seed, with the keys `world` and `seed`; of n_frames of its
-    walk at most, None = as many as it usually has. Progress goes to the console."""
+    """The figures of each world (a name that `chosen_worlds` gave) with each seed, with the keys `world` and `seed`; of
+    n_frames of its walk at most, None = as many as it usually has. Progress goes to the console."""
     runs = [(world, seed) for world in worlds for seed in seeds]
     rows: list[dict[str, Any]] = []
     measured = (_measure(world, seed, n_frames, console) for world, seed in runs)
@@ -46,7 +51,8 @@ def _told(rows: Sequence[dict[str, Any]]) -> str:
 def _measure(world: str, seed: int, n_frames: int | None, console: Console) -> dict[str, Any]:
     # A bar goes on by itself; elsewhere one is told every ten seconds what is waited for.
     with nullcontext() if is_live(console) else waiting_for(f"{world}, seed {seed}", console):
-        walk = WORLDS[world].walk(seed, n_frames)
-        slam = SparseSystem() if WORLDS[world].is_sparse else SlamSystem()
+        hard = _ALL[world]
+        walk = hard.walk(seed, n_frames)
+        slam = SparseSystem() if hard.is_sparse else SlamSystem()
         figures = follow(walk, slam).figures(walk.frames_per_s)
     return {"world": world, "seed": seed, **figures}

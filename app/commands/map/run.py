@@ -179,8 +179,8 @@ def _run(
     # Late, since Open3D and torch take seconds to load: help and wrong usage should not wait for them.
     leave_cores_to_helpers()
     with waiting_for("starting"):
+        from app.frames.cameras.refined_camera import with_camera_of
         from app.frames.open_recording import open_recording
-        from app.frames.refined_camera import with_camera_of
         from app.pipeline.prepare_run import resolve_models
         from app.pipeline.run_pipeline import run_to_folder
 

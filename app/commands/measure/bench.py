@@ -136,6 +136,7 @@ def poses(
     worlds: Annotated[str, Parameter(show_default=False)] = "",
     frames: int = 0,
     seed: Annotated[str, Parameter(name=("--seed", "--seeds"))] = "1,2,3",
+    calibration: Flag = False,
     json: Flag = False,
 ) -> None:
     """Measure pose estimation in synthetic worlds that make it hard.
@@ -155,6 +156,9 @@ def poses(
         At most so many of each walk; 0 = as many as it usually has.
     seed:
         Seeds of the worlds, with commas between; the table is over all of them, --json has each.
+    calibration:
+        Instead, whether the covariances of poses are as large as their errors, in other worlds, that are not hard, and
+        with two sensors; each run has a line.
     json:
         One line of JSON.
     """
@@ -162,15 +166,19 @@ def poses(
         raise BadInput(f"--frames {frames}: give 0 or more")
     seeds = list(dict.fromkeys(whole_numbers("--seed", seed, 0)))
     with waiting_for("starting"):
+        from app.benchmark.poses.calibration import calibration_table, described, summary
         from app.benchmark.poses.report import poses_table
         from app.benchmark.poses.run_poses import chosen_worlds, measure_poses
 
-    chosen = chosen_worlds(worlds.split(",") if worlds else ())
+    chosen = chosen_worlds(worlds.split(",") if worlds else (), calibration=calibration)
     rows = measure_poses(chosen, seeds, frames or None, progress_console())
+    together = {"calibration": summary(rows)} if calibration else {}
     if json:
-        print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows}))
+        print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows} | together))
         return
-    result_console().print(poses_table(rows))
+    result_console().print(calibration_table(rows) if calibration else poses_table(rows))
+    if calibration:
+        result_console().print(described(summary(rows)), soft_wrap=True, highlight=False)
     print_next(("config",))  # the settings of the pose estimation are among them
 
 

@@ -80,8 +80,8 @@ def inspect(
 
 def _with_intrinsics(inspection: Inspection, sequence: RgbdSequence) -> tuple[Inspection, IntrinsicsEstimate]:
     """The inspection with what pairs of views say of the intrinsics among its findings, and the estimate."""
-    from app.frames.color_registration import ColorRegistration
-    from app.frames.refined_camera import intrinsics_of_views
+    from app.frames.cameras.color_registration import ColorRegistration
+    from app.frames.cameras.refined_camera import intrinsics_of_views
     from data_tools.checks.inspection import Issue
 
     color = inspection.rgbd_estimate

@@ -13,8 +13,8 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
 from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.pose_edge import PoseEdge
 from slam.submap_settings import SubmapSettings
 
 MAJORITY = 2.0  # times as many hypotheses as for any other place; a place beside its look-alike has that soon

@@ -11,11 +11,12 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import hanging_on
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.pose_edge import PoseEdge
 
 REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there
 

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 from scipy.spatial import cKDTree
 
-from app.frames.color_registration import register_color
+from app.frames.cameras.color_registration import register_color
 from data_tools import open_sequence
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.synthetic_room import SyntheticRoom

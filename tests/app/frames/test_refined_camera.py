@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from app.frames.color_registration import ColorRegistration, register_color
+from app.frames.cameras.color_registration import ColorRegistration, register_color
+from app.frames.cameras.refined_camera import camera_text, intrinsics_of_views, with_camera_of
 from app.frames.open_recording import open_recording
-from app.frames.refined_camera import camera_text, intrinsics_of_views, with_camera_of
 from app.settings.config_file import read_run_config
 from app.settings.run_config import InputSettings
 from data_tools.recordings.sequence import RgbdSequence

@@ -17,17 +17,23 @@ from razer.frame import Frame, Intrinsics
 from slam.report import PoseReport
 
 CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
-GRAPH = SimpleNamespace(n_unanchored=0)
+GRAPH = SimpleNamespace(n_unanchored=0, local_sigmas_m={0: 0.04, 3: 0.001})
+CONFIG = SimpleNamespace(voxels=SimpleNamespace(voxel_size_m=0.02))
 
 
 class Calls:
     """A mapper and a timeline that write down how they are called."""
+
+    config = CONFIG
 
     def __init__(self):
         self.calls = []
 
     def move(self, corrections):
         self.calls.append(("move", sorted(corrections)))
+
+    def weigh(self, weights):
+        self.calls.append(("weigh", weights))
 
     def fuse(self, observation):
         self.calls.append(("fuse", observation.frame.index))
@@ -78,7 +84,7 @@ def test_each_packet_takes_its_way():
         ("track", 2), ("skipped", 2, "torn"),
         ("move", [0]), ("track", 3), ("fuse", 3), ("show", 3),
         ("move", [0, 1]), ("finish_tracking", [0, 1]),
-        ("fuse", 1),  # the timeline has passed it
+        ("weigh", {0: 0.25, 1: 0.25}), ("fuse", 1),  # the timeline has passed it
     ]  # fmt: skip
     assert accounting.indices == [0, 1, 3]
     assert [pose[0, 0] for pose in accounting.poses] == [2, 1, 1]

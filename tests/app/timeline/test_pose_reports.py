@@ -13,9 +13,10 @@ from app.timeline.config import TimelineConfig
 from app.timeline.poses.trajectory_lines import TrajectoryLines
 from app.timeline.rerun_timeline import Timeline
 from razer.frame import Intrinsics
-from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.pose_graph import PoseGraph
 from slam.frontend.keyframes import Keyframe, Keyframes
-from slam.report import GraphReport, PoseReport, TrackingQuality
+from slam.pose_edge import PoseEdge
+from slam.report import GraphReport, OpenStretch, PoseReport, PoseUncertainty, TrackingQuality
 from slam.se3 import exp_se3
 from tests.support.timeline_rows import chunks_of
 
@@ -35,12 +36,13 @@ def test_keyframes_that_nothing_ties_to_the_first_are_counted_and_not_placed():
     keyframes.all = [keyframe(0, 0), keyframe(1, 1), keyframe(2, 1), keyframe(3, 0)]
     poses.add_edge(PoseEdge(1, 2, np.eye(4), np.eye(6), is_odometry=True))
     poses.add_edge(PoseEdge(0, 3, np.eye(4), np.eye(6)))
-    graph = GraphReport.of(keyframes, poses, 0, {2: np.eye(6), 3: 2 * np.eye(6)})
+    graph = GraphReport.of(keyframes, poses, 0, PoseUncertainty({2: np.eye(6), 3: 2 * np.eye(6)}, {0: 0.1, 2: 0.2}))
     assert graph.frames.tolist() == [0, 30]
     assert graph.n_unanchored == 2
     assert graph.edges.tolist() == [[0, 1]]  # rows, not numbers
     assert graph.is_odometry.tolist() == [False]
     assert list(graph.covariances) == [30]
+    assert graph.local_sigmas_m == {0: 0.1}
     np.testing.assert_allclose(graph.world_from_camera[:, 0, 3], [0, 3])
 
 
@@ -66,7 +68,17 @@ def test_a_keyframe_without_a_covariance_is_left_out_of_the_file(tmp_path):
     assert kept["frames"].tolist() == [20]
     assert kept["covariances"].shape == (1, 6, 6)
     write_pose_covariances(tmp_path / "none.npz", replace(graph, covariances={}))
-    assert np.load(tmp_path / "none.npz")["covariances"].shape == (0, 6, 6)
+    none = np.load(tmp_path / "none.npz")
+    assert none["covariances"].shape == (0, 6, 6)
+    assert (none["open_frames"].shape, none["open_axes"].shape) == ((0, 2), (0, 3))
+
+
+def test_stretches_in_which_a_direction_was_open_are_kept(tmp_path):
+    stretches = (OpenStretch(20, 40, np.array([0, 0, 1.0])), OpenStretch(70, 75, np.array([0.6, 0.8, 0])))
+    write_pose_covariances(tmp_path / "c.npz", replace(graph_at(np.zeros((3, 3))), open=stretches))
+    kept = np.load(tmp_path / "c.npz")
+    assert kept["open_frames"].tolist() == [[20, 40], [70, 75]]
+    np.testing.assert_array_equal(kept["open_axes"], [[0, 0, 1], [0.6, 0.8, 0]])
 
 
 def test_an_optimisation_that_moves_keyframes_is_shown_before_and_after(tmp_path):

@@ -9,6 +9,7 @@ import pytest
 import torch
 
 import razer.volume.blocks.block_pages
+from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 from razer.volume.voxel_map import VoxelMap
 from tests.support.scenes import COARSE, frame_of, plane_depth, pose
@@ -58,6 +59,48 @@ def test_a_voxel_has_the_colour_that_was_seen_of_it(order: tuple[bool, ...]) -> 
     _, weight, color = observed(fused(*order))
     assert (weight == len(order)).all()
     torch.testing.assert_close(color, torch.tensor(COLOR, dtype=torch.float32).expand_as(color), atol=0.01, rtol=0)
+
+
+def at_distance(frame: Frame, off_m: float, weight: float) -> Frame:
+    return replace(frame, depth=frame.depth + np.float32(off_m), weight=weight)
+
+
+@pytest.mark.parametrize("has_color", [None, True, False])
+def test_a_frame_counts_by_its_weight(has_color: bool | None) -> None:
+    """Two frames in full, and one a centimetre farther that counts a quarter: the mean of the distances by weight."""
+    alone, mean = VoxelMap(COARSE, "CPU:0"), VoxelMap(COARSE, "CPU:0")
+    off_m, weight = 0.01, 0.25
+    for voxels in (alone, mean):
+        voxels.integrate(wall(0, has_color))
+        voxels.integrate(wall(1, has_color))
+    mean.integrate(at_distance(wall(2, has_color), off_m, weight))
+    (tsdf, counts, _), (shifted, counted, color) = observed(alone), observed(mean)
+    inside = (tsdf.abs() < 0.5) & (counts == 2)
+    assert len(tsdf) == len(shifted)
+    torch.testing.assert_close(counted[inside], counts[inside] + weight)
+    expected = off_m * weight / (2 + weight) / (COARSE.truncation_voxels * COARSE.voxel_size_m)
+    torch.testing.assert_close((shifted - tsdf)[inside], torch.full_like(tsdf[inside], expected), atol=1e-5, rtol=0.01)
+    if has_color is not False:
+        torch.testing.assert_close(
+            color[inside], torch.tensor(COLOR).float().expand_as(color[inside]), atol=0.01, rtol=0
+        )
+
+
+def test_what_is_seen_with_a_small_weight_alone_lies_where_it_is() -> None:
+    voxels, light = VoxelMap(COARSE, "CPU:0"), VoxelMap(COARSE, "CPU:0")
+    for index in range(4):
+        voxels.integrate(wall(index, None))
+        light.integrate(replace(wall(index, None), weight=0.25))
+    (tsdf, weight, color), (same, less, tinted) = observed(voxels), observed(light)
+    torch.testing.assert_close(same, tsdf)
+    torch.testing.assert_close(tinted, color)
+    assert (less == weight / 4).all()
+
+
+@pytest.mark.parametrize("weight", [0.0, -1.0, 1.5])
+def test_a_weight_that_is_none_is_refused(weight: float) -> None:
+    with pytest.raises(UnusableFrame, match="a weight of"):
+        replace(wall(0, None), weight=weight)
 
 
 def test_what_was_never_seen_in_colour_has_none() -> None:

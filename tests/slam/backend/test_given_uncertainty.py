@@ -7,7 +7,8 @@ import pytest
 
 from razer.geometry import inverse
 from slam.backend.given_uncertainty import MIN_SIGMA_M, GivenUncertainty
-from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph, PosePrior
+from slam.backend.pose_graph import PoseGraph
+from slam.pose_edge import EDGE_SHARE, PoseEdge, PosePrior
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import exp_se3, length_m
 from tests.support.drifting_poses import drifting, noisy

@@ -9,12 +9,13 @@ import numpy as np
 from razer.geometry import inverse
 from slam.backend.loop_closure import MIN_GAIN, LoopClosure, plausible
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import EDGE_SHARE, PoseEdge, PoseGraph
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.pose_edge import EDGE_SHARE, PoseEdge
 from slam.se3 import exp_se3
 
 SIGMA = 0.01

@@ -9,17 +9,8 @@ import numpy as np
 import pytest
 
 from razer.geometry import inverse
-from slam.backend.pose_graph import (
-    EDGE_SHARE,
-    GEMAN_MCCLURE,
-    LEVER_M,
-    PRIOR_HUBER,
-    PoseEdge,
-    PoseGraph,
-    PosePrior,
-    _prior_factor,
-    mahalanobis,
-)
+from slam.backend.pose_graph import GEMAN_MCCLURE, PRIOR_HUBER, PoseGraph, _prior_factor, mahalanobis
+from slam.pose_edge import EDGE_SHARE, LEVER_M, PoseEdge, PosePrior
 from slam.se3 import adjoint, exp_se3, length_m
 
 

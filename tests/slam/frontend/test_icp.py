@@ -12,7 +12,7 @@ from slam.frontend.correspondences import Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.icp import icp
-from slam.frontend.view_registration import is_trusted
+from slam.frontend.view_registration import is_trusted, leaves_open
 from slam.se3 import exp_se3, length_m
 
 
@@ -28,9 +28,11 @@ def test_features_say_where_a_bare_wall_leaves_the_motion_open(rng):
     correspondences = Correspondences.at_rest(rays, np.full(80, 2.0), source_rays, np.full(80, 1.5 / 525))
     alone = icp(grids, grids, np.eye(4), Correspondences.none(), ColorCalibration.nominal(), noise)
     assert not is_trusted(alone)
+    assert leaves_open(alone)
     result = icp(grids, grids, np.eye(4), correspondences, ColorCalibration.nominal(), noise)
     assert length_m(inverse(truth) @ result.target_from_source) < 0.002
     assert is_trusted(result)
+    assert not leaves_open(result)
 
 
 def test_the_noise_of_normals_does_not_hide_that_a_bare_wall_leaves_the_motion_open(rng):
@@ -50,4 +52,5 @@ def test_the_noise_of_normals_does_not_hide_that_a_bare_wall_leaves_the_motion_o
     open_axes = np.abs(axes[:, :3])  # shifts along the wall, and turns about its normal
     assert open_axes[[0, 1, 5]].max() < 0.2
     assert values[:3].max() < 0.02 * values[3]
-    assert not is_trusted(result)
+    assert leaves_open(result)
+    assert max(result.solved_sigma) < 0.1 * max(result.sigma)

@@ -10,7 +10,7 @@ import pytest
 from app.benchmark.poses.false_ties import MergeWatch, count_false_edges
 from app.benchmark.poses.motion_error import MAX_OFF_DEG, MAX_OFF_M
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseEdge
+from slam.pose_edge import PoseEdge
 from slam.se3 import exp_se3
 
 FRAMES = [3, 7, 20]

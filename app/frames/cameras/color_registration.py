@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import Console
 
 from app.console.waiting import waiting_for
-from app.frames.run_registration import read_calibration_for
+from app.frames.cameras.run_registration import read_calibration_for
 from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
 from data_tools.recordings.color_warp import ColorWarp
 from data_tools.recordings.recorded_sequence import RecordedSequence

@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 
 from app.console.waiting import waiting_for
-from app.frames.color_registration import ColorRegistration, register_color
+from app.frames.cameras.color_registration import ColorRegistration, register_color
 from app.settings.run_config import InputSettings
 from data_tools.recordings.recorded_sequence import RecordedSequence
 from data_tools.recordings.sequence import RgbdSequence
