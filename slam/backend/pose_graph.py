@@ -23,6 +23,7 @@ HUBER = 0.5
 PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
+LEAP_M = 1.0  # by which poses move at once, at most, if it is known that full steps did not diverge
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
 
 
@@ -121,14 +122,26 @@ class PoseGraph:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
         try:
             self._update(self._new)
-        except RuntimeError:
-            # GTSAM raises it for a step it cannot solve; damped ones can, and iSAM2 goes on from where they lead.
-            self.smooth()
-            self.replace(self.edges)
-            return self.poses
+            estimate = self._isam.calculateEstimate()
+        except RuntimeError:  # a step that GTSAM cannot solve
+            return self._start_over()
+        if self._leaps(estimate):
+            return self._start_over()
         self._taken.append(self._new)
         self._new = Batch()
-        return self._take_over(self._isam.calculateEstimate())
+        return self._take_over(estimate)
+
+    def _start_over(self) -> Mapping[int, Float64Array]:
+        """By damped steps, which can be solved and do not diverge; iSAM2 goes on from where they lead."""
+        self.smooth()
+        self.replace(self.edges)
+        return self.poses
+
+    def _leaps(self, estimate: gtsam.Values) -> bool:
+        """Whether a pose would move so far that the full steps of iSAM2 may have diverged."""
+        rows = np.asarray(gtsam.utilities.extractPose3(estimate))
+        moved_m = np.linalg.norm(rows[: len(self._solved), 9:] - self._solved[:, 9:], axis=1)
+        return not np.isfinite(rows).all() or bool((moved_m > LEAP_M).any())
 
     def _take_over(self, estimate: gtsam.Values) -> Mapping[int, Float64Array]:
         """The poses of all keyframes, of which those that changed are new arrays."""
