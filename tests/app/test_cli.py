@@ -87,7 +87,7 @@ def test_defaults_that_the_help_shows_are_those_of_the_settings():
         "device": settings.run.device, "timeline": settings.run.timeline,
         "checkpoint_every": settings.run.checkpoint_every,
     }  # fmt: skip
-    words = {"None": {"detected", "the recording's", "all", "every minute"}, "True": {"--timeline"}}
+    words = {"None": {"auto", "detected", "the recording's", "all", "every minute"}, "True": {"--timeline"}}
     for name, default in told.items():
         value = places[name] if name in places else getattr(settings.input, name)
         assert default in words.get(str(value), {str(value)}), name

@@ -26,6 +26,7 @@ from razer.arrays import Pose
 from razer.detection.perception import Observation
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame, Intrinsics
+from slam.report import PoseReport
 
 CAMERA = Intrinsics(4, 3, 5.0, 5.0, 1.5, 1.0)
 N_FRAMES = 14
@@ -112,8 +113,8 @@ class Wavering:
     def finish(self) -> None:
         self._is_finished = True
 
-    def report(self) -> None:
-        return None
+    def report(self) -> PoseReport:
+        return PoseReport(None, None, None)
 
 
 class Nothing:
