@@ -65,7 +65,7 @@ class FeatureExtractor:
         """The features of a frame, with depths where its colour camera, as far as known, saw them."""
         gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
         corners, descriptors = self._described(gray)
-        if len(corners) < FEW:
+        if len(corners) < FEW and min(gray.shape) >= FAINT_SHADE:
             faint, of_faint = self._described(faint_texture(gray))
             corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
         if len(corners) == 0:

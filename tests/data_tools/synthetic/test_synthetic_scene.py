@@ -22,7 +22,7 @@ def same(one: Frame, other: Frame) -> bool:
 
 
 SLOW = {
-    name: pytest.param(name, marks=pytest.mark.full) for name in ("warehouse", "corridors", "twin-rooms")
+    name: pytest.param(name, marks=pytest.mark.full) for name in ("apartment", "warehouse", "corridors", "twin-rooms")
 }  # to build
 
 
