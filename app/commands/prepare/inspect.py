@@ -152,7 +152,7 @@ def _report(layout: str, inspection: Inspection, intrinsics: IntrinsicsEstimate)
     lines = _lines(layout, inspection)
     lines.insert(AFTER_CAMERA, ("intrinsics", str(intrinsics)))
     for name, value in lines:
-        console.print(f"{name + ':':14}{value}", soft_wrap=True)
+        console.print(f"{name + ':':15}{value}", soft_wrap=True)
     for index, reason in inspection.bad[:MAX_NAMED]:
         console.print(f"  frame {index}: {reason}", soft_wrap=True)
     for finding in inspection.issues:

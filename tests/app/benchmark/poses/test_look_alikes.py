@@ -1,0 +1,35 @@
+"""Rooms that look alike are not taken for each other, and what leaves the poses open makes none that are nowhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.benchmark.poses.followed_walk import FollowedWalk, follow
+from app.benchmark.poses.hard_worlds import WORLDS
+from slam.system import SlamSystem
+
+pytestmark = pytest.mark.full
+
+
+def followed(world: str) -> FollowedWalk:
+    return follow(WORLDS[world].walk(1, None), SlamSystem())
+
+
+def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_in_the_hall() -> None:
+    walk = followed("blind-between-twins")
+    figures = walk.figures(5.0)
+    assert figures["false_ties"] == 0
+    assert figures["share_tracked"] > 0.95
+    assert figures["ate_cm"] < 15
+
+
+def test_around_a_corridor_with_blank_walls_poses_stay_within_metres_and_say_what_is_open() -> None:
+    walk = followed("blank-walls")
+    graph = walk.slam.report().graph
+    figures = walk.figures(5.0)
+    assert figures["share_tracked"] > 0.9
+    assert figures["ate_cm"] < 300
+    assert graph is not None
+    assert np.isfinite(graph.world_from_camera).all()
+    assert graph.open
