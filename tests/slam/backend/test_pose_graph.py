@@ -338,3 +338,15 @@ def test_a_prior_pulls_no_more_strongly_beyond_two_of_its_own_sigmas():
     values = gtsam.Values()
     values.insert(0, gtsam.Pose3(moved(0.1)))
     assert factor.error(values) == pytest.approx(PRIOR_HUBER * unit * (10 * unit - PRIOR_HUBER * unit / 2))
+
+
+def test_longer_edges_displace_each_keyframe_by_its_share_of_the_way(rng):
+    """A straight path whose steps are all a hundredth longer: the keyframe at 3 m moves by 3 cm, along its own axes."""
+    poses = [moved(0.5 * n) for n in range(8)]
+    edges = edges_of(poses, [(n, n + 1) for n in range(7)], rng, 0.01, noise=0.0)
+    graph = graph_of(poses, edges)
+    longer = [replace(edge, a_from_b=moved(0.505)) for edge in edges]
+    displaced = graph.displacements(edges, longer)
+    for number in range(8):
+        np.testing.assert_allclose(displaced[number], [0, 0, 0, 0.005 * number, 0, 0], atol=1e-6)
+    assert not any(np.abs(move).max() > 1e-9 for move in graph.displacements(edges, edges).values())
