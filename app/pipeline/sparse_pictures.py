@@ -38,11 +38,11 @@ def match_pictures(
     for index in show_progress(indices, len(indices), lambda: "read", console, things="pictures"):
         try:
             frame = sequence[index]
+            system.locate(frame)
         except UnusableFrame as error:
             skip(index, str(error))
             continue
         see(frame)
-        system.locate(frame)
     with waiting_for("matching the pictures with each other", console):
         system.finish()
     return system

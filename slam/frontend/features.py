@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
+from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 from slam.config import ColorSettings, FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -18,6 +19,7 @@ OCTAVE = 1.2  # reduction from one level of ORB's image pyramid to the next, as 
 FAST_THRESHOLD = 8  # of grey levels; low, since the raster keeps the strongest corners of each cell anyway
 DETECTED_PER_KEPT = 3  # corners detected for each one kept, so that cells with weak ones get their share
 FEW = 300  # with fewer corners than this, faint ones are looked for, too
+MIN_SIDE = 4  # pixels; nothing can be told from fewer
 FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shading between which they lie; contrast
 
 
@@ -62,7 +64,10 @@ class FeatureExtractor:
         )
 
     def extract(self, frame: Frame, calibration: ColorCalibration) -> Features:
-        """The features of a frame, with depths where its colour camera, as far as known, saw them."""
+        """The features of a frame, with depths where its colour camera, as far as known, saw them; raises UnusableFrame
+        for images of a few pixels."""
+        if min(frame.depth.shape) < MIN_SIDE:
+            raise UnusableFrame(f"an image of {frame.intrinsics.width}x{frame.intrinsics.height} pixels shows nothing")
         gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
         corners, descriptors = self._described(gray)
         if len(corners) < FEW and min(gray.shape) >= FAINT_SHADE:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -52,3 +54,11 @@ def test_a_painted_wall_has_corners_too():
     # A gradient is shading, not texture.
     shaded = np.tile(np.linspace(50, 200, 320), (240, 1)).astype(np.uint8)
     assert np.abs(faint_texture(shaded)[20:-20, 20:-20].astype(int) - 128).max() <= 8
+
+
+@pytest.mark.parametrize("side", [1, 2, 3])
+def test_images_of_a_few_pixels_cannot_be_used(side):
+    camera = Intrinsics(side, side, 1.0, 1.0, 0.0, 0.0)
+    frame = Frame(0, 0.0, np.zeros((side, side, 3), np.uint8), np.ones((side, side), np.float32), camera)
+    with pytest.raises(UnusableFrame, match=f"an image of {side}x{side} pixels shows nothing"):
+        FeatureExtractor(SlamConfig()).extract(frame, ColorCalibration.nominal())
