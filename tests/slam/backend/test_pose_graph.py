@@ -10,7 +10,7 @@ import pytest
 
 from razer.geometry import inverse
 from slam.backend.pose_graph import GEMAN_MCCLURE, PRIOR_HUBER, PoseGraph, _prior_factor, mahalanobis
-from slam.pose_edge import EDGE_SHARE, LEVER_M, PoseEdge, PosePrior
+from slam.pose_edge import EDGE_SHARE, PoseEdge, PosePrior
 from slam.se3 import adjoint, exp_se3, length_m
 
 
@@ -307,15 +307,6 @@ def test_the_table_of_edges_grows_with_them_and_begins_anew_with_others(rng):
     assert is_odometry.tolist() == [True] * 7 + [False]
     graph.replace(edges[2:4])
     assert graph.edge_table()[0].tolist() == [[2, 3], [3, 4]]
-
-
-def test_what_an_edge_leaves_open_is_where_things_two_metres_ahead_are(rng):
-    spread = rng.normal(size=(6, 6)) * 0.05
-    covariance = spread @ spread.T + 0.01 * np.eye(6)
-    edge = PoseEdge(0, 1, np.eye(4), np.linalg.inv(covariance) / EDGE_SHARE)
-    ahead = np.array([0.0, 0.0, LEVER_M])
-    jacobian = np.column_stack([*(np.cross(axis, ahead) for axis in np.eye(3)), np.eye(3)])
-    assert edge.variance_m2 == pytest.approx(np.trace(jacobian @ covariance @ jacobian.T), rel=1e-6)
 
 
 def test_edges_count_in_the_network_by_what_they_still_pull():
