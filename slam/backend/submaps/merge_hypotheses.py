@@ -6,7 +6,7 @@ contradict them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,6 +48,10 @@ class MergeHypotheses:
         refuted = set(map(id, hypotheses))
         self._all = [one for one in self._all if id(one) not in refuted]
 
+    def tying(self, numbers: Collection[int]) -> list[MergeHypothesis]:
+        """Those between some keyframes and others."""
+        return [one for one in self._all if (one.edge.a in numbers) != (one.edge.b in numbers)]
+
     def ends(self, hypothesis: MergeHypothesis) -> tuple[Keyframe, Keyframe]:
         """The two keyframes it ties, that of the earlier submap, or else chain, first."""
         a, b = self.keyframes[hypothesis.edge.a], self.keyframes[hypothesis.edge.b]
@@ -62,12 +66,11 @@ class MergeHypotheses:
 
     def enough(self, hypothesis: MergeHypothesis) -> Sequence[MergeHypothesis]:
         """Those of the same two parties that agree with one, the strongest first, once they are enough to believe it;
-        else none. What says that all is in place already is not counted."""
+        else none. Within a submap, what says that all is in place already is not counted."""
         parties = self._parties(hypothesis)
         others = [other for other in self._all if self._parties(other) == parties]
-        shifts, at = self._shifts(others)
-        in_place = _same(np.concatenate([shifts, np.eye(4)[None]]), at)[-1, :-1]
-        others = [other for other, is_believed in zip(others, in_place, strict=True) if not is_believed]
+        if parties[0] == parties[1]:
+            others = self._out_of_place(others)
         if hypothesis not in others:
             return ()
         agree = _same(*self._shifts(others))
@@ -77,6 +80,12 @@ class MergeHypotheses:
             return ()
         found = [others[n] for n in np.flatnonzero(agreeing)]
         return sorted(found, key=lambda other: -other.strength)
+
+    def _out_of_place(self, hypotheses: Sequence[MergeHypothesis]) -> list[MergeHypothesis]:
+        """Those by which the later party would be moved."""
+        shifts, at = self._shifts(hypotheses)
+        in_place = _same(np.concatenate([shifts, np.eye(4)[None]]), at)[-1, :-1]
+        return [one for one, is_in_place in zip(hypotheses, in_place, strict=True) if not is_in_place]
 
     def expected(self, submap: int) -> list[tuple[int, Float64Array]]:
         """Other submaps that hypotheses connect one with, and other_from_submap (4, 4) as most views have it."""

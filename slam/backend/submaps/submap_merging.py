@@ -113,6 +113,7 @@ class SubmapMerging:
             self.keyframes[number].submap = submap
 
     def _part(self, numbers: IndexArray) -> None:
-        """Let go of all that ties some keyframes to others."""
+        """Let go of all that ties some keyframes to others, and of what was believed of them: it proved wrong."""
         inside = set(numbers.tolist())
+        self.hypotheses.refute(self.hypotheses.tying(inside))
         self.graph.replace([edge for edge in self.graph.edges if (edge.a in inside) == (edge.b in inside)])

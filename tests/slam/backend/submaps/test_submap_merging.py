@@ -129,3 +129,18 @@ def test_a_chain_that_nothing_contradicts_stays_where_it_is():
     world.graph.shift({k.number: k.world_from_camera for k in world.keyframes.all})
     assert world.say(0, 3, 1.5)[-1] is Outcome.REFUTED
     assert world.places_m == [0, 1, 2, 0.5, 1.5]
+
+
+def test_what_merged_a_chain_that_was_parted_must_come_up_anew():
+    world = World([7.5, 6.5, 3.0, 2.0])
+    merging, edge = world.merging, PoseEdge(0, 3, at(0.5), CERTAIN)
+    for number in (5, 6):  # what contradicts is seen later
+        world.keyframes[number].submap = 2
+    assert world.say(0, 3, 0.5)[-1] is Outcome.MOVED
+    for number in (5, 6):
+        keyframe = world.keyframes[number]
+        keyframe.submap, keyframe.world_from_camera = 0, at(0.5 - 23.0) @ keyframe.world_from_camera
+    assert merging.review(1, 7)
+    assert merging.add(edge, 103, 1.0) is Outcome.WAITS
+    assert merging.add(edge, 104, 1.0) is Outcome.WAITS
+    assert merging.add(edge, 105, 1.0) is Outcome.REFUTED
