@@ -43,9 +43,11 @@ def color_correlation(
     return float((a * b).sum() / np.sqrt(max(float((a**2).sum() * (b**2).sum()), 1e-12)))
 
 
-def other_colors(target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings) -> float:
+def other_colors(
+    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
+) -> float | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
-    about, whatever the exposure and white balance; the greater of both ways, 0 where there is no answer.
+    about, whatever the exposure and white balance; the greater of both ways, None where they share too few.
 
     Args:
         target: one view.
@@ -53,16 +55,17 @@ def other_colors(target: View, source: View, target_from_source: Float64Array, s
         target_from_source: (4, 4) the motion to be checked.
         settings: how far apart readings of one surface may lie.
     """
-    return max(
+    both_ways = (
         _other_share(source, target, target_from_source, settings),
         _other_share(target, source, inverse(target_from_source), settings),
     )
+    return max((share for share in both_ways if share is not None), default=None)
 
 
-def _other_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
+def _other_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float | None:
     here, there = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
-        return 0.0
+        return None
     colors, image = _logarithms(view).reshape(-1, 3)[here], _logarithms(other)
     colors = colors + np.median(image.reshape(-1, 3)[there] - colors, axis=0)
     # Against the least and the greatest of a pixel's neighbours, so that edges may be a pixel off.

@@ -6,6 +6,8 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.pose_edge import PoseEdge
@@ -13,15 +15,18 @@ from slam.se3 import angle_deg, length_m
 
 LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
 
+USUAL_TIMES = 2.0  # the usual share of other colours, up to which a pair is as good as any
+
 
 @dataclass(frozen=True)
 class MeasuredPair:
-    """The edge between two pictures, the features that agree, the share of points that do (score), and whether the one
-    was taken next after the other, of a camera that was carried about."""
+    """The edge between two pictures, the features that agree, the share of points that do (score), what share of
+    colours differs, and whether the one was taken next after the other, of a camera that was carried about."""
 
     edge: PoseEdge
     n_features: int
     score: float
+    other_colors: float = 0.0
     is_next: bool = False
 
     def motion(self, start: int) -> Float64Array:
@@ -41,14 +46,20 @@ def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPai
     return dict(result)
 
 
-def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
-    """Pictures taken one after the other first, then the pairs that most triangles bear out, of equals those with most
-    features: a triangle is three pictures of which each two were measured, and whose motions lead back to where they
-    began."""
-    table = by_picture(pairs)
+def usual_other_colors(pairs: Sequence[MeasuredPair]) -> float:
+    """What share of colours differs between two pictures of one place: the median of all pairs, as most are."""
+    return float(np.median([pair.other_colors for pair in pairs])) if pairs else 0.0
 
-    def sureness(pair: MeasuredPair) -> tuple[bool, int, float]:
-        return pair.is_next, _n_triangles(pair, table), pair.n_features * pair.score
+
+def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
+    """Pictures taken one after the other first, then pairs whose colours differ no more than is usual, of these the
+    ones that most triangles bear out, of equals those with most features: a triangle is three pictures of which each
+    two were measured, and whose motions lead back to where they began."""
+    table, usual = by_picture(pairs), USUAL_TIMES * usual_other_colors(pairs)
+
+    def sureness(pair: MeasuredPair) -> tuple[bool, bool, int, float]:
+        has_usual_colors = pair.other_colors <= usual
+        return pair.is_next, has_usual_colors, _n_triangles(pair, table), pair.n_features * pair.score
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
 

@@ -3,23 +3,24 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.free_space_check import contradiction
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M
+from slam.backend.submaps.placement_check import PlacedPair, color_differences, contradict
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
-from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
+from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first, usual_other_colors
 
 ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
+MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
@@ -30,7 +31,7 @@ class Parts:
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
         self._pairs = surest_first(pairs)
-        self._table = by_picture(self._pairs)
+        self._table, self._usual_of_pairs = by_picture(self._pairs), usual_other_colors(self._pairs)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -56,9 +57,8 @@ class Parts:
         versions = self._version[home], self._version[away]
         if home == away or self._tested.get((home, away)) == versions:
             return False
-        ties = self._ties(home, away)
-        motion = self._agreed(ties)
-        if motion is None or self._is_contradicted(home, away, motion):
+        motion = self._agreed(home, away)
+        if motion is None:
             self._tested[home, away] = versions
             return False
         self._join(home, away, motion)
@@ -76,32 +76,53 @@ class Parts:
                     ties.append((pair, self.poses[other] @ pair.motion(other) @ inverse(self.poses[n])))
         return sorted(ties, key=lambda tie: -tie[0].n_features * tie[0].score)
 
-    def _agreed(self, ties: Sequence[tuple[MeasuredPair, Float64Array]]) -> Float64Array | None:
-        """home_from_away as most ties have it; None where they are not sure enough, or too many say otherwise."""
-        groups = [[other for other in ties if _same(motion, other[1])] for _, motion in ties]
-        best = max(groups, key=len)
-        against = [tie for tie in ties if not any(tie is one for one in best)]
-        rival = max((sum(_same(motion, other) for _, other in against) for _, motion in against), default=0)
-        if len(best) < MAJORITY * rival:
-            return None
-        surest = best[0][0]
-        is_sure = len(best) > 1 or surest.is_next or surest.n_features >= ALONE_FEATURES
-        return best[0][1] if is_sure else None
+    def _agreed(self, home: int, away: int) -> Float64Array | None:
+        """home_from_away as most ties have it that what the pictures saw bears out; None where those are not sure
+        enough, or too many say otherwise."""
+        ties = self._ties(home, away)
+        motions = np.stack([motion for _, motion in ties])
+        same, left = _all_same(motions), np.ones(len(ties), bool)
+        for _ in range(MOST_PLACES):
+            best = _largest(same, left)
+            if not _is_sure([ties[n][0] for n in best]):
+                return None
+            rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
+            if self._is_contradicted(home, away, motions[best[0]]):
+                left[best] = False
+            elif len(best) >= MAJORITY * len(rivals):
+                return motions[best[0]]
+            elif self._is_contradicted(home, away, motions[rivals[0]]):
+                left[rivals] = False
+            else:
+                return None
+        return None
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
-        through."""
+        through, or has other colours."""
+        pairs = self._near_pairs(home, away, home_from_away)
+        return contradict(pairs, lambda: self._usual_other_colors((home, away)), self._config)
+
+    def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:
+        """Pictures of two parts that would be near each other; of many, some."""
         at_home = np.array(self.members[home])
-        poses, against = np.stack([self.poses[n] for n in self.members[home]]), list[float]()
-        each = max(1, MOST_COMPARED // len(self.members[away]))
+        poses, pairs = np.stack([self.poses[n] for n in self.members[home]]), list[PlacedPair]()
         for number in self.members[away]:
             moved = home_from_away @ self.poses[number]
-            for other in at_home[near_poses(moved, poses, self._config.loop_closure)[:each]].tolist():
-                against.append(self._contradiction(other, number, inverse(self.poses[other]) @ moved))
-        return bool(against) and float(np.mean(against)) > self._config.submaps.max_contradiction
+            near = at_home[near_poses(moved, poses, self._config.loop_closure)]
+            for other in near[near != number].tolist():
+                pairs.append(self._placed(other, number, inverse(self.poses[other]) @ moved))
+        return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
 
-    def _contradiction(self, a: int, b: int, a_from_b: Float64Array) -> float:
-        return contradiction(self._keyframes[a].view, self._keyframes[b].view, a_from_b, self._config.free_space)
+    def _usual_other_colors(self, parts: Iterable[int]) -> float:
+        """What share of colours differs between pictures of one place: the median of all measured pairs, as most are,
+        or the mean within a part."""
+        inside = (self._near_pairs(part, part, np.eye(4)) for part in parts)
+        means = [float(np.mean(color_differences(pairs, self._config) or [0.0])) for pairs in inside]
+        return max(self._usual_of_pairs, *means)
+
+    def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
+        return self._keyframes[a].view, self._keyframes[b].view, a_from_b
 
     def _join(self, home: int, away: int, home_from_away: Float64Array) -> None:
         joined = self.members.pop(away)
@@ -124,6 +145,25 @@ def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Ma
     for edge in edges:
         graph.add_edge(edge)
     return graph.smooth()
+
+
+def _is_sure(ties: Sequence[MeasuredPair]) -> bool:
+    """Whether ties that agree, the surest first, are enough to join two parts."""
+    return len(ties) > 1 or any(tie.is_next or tie.n_features >= ALONE_FEATURES for tie in ties)
+
+
+def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
+    """Numbers, of those that are left (N,), of the largest group that is the same (N, N) as one of them."""
+    sizes = np.where(left, (same & left).sum(axis=1), 0)
+    return np.flatnonzero(same[int(np.argmax(sizes))] & left)
+
+
+def _all_same(motions: Float64Array) -> BoolArray:
+    """Which of motions (N, 4, 4) are the same (N, N)."""
+    apart_m = np.linalg.norm(motions[:, None, :3, 3] - motions[:, :3, 3], axis=2)
+    cosine = (np.einsum("nij,mij->nm", motions[:, :3, :3], motions[:, :3, :3]) - 1) / 2
+    same: BoolArray = (apart_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
+    return same
 
 
 def _same(a: Float64Array, b: Float64Array) -> bool:

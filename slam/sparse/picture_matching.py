@@ -10,6 +10,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
+from slam.backend.color_check import other_colors
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
@@ -41,6 +42,7 @@ class PictureMatching:
     picture's best pair."""
 
     def __init__(self, views: Iterable[View], config: SlamConfig) -> None:
+        self._config = config
         self.keyframes, self.places = Keyframes(), PlaceRecognition()
         self.calibration = ColorCalibration.nominal()
         self._measured: list[MeasuredPair] = []
@@ -102,7 +104,9 @@ class PictureMatching:
         if result is None:
             return
         edge = PoseEdge(a, b, result.target_from_source, result.information)
-        self._measured.append(MeasuredPair(edge, result.n_features, result.score))
+        views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
+        colors = other_colors(*views, motion, self._config.free_space) or 0.0
+        self._measured.append(MeasuredPair(edge, result.n_features, result.score, colors))
         quality = TrackingQuality.of(result)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:

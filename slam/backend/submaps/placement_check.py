@@ -6,7 +6,7 @@ looked through, or have other colours.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,9 @@ from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
-UNNOTICED = 0.02  # share of other colours that tells nothing, however alike colours usually are
+UNNOTICED = 0.03  # share of other colours that tells nothing, however alike colours usually are
+
+PlacedPair = tuple[View, View, Float64Array]  # two views, and first_from_second (4, 4)
 
 
 @dataclass
@@ -41,20 +43,14 @@ class PlacementCheck:
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
         """
-        pairs, settings = self._pairs(placed, standing, standing_from_placed), self.config.submaps
-        if not pairs:
-            return False
-        space = np.mean([contradiction(*pair, self.config.free_space) for pair in pairs])
-        if space > settings.max_contradiction:
-            return True
-        colors = np.mean([other_colors(*pair, self.config.free_space) for pair in pairs])
-        return bool(colors > max(settings.max_color_excess * self._usual_other_colors(), UNNOTICED))
+        pairs = self._pairs(placed, standing, standing_from_placed)
+        return contradict(pairs, self._usual_other_colors, self.config)
 
     def _pairs(
         self, placed: Iterable[int], standing: IndexArray, standing_from_placed: Float64Array
-    ) -> list[tuple[View, View, Float64Array]]:
+    ) -> list[PlacedPair]:
         """Views, and the motion between them; of many, some of all."""
-        poses, pairs = self.keyframes.poses()[standing], list[tuple[View, View, Float64Array]]()
+        poses, pairs = self.keyframes.poses()[standing], list[PlacedPair]()
         for number in placed:
             moved = standing_from_placed @ self.keyframes[number].world_from_camera
             for other in standing[near_poses(moved, poses, self.config.loop_closure)].tolist():
@@ -67,7 +63,31 @@ class PlacementCheck:
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
-        shares = [
-            other_colors(keyframes[e.a].view, keyframes[e.b].view, e.a_from_b, self.config.free_space) for e in probes
-        ]
+        pairs = [(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
+        shares = color_differences(pairs, self.config)
         return float(np.mean(shares)) if shares else 0.0
+
+
+def contradict(pairs: Sequence[PlacedPair], usual_other_colors: Callable[[], float], config: SlamConfig) -> bool:
+    """Whether pairs of views, all taken together, contradict each other; not, where there are none.
+
+    Args:
+        pairs: views as they would lie.
+        usual_other_colors: what share of colours differs between views of one place in this recording.
+        config: the settings.
+    """
+    if not pairs:
+        return False
+    space = np.mean([contradiction(*pair, config.free_space) for pair in pairs])
+    if space > config.submaps.max_contradiction:
+        return True
+    colors = color_differences(pairs, config)
+    if not colors:
+        return False
+    return bool(np.mean(colors) > max(config.submaps.max_color_excess * usual_other_colors(), UNNOTICED))
+
+
+def color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> list[float]:
+    """What share of colours differs, of those pairs that share a surface."""
+    shares = (other_colors(*pair, config.free_space) for pair in pairs)
+    return [share for share in shares if share is not None]

@@ -7,6 +7,7 @@ import pytest
 
 from razer.frame import Frame, Intrinsics
 from slam.backend.color_check import color_correlation, other_colors
+from slam.backend.submaps.placement_check import contradict
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
@@ -83,6 +84,18 @@ def test_a_board_on_the_wall_is_told_by_its_share_of_the_view(is_swapped):
     assert correlation(*views) > 0.5
 
 
-def test_surfaces_that_are_not_the_same_have_no_other_colours():
+def test_surfaces_that_are_not_the_same_say_nothing_of_colours():
     rgb, depth = wall()
-    assert other(view(rgb, depth), view(rgb[..., [2, 0, 1]], 1.5 * depth)) == 0.0
+    assert other(view(rgb, depth), view(rgb[..., [2, 0, 1]], 1.5 * depth)) is None
+
+
+def test_views_that_share_nothing_thin_out_no_contradiction():
+    """A board that hangs elsewhere in one pair of views, beside pairs that say nothing."""
+    rgb, depth = wall()
+    board = rgb.copy()
+    board[60:120, 80:200] = (10, 40, 30)
+    pair = view(rgb, depth), view(board, depth), HERE
+    apart = view(rgb, depth), view(rgb, depth), np.diag([-1.0, 1, -1, 1])  # back to back
+    assert contradict([pair, *[apart] * 20], lambda: 0.02, CONFIG)
+    assert not contradict([pair, *[apart] * 20], lambda: 0.05, CONFIG)
+    assert not contradict([apart], lambda: 0.0, CONFIG)

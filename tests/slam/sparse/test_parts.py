@@ -109,6 +109,48 @@ def test_halves_that_two_equal_groups_tie_differently_stay_apart(ring):
     assert_true(parts, ring, list(range(N)))
 
 
+class Seen(Parts):
+    """Parts of pictures that contradict every place of a part but that where it is."""
+
+    def _is_contradicted(self, home, away, home_from_away):
+        return float(np.abs(home_from_away[:3, 3] - self.true_m).max()) > 0.5
+
+
+@pytest.mark.parametrize("n_false", [2, 3, 12])
+def test_ties_to_a_place_that_pictures_contradict_keep_nothing_apart(ring, n_false):
+    """Three pairs say here, fewer, as many or far more a metre farther, where other things stand."""
+    ends = [(a, b) for a in range(2, 6) for b in range(8, 12)][:n_false]
+    parts = Seen([None] * N, [*halves(ring), *ties(ring, HERE, 0.0), *ties(ring, ends, 1.0)], SlamConfig())
+    for n in range(N):  # both halves at their true poses, so that the motion between them is none
+        parts.poses[n] = ring[n]
+    for half in (range(7), range(7, N)):
+        home, *others = half
+        for n in others:
+            parts._join(parts.part_of[home], parts.part_of[n], np.eye(4))
+    parts.true_m = np.zeros(3)
+    parts.grow()
+    assert len(parts.members) == 1
+    assert_true(parts, ring, list(range(N)))
+
+
+def test_ties_to_places_that_pictures_contradict_tie_nothing():
+    class Contradicted(Parts):
+        def _is_contradicted(self, home, away, home_from_away):
+            return True
+
+    parts = Contradicted([None] * 2, [pair(0, 1, np.eye(4))], SlamConfig())
+    parts.grow()
+    assert len(parts.members) == 2
+
+
+def test_pairs_whose_colours_differ_more_than_is_usual_come_last(ring, true_pairs):
+    other = [replace(p, other_colors=0.05, n_features=500) for p in true_pairs[:3]]
+    usual = [replace(p, other_colors=0.01) for p in true_pairs[3:]]
+    assert {p.n_features for p in surest_first([*other, *usual])[-3:]} == {500}
+    alike = [replace(p, other_colors=0.015) for p in other]
+    assert {p.n_features for p in surest_first([*alike, *usual])[-3:]} != {500}
+
+
 def test_the_way_of_the_camera_says_more_than_looks(ring):
     """Six pairs say a metre farther; a single one, of pictures taken one after the other, is the way."""
     way = ties(ring, [(6, 7)], 0.0, is_next=True, n_features=10)
