@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Float64Array = NDArray[np.float64]
+Float16Array = NDArray[np.float16]
 Float32Array = NDArray[np.float32]
 FloatArray = NDArray[np.floating]
 IntArray = NDArray[np.integer]

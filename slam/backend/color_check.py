@@ -81,7 +81,7 @@ def _same_surface(
 ) -> tuple[IndexArray, IndexArray]:
     """Pixels (M,) of a view and those of the other that read the same surface."""
     here, there, z = reprojected(view, other, other_from_view)
-    read = other.sparse_depth.ravel()[there]
+    read = other.sparse_depth.ravel()[there].astype(np.float32)
     near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
     return here[near], there[near]
 

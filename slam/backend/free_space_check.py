@@ -38,7 +38,7 @@ def contradiction(target: View, source: View, target_from_source: Float64Array, 
 def _standing_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
     _, pixel, z = reprojected(view, other, other_from_view)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
-    nearest = cv2.erode(other.sparse_depth, np.ones((3, 3), np.uint8)).ravel()[pixel]
+    nearest = cv2.erode(other.sparse_depth.astype(np.float32), np.ones((3, 3), np.uint8)).ravel()[pixel]
     read = other.sparse_depth.ravel()[pixel] > 0
     if read.sum() < MIN_SHARED:
         return 0.0

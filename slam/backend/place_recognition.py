@@ -9,6 +9,7 @@ import numpy as np
 from razer.arrays import Float32Array, IndexArray
 from slam.backend.inverted_index import InvertedIndex
 from slam.frontend.keyframes import View
+from slam.frontend.wide_features import levels
 
 MAD_TO_SIGMA = 1.4826  # from the median absolute deviation of a normal distribution to its standard deviation
 MIN_SIGMA = 1e-4  # of a share, which is what noise makes of it; where few are compared all may be the same
@@ -22,7 +23,7 @@ class PlaceRecognition:
 
     def add(self, view: View) -> None:
         """A further keyframe."""
-        self._index.add(view.wide.features.descriptors)
+        self._index.add(levels(view.wide.features.descriptors))
 
     def lookalikes(self, view: View, among: Sequence[int] | IndexArray, min_sigmas: float, limit: int) -> list[int]:
         """The keyframes whose appearance is most similar to a view's, the most similar first.
@@ -36,7 +37,7 @@ class PlaceRecognition:
         if len(among) == 0:
             return []
         numbers = np.array(among)
-        sigmas = _sigmas(self._index.similarity(view.wide.features.descriptors)[numbers])
+        sigmas = _sigmas(self._index.similarity(levels(view.wide.features.descriptors))[numbers])
         best = np.argsort(-sigmas, kind="stable")[:limit]
         return [int(numbers[n]) for n in best if sigmas[n] >= min_sigmas]
 

@@ -16,7 +16,7 @@ SAMPLE = 2  # every so many-th reading is looked at
 
 def reading_points(view: View, max_depth_m: float) -> Float32Array:
     """Points (3, N) metres in the camera's frame of some of a view's readings up to a depth."""
-    k, flat = view.sparse_intrinsics, view.sparse_depth.ravel()
+    k, flat = view.sparse_intrinsics, view.sparse_depth.ravel().astype(np.float32)
     pixel = np.flatnonzero((flat > 0) & (flat <= max_depth_m))[::SAMPLE]
     row, column = np.divmod(pixel, k.width)
     z = flat[pixel]

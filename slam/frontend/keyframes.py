@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, Int64Array, Uint8Array
+from razer.arrays import Float16Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -30,7 +30,7 @@ class View:
     stamp: float
     turning_rad_s: Float64Array
     pyramid: DepthPyramid
-    sparse_depth: Float32Array
+    sparse_depth: Float16Array
     sparse_rgb: Uint8Array
     sparse_intrinsics: Intrinsics
     features: Features

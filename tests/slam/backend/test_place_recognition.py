@@ -11,6 +11,7 @@ import pytest
 from slam.backend.inverted_index import InvertedIndex
 from slam.backend.place_recognition import PlaceRecognition
 from slam.frontend.features import Features
+from slam.frontend.wide_features import packed
 
 
 @dataclass
@@ -22,7 +23,7 @@ class Place:
 
     def __post_init__(self):
         n = len(self.descriptors)
-        features = Features(np.zeros((n, 2)), self.descriptors, np.ones(n), np.ones(n), np.zeros(n))
+        features = Features(np.zeros((n, 2)), packed(self.descriptors), np.ones(n), np.ones(n), np.zeros(n))
         self.wide = SimpleNamespace(features=features)
 
 

@@ -11,7 +11,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor, Features
 from slam.frontend.keyframes import STILL, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
-from slam.frontend.wide_features import WideFeatures, match_wide_features
+from slam.frontend.wide_features import WideFeatures, levels, match_wide_features, packed
 from slam.se3 import angle_deg, length_m
 
 NOMINAL = ColorCalibration.nominal()
@@ -19,7 +19,7 @@ NOMINAL = ColorCalibration.nominal()
 
 def features(descriptors, depth_m):
     n = len(descriptors)
-    return Features(np.zeros((n, 2)), descriptors, np.full(n, depth_m), np.ones(n), np.zeros(n))
+    return Features(np.zeros((n, 2)), packed(descriptors), np.full(n, depth_m), np.ones(n), np.zeros(n))
 
 
 def test_pairs_are_mutual_and_by_far_the_best(rng):
@@ -31,6 +31,14 @@ def test_pairs_are_mutual_and_by_far_the_best(rng):
     matched = match_wide_features(features(there, 1.0), features(here, 0.0))
     assert matched.tolist() == [[3, 1]]
     assert len(match_wide_features(features(there, 0.0), features(here, 1.0))) == 0
+
+
+def test_descriptors_are_roots_in_sixteen_steps(rng):
+    descriptors = rng.integers(0, 256, (50, 128)).astype(np.float32)
+    kept = packed(descriptors)
+    assert kept.nbytes == 50 * 64
+    np.testing.assert_array_equal(levels(kept), np.minimum(np.round(np.sqrt(descriptors)), 15))
+    assert levels(kept[:0]).shape == (0, 128)
 
 
 def test_what_is_seen_lies_where_it_is(room):
@@ -53,7 +61,7 @@ def test_the_frame_is_let_go_once_its_features_are_known(room):
     assert state["_frame"] is None
     assert wide._frame is None
     assert wide.features is state["_features"]
-    assert wide.features.descriptors.shape[1] == 128
+    assert wide.features.descriptors.shape[1] == 64
 
 
 @pytest.mark.parametrize(("first", "second"), [(0, 96), (8, 104)])
