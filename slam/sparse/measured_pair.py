@@ -15,7 +15,8 @@ from slam.se3 import angle_deg, length_m
 
 LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
 
-USUAL_TIMES = 2.0  # the usual share of other colours, up to which a pair is as good as any
+LEAST_COLORS = 0.002  # share of a picture that is noise
+LAST_RANK = 3  # times the usual share of other colours, from which all pairs are equally bad
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,14 @@ def usual_other_colors(pairs: Sequence[MeasuredPair]) -> float:
 
 
 def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
-    """Pictures taken one after the other first, then pairs whose colours differ no more than is usual, of these the
-    ones that most triangles bear out, of equals those with most features: a triangle is three pictures of which each
-    two were measured, and whose motions lead back to where they began."""
-    table, usual = by_picture(pairs), USUAL_TIMES * usual_other_colors(pairs)
+    """Pictures taken one after the other first, then pairs whose colours differ no more than is usual, no more than
+    twice as much, and so on, of these the ones that most triangles bear out, of equals those with most features: a
+    triangle is three pictures of which each two were measured, and whose motions lead back to where they began."""
+    table, usual = by_picture(pairs), max(usual_other_colors(pairs), LEAST_COLORS)
 
-    def sureness(pair: MeasuredPair) -> tuple[bool, bool, int, float]:
-        has_usual_colors = pair.other_colors <= usual
-        return pair.is_next, has_usual_colors, _n_triangles(pair, table), pair.n_features * pair.score
+    def sureness(pair: MeasuredPair) -> tuple[bool, int, int, float]:
+        color_rank = min(int(pair.other_colors / usual), LAST_RANK)
+        return pair.is_next, -color_rank, _n_triangles(pair, table), pair.n_features * pair.score
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
 

@@ -22,6 +22,8 @@ from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first, us
 ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
+ENOUGH = 3  # pairs within a part, to tell what is usual there
+LEAST_USUAL = 0.003  # share of other colours that is noise, in a part where there are none
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 
@@ -84,10 +86,11 @@ class Parts:
         same, left = _all_same(motions), np.ones(len(ties), bool)
         for _ in range(MOST_PLACES):
             best = _largest(same, left)
-            if not _is_sure([ties[n][0] for n in best]):
+            chosen = [ties[n][0] for n in best]
+            if not _is_sure(chosen):
                 return None
             rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
-            if self._is_contradicted(home, away, motions[best[0]]):
+            if self._have_other_colors(home, away, chosen) or self._is_contradicted(home, away, motions[best[0]]):
                 left[best] = False
             elif len(best) >= MAJORITY * len(rivals):
                 return motions[best[0]]
@@ -96,6 +99,15 @@ class Parts:
             else:
                 return None
         return None
+
+    def _have_other_colors(self, home: int, away: int, ties: Sequence[MeasuredPair]) -> bool:
+        """Whether pictures that ties put on each other differ in colour more than those within the parts do."""
+        usual = max(self._median_inside(home), self._median_inside(away), LEAST_USUAL)
+        return float(np.mean([tie.other_colors for tie in ties])) > self._config.submaps.max_color_excess * usual
+
+    def _median_inside(self, part: int) -> float:
+        inside = self.agreeing(part)
+        return usual_other_colors(inside if len(inside) >= ENOUGH else self._pairs)
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw

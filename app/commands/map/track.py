@@ -14,6 +14,7 @@ from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
+from app.pipeline.run_report import print_open
 from app.run_folder.folder_lock import writing
 from app.settings.options import Flag, TrackOptions
 from razer.errors import BadInput
@@ -94,8 +95,10 @@ def _report(tracked: TrackedPath, out: Path | None, live_poses: Path | None) -> 
     console = result_console()
     corrections = tracked.corrections()
     lines = tracked.as_json() | ({} if corrections is None else {"corrected": corrections.describe()})
+    del lines["open"]
     for name, value in lines.items():
         console.print(f"{name}: {value}", highlight=False, soft_wrap=True)
+    print_open(tracked.open, console)
     for path, about in ((out, "the smoothed path"), (live_poses, "poses as they were known at each frame")):
         if path is not None:
             console.print(f"output: {path}: {about}, stamp tx ty tz qx qy qz qw", soft_wrap=True)

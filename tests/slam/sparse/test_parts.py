@@ -143,6 +143,15 @@ def test_ties_to_places_that_pictures_contradict_tie_nothing():
     assert len(parts.members) == 2
 
 
+@pytest.mark.parametrize(("colors", "n_parts"), [(0.02, 1), (0.06, 2)])
+def test_ties_whose_colours_differ_far_more_than_within_the_parts_tie_nothing(ring, colors, n_parts):
+    """Rooms furnished alike, of which one has another rug: ever so many ties agree."""
+    usual = [replace(p, other_colors=0.01) for p in halves(ring)]
+    ends = [(a, b) for a in range(7) for b in range(7, N)]
+    parts = grown([*usual, *ties(ring, ends, 1.0, other_colors=colors)])
+    assert len(parts.members) == n_parts
+
+
 def test_pairs_whose_colours_differ_more_than_is_usual_come_last(ring, true_pairs):
     other = [replace(p, other_colors=0.05, n_features=500) for p in true_pairs[:3]]
     usual = [replace(p, other_colors=0.01) for p in true_pairs[3:]]
