@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +15,9 @@ from slam.se3 import angle_deg, length_m
 
 LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
 
-LEAST_COLORS = 0.002  # share of a picture that is noise
-LAST_RANK = 3  # times the usual share of other colours, from which all pairs are equally bad
+BETTER = 0.25  # share of a picture's pairs that are its better ones
+LEAST_COLORS = 0.001  # share of a picture that is noise
+LAST_RANK = 6  # times the usual share of other colours, from which all pairs are equally bad
 
 
 @dataclass(frozen=True)
@@ -53,16 +54,24 @@ def usual_other_colors(pairs: Sequence[MeasuredPair]) -> float:
 
 
 def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
-    """Pictures taken one after the other first, then pairs whose colours differ no more than is usual, no more than
-    twice as much, and so on, of these the ones that most triangles bear out, of equals those with most features: a
-    triangle is three pictures of which each two were measured, and whose motions lead back to where they began."""
-    table, usual = by_picture(pairs), max(usual_other_colors(pairs), LEAST_COLORS)
+    """Pictures taken one after the other first, then pairs whose colours differ no more than in the better pairs of
+    both pictures, no more than twice as much, and so on, of these the ones that most triangles bear out, of equals
+    those with most features: a triangle is three pictures of which each two were measured, and whose motions lead back
+    to where they began."""
+    table = by_picture(pairs)
+    usual = {number: _better_colors(partners.values()) for number, partners in table.items()}
 
     def sureness(pair: MeasuredPair) -> tuple[bool, int, int, float]:
-        color_rank = min(int(pair.other_colors / usual), LAST_RANK)
+        color_rank = min(int(pair.other_colors / min(usual[pair.edge.a], usual[pair.edge.b])), LAST_RANK)
         return pair.is_next, -color_rank, _n_triangles(pair, table), pair.n_features * pair.score
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
+
+
+def _better_colors(pairs: Iterable[MeasuredPair]) -> float:
+    """What share of colours differs in the better pairs of a picture, the best quarter: those of its place, as in a
+    place that looks alike something has another colour."""
+    return max(float(np.quantile([pair.other_colors for pair in pairs], BETTER)), LEAST_COLORS)
 
 
 def _n_triangles(pair: MeasuredPair, table: dict[int, dict[int, MeasuredPair]]) -> int:

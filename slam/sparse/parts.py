@@ -102,12 +102,10 @@ class Parts:
 
     def _have_other_colors(self, home: int, away: int, ties: Sequence[MeasuredPair]) -> bool:
         """Whether pictures that ties put on each other differ in colour more than those within the parts do."""
-        usual = max(self._median_inside(home), self._median_inside(away), LEAST_USUAL)
-        return float(np.mean([tie.other_colors for tie in ties])) > self._config.submaps.max_color_excess * usual
-
-    def _median_inside(self, part: int) -> float:
-        inside = self.agreeing(part)
-        return usual_other_colors(inside if len(inside) >= ENOUGH else self._pairs)
+        within = [inside for part in (home, away) if len(inside := self.agreeing(part)) >= ENOUGH]
+        usual = max((usual_other_colors(inside) for inside in within or [self._pairs]), default=0.0)
+        differ = float(np.mean([tie.other_colors for tie in ties]))
+        return differ > self._config.submaps.max_color_excess * max(usual, LEAST_USUAL)
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
