@@ -41,6 +41,16 @@ VERBS = {
             "Estimate the camera's trajectory by RGB-D SLAM, without a map.",
             ("razer track FOLDER -o trajectory.txt", "razer track FOLDER -o trajectory.txt --frames 500 --json"),
         ),
+        Verb(
+            "map.batch:verb",
+            "Map many recordings: several at once here, or on a cluster.",
+            (
+                "razer batch run FOLDER -o OUT",
+                "razer batch run scans.txt -o OUT --workers 4 --eval scannet200",
+                "razer batch run s3://BUCKET/scans -o s3://BUCKET/maps --address auto",
+            ),
+            is_app=True,
+        ),
         Verb("map.demo:demo", "Map a small synthetic room: no data, no models.", ("razer demo", "razer demo -o OUT")),
     ),
     "Ask": (

@@ -18,3 +18,15 @@ def require_serve() -> None:
     """Raise BadInput where a library of the extra `serve` is not installed."""
     if not can_serve():
         raise BadInput("serving a map needs more libraries: pip install 'razer[serve]'")
+
+
+def require_s3() -> None:
+    """Raise BadInput where the library of the extra `s3` is not installed."""
+    if find_spec("s3fs") is None:
+        raise BadInput("s3:// needs another library: pip install 'razer[s3]'")
+
+
+def require_cluster() -> None:
+    """Raise BadInput where the library of the extra `cluster` is not installed."""
+    if find_spec("ray") is None:
+        raise BadInput("a cluster needs another library: pip install 'razer[cluster]'")

@@ -1,0 +1,126 @@
+"""`razer batch`: many recordings become maps, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from json import dumps
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Group, Parameter
+
+from app.batch.report import LOGS, REPORT, print_report
+from app.console.outputs import print_next, print_outputs
+from app.console.streams import print_notes, progress_console, result_console
+from app.next_steps import looking_at
+from app.object_store.place import Place
+from app.pipeline.interrupt import FAILED
+from app.run_folder.folder_lock import writing
+from app.settings.extra_libraries import require_cluster
+from app.settings.options import MODELS, Flag, RunOptions
+from app.verbs import named
+from razer.errors import BadInput
+from razer.vocabulary import vocabulary as read_vocabulary
+
+if TYPE_CHECKING:
+    from app.batch.engine import Engine
+    from app.batch.report import BatchReport
+
+PLACING = Group("Placing", sort_key=0)
+OUTPUTS = {REPORT: "what became of each scene", LOGS: "what each attempt said"}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class PlacingOptions:
+    """Where scenes are mapped, and how many at once."""
+
+    workers: Annotated[int | None, Parameter(group=PLACING, show_default=False)] = None
+    """At most so many scenes at once; memory bounds them in any case. Not given: as many as the cores allow."""
+    address: Annotated[str | None, Parameter(group=PLACING, show_default=False)] = None
+    """Run on a Ray cluster: auto, the one that this machine is part of, or ray://HOST:10001."""
+    cores: Annotated[int, Parameter(group=PLACING, show_default=False)] = 0
+    """Hold each scene to so many cores of its machine. Not given: the system divides them."""
+    gpus: Annotated[float | None, Parameter(group=PLACING, show_default=False)] = None
+    """GPUs that a scene asks for, such as 0.5. Not given: 1 with --device cuda, else none."""
+
+    def engine(self) -> Engine:
+        """What runs the scenes; raises BadInput where that cannot be had."""
+        if self.workers is not None and self.workers < 1:
+            raise BadInput(f"--workers {self.workers}: give at least 1")
+        if self.address is None:
+            from app.batch.local_engine import LocalEngine
+
+            return LocalEngine(self.workers)
+        require_cluster()
+        from app.batch.ray_engine import RayEngine
+
+        return RayEngine(self.address, self.workers)
+
+
+def run(
+    scenes: str,
+    /,
+    *,
+    out: Annotated[str, Parameter(name=["--out", "-o"])],
+    placing: PlacingOptions = PlacingOptions(),
+    options: RunOptions = RunOptions(),  # noqa: B008
+    vocabulary: Annotated[str | None, Parameter(group=MODELS)] = None,
+    resume: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Map each of many recordings as `razer run` would alone, several at once, the longest first.
+
+    A scene that fails is tried three times where that may help: with more memory, or on another node. Ctrl-C loses no
+    finished scene, and --resume goes on with the others from their checkpoints.
+
+    Parameters
+    ----------
+    scenes:
+        A folder of recordings, a list file with a path or URI a line, or a URI such as s3://BUCKET/scans.
+    out:
+        The folder, or URI, for a run folder a scene, report.json and batch_logs.
+    vocabulary:
+        Name the instances of each map, as with `razer run`.
+    resume:
+        Go on with a batch to this place: what is done stays, all else is tried again.
+    json:
+        End standard output with the report on one line.
+    """
+    from app.batch.begin import BatchPlan, begin
+
+    if vocabulary is not None:
+        read_vocabulary(vocabulary)
+    plan = BatchPlan.of(options, vocabulary, placing.cores, placing.gpus)
+    target, console = Place.of(out), progress_console()
+    _note_untried(Place.of(scenes), target)
+    with nullcontext() if target.is_remote else writing(target.path / REPORT):
+        batch, report = begin(scenes, target, plan, placing.engine, console, resume=resume)
+        try:
+            batch.run()
+        finally:
+            _deliver(report, target, as_json=json)
+    return FAILED if report.n_failed else 0
+
+
+def _note_untried(*places: Place) -> None:
+    for place in places:
+        if not place.is_tried:
+            print_notes([f"{place}: stores of this kind are untried; file:// and s3:// are tested"])
+
+
+def _deliver(report: BatchReport, out: Place, *, as_json: bool) -> None:
+    """The report for people, or for programs; also of a batch that was ended."""
+    if as_json:
+        print(dumps(report.as_json()))
+        return
+    print_report(report, result_console())
+    if out.is_remote:
+        return
+    print_outputs(out.path, OUTPUTS)
+    done = [name for name, record in report.scenes.items() if record.status == "done"]
+    print_next(*(looking_at(out.path / name) for name in done[:1]))
+
+
+verb = App(name="batch", help_format="markdown", help_epilogue=named("batch").epilogue)
+verb.command(run, name="run", help_epilogue=named("batch").epilogue)
