@@ -6,6 +6,7 @@ import math
 import os
 from contextlib import suppress
 from dataclasses import replace
+from logging import ERROR
 
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nobody is told what is computed
 
@@ -35,7 +36,7 @@ class RayEngine:
     def __init__(self, address: str, workers: int | None = None) -> None:
         """Join a cluster; raises BadInput where there is none. workers: at most so many scenes at once."""
         try:
-            ray.init(address=address, log_to_driver=False, logging_level="ERROR", configure_logging=True)
+            ray.init(address=address, log_to_driver=False, logging_level=ERROR)
         except (ConnectionError, RuntimeError, ValueError, TimeoutError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise BadInput(f"--address {address}: no Ray cluster answers ({why})") from error

@@ -28,7 +28,7 @@ def publish(folder: Path, place: Place) -> None:
     hidden = parent / UNPUBLISHED / f"{place.name}-{secrets.token_hex(4)}"
     try:
         _upload(files, hidden)
-        _copy(sorted(files), hidden, place)
+        _copy([*files], hidden, place)
         manifest = {"format": _FORMAT, "files": {name: path.stat().st_size for name, path in files.items()}}
         write_text(place / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     finally:
@@ -81,10 +81,14 @@ def _upload(files: dict[str, Path], hidden: Place) -> None:
 def _copy(names: list[str], hidden: Place, place: Place) -> None:
     store, source = hidden.opened()
     _, target = place.opened()
-    for name in names:
-        persistently(
-            lambda name=name: store.cp_file(f"{source}/{name}", f"{target}/{name}"), f"{place} cannot be written"
-        )  # type: ignore[misc]
+    left = sorted(names)
+
+    def copy_left() -> None:
+        while left:
+            store.cp_file(f"{source}/{left[-1]}", f"{target}/{left[-1]}")
+            left.pop()
+
+    persistently(copy_left, f"{place} cannot be written")
 
 
 def _require_size(store: Any, key: str, size: int) -> None:

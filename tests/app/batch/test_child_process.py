@@ -14,7 +14,39 @@ import pytest
 
 from app.batch.child_process import ChildEnd, run_child, tree_mb
 
-HELPER = "import subprocess, sys, time; p = subprocess.Popen(['sleep', '60']); print(p.pid, flush=True); time.sleep(60)"
+HELPER = """
+import subprocess, time
+print(subprocess.Popen(["sleep", "60"]).pid, flush=True)
+time.sleep(60)
+"""
+BUSY = """
+import os, sys, time
+sys.stderr.write("why")
+print(os.environ["OMP_NUM_THREADS"], os.getcwd())
+kept, end_s = bytearray(200_000_000), time.process_time() + 0.7
+while time.process_time() < end_s:
+    pass
+sys.exit(3)
+"""
+WORKER = """
+import sys
+from pathlib import Path
+from threading import Event
+from app.batch.child_process import run_child
+code = "import os, time; print(os.getpid(), flush=True); time.sleep(60)"
+command = [sys.executable, "-S", "-c", code]
+run_child(command, Path({log!r}), Path({out!r}), folder="/", cores=0, threads=1, stop=Event())
+"""
+TWO_OF_100_MB = """
+import subprocess, sys
+kept = bytearray(100_000_000)
+code = "kept = bytearray(100_000_000); print(1, flush=True); input()"
+command = [sys.executable, "-S", "-c", code]
+helper = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+helper.stdout.readline()
+print(1, flush=True)
+input()
+"""
 
 
 def run(tmp_path: Path, code: str, *, stop: Event | None = None, cores: int = 0) -> ChildEnd:
@@ -39,9 +71,7 @@ def wait_until_gone(pid: int) -> None:
 
 
 def test_code_words_and_use_are_told(tmp_path):
-    code = "import os, sys, time; sys.stderr.write('why'); print(os.environ['OMP_NUM_THREADS'], os.getcwd()); "
-    code += "x = bytearray(200_000_000); e = time.process_time() + 0.7; [0 for _ in iter(lambda: time.process_time() < e, False)]; sys.exit(3)"
-    end = run(tmp_path, code)
+    end = run(tmp_path, BUSY)
     assert end.code == 3
     assert (tmp_path / "log").read_text() == "why"
     assert (tmp_path / "out").read_text() == "3 /\n"
@@ -61,9 +91,7 @@ def test_what_is_stopped_ends_with_its_helpers(tmp_path):
 
 
 def test_a_run_ends_with_the_worker_that_started_it(tmp_path):
-    started = "from pathlib import Path; from threading import Event; from app.batch.child_process import run_child; "
-    started += f"run_child([{sys.executable!r}, '-S', '-c', 'import os, time; print(os.getpid(), flush=True); time.sleep(60)'], "
-    started += f"Path({str(tmp_path / 'log')!r}), Path({str(tmp_path / 'out')!r}), folder='/', cores=0, threads=1, stop=Event())"
+    started = WORKER.format(log=str(tmp_path / "log"), out=str(tmp_path / "out"))
     worker = subprocess.Popen(
         [sys.executable, "-c", started], env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     )
@@ -94,10 +122,9 @@ def test_runs_that_are_held_to_cores_have_different_ones(tmp_path, monkeypatch):
 
 
 def test_memory_of_helpers_counts():
-    code = "import subprocess, sys, time; x = bytearray(100_000_000); "
-    code += "p = subprocess.Popen([sys.executable, '-S', '-c', 'x = bytearray(100_000_000); print(1, flush=True); input()'], "
-    code += "stdin=subprocess.PIPE, stdout=subprocess.PIPE); p.stdout.readline(); print(1, flush=True); input()"
-    with subprocess.Popen([sys.executable, "-S", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        [sys.executable, "-S", "-c", TWO_OF_100_MB], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
         process.stdout.readline()
         assert 200 <= tree_mb(process.pid) < 300
         process.stdin.write(b"\n")
