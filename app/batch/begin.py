@@ -20,6 +20,7 @@ from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 from razer.files import read_text
+from razer.metrics.presets import PRESETS
 
 _CPUS = 2.0  # three processes, which wait for each other, keep as many busy
 
@@ -46,6 +47,8 @@ class BatchPlan:
             raise BadInput("a batch has many recordings, and a file poses one: leave --poses FILE and --poses-from out")
         if options.poses == "both":
             raise BadInput("--poses both means two runs: make a batch with --poses given, and one with slam")
+        if preset and preset not in PRESETS:
+            raise BadInput(f"--eval {preset}: choose from {', '.join(PRESETS)}")
         if cores < 0 or (gpus is not None and gpus < 0):
             raise BadInput(f"--cores {cores} --gpus {gpus}: give 0 or more")
         settings = options.read()

@@ -18,14 +18,17 @@ from app.object_store.place import Place
 from app.object_store.publishing import is_published, publish
 from app.object_store.staging import forget, staged, staging_folder
 from app.profiling.cores import HELPERS
-from app.run_folder.run_folder import RunFolder
+from app.run_folder.run_folder import TIMINGS, RunFolder
 from razer.errors import BadInput
+from razer.files import read_json
 from razer.storage.file_names import is_map_folder
 
 UNFINISHED = ".unfinished"  # in OUT: runs that go on, and those that were cut off
 _LOG_BYTES = 64_000
 _MEMORY_WORDS = ("memory ran out", "perhaps as memory ran out", "helper process was ended by the system")
 _NO_ROOM_WORDS = ("No space left", "free some space", "Disk quota")
+_NOTHING_TO_DO = ChildEnd(0, 0.0, 0.0)
+_GIVEN_UP = "given up, as the batch was ended"
 _INTERRUPTED = "the run was told to end by a signal from elsewhere"
 
 
@@ -63,24 +66,47 @@ class _Attempt:
 
     def make(self, scratch: Path) -> Outcome:
         """Stage, map, evaluate, publish."""
-        out = Place(self.task.out)
-        if is_finished(out):  # by an attempt that was taken for lost
-            return Outcome(self.task)
-        recording, run = staged(Place(self.task.recording)), unfinished_folder(out)
+        out, source = Place(self.task.out), Place(self.task.recording)
+        if is_finished(out):  # by an earlier batch, or an attempt that was taken for lost
+            return self._evaluated(Outcome(self.task), source, out, scratch)
+        recording, run = staged(source), unfinished_folder(out)
         run.parent.mkdir(parents=True, exist_ok=True)
-        end, log = self._map(recording, run, scratch)
+        end, log = (_NOTHING_TO_DO, "") if _is_whole(run) else self._map(recording, run, scratch)
         outcome = Outcome(self.task, cpu_s=end.cpu_s, peak_mb=end.peak_mb, log=log)
         if problem := _problem(end, log, run):
             shutil.rmtree(run, ignore_errors=True)  # of a run that ended early, half a map
             return replace(outcome, reason=problem[0], remedy=problem[1])
+        outcome = self._evaluated(outcome, Place(str(recording)), Place(str(run)), scratch)
+        if self.stop.is_set():  # the map waits there for another time
+            return replace(outcome, reason=_GIVEN_UP, remedy="elsewhere")
         _deliver(run, out)
-        forget(Place(self.task.recording))
+        forget(source)
         return outcome
 
+    def _evaluated(self, outcome: Outcome, recording: Place, run: Place, scratch: Path) -> Outcome:
+        """With the evaluation of its map, where one is asked for; that there can be none harms no map."""
+        if not self.task.truth_preset:
+            return outcome
+        log, result = scratch / "evaluation-log", scratch / "evaluation"
+        trust = [word for word in self.task.words if word == "--trust-plugins"]
+        folders = [str(staged(run)), str(staged(recording))]
+        command = [sys.executable, "-m", "app.batch.scene_evaluation", self.task.name, *folders]
+        command += [self.task.truth_preset, str(result), *trust]
+        end = self._run(command, log, scratch)
+        if end.code == 0:
+            return replace(outcome, evaluation=result.read_bytes(), cpu_s=outcome.cpu_s + end.cpu_s)
+        said = log.read_text(encoding="utf-8", errors="replace")
+        return replace(outcome, not_evaluated=_last_words(said), log=outcome.log + said[-_LOG_BYTES:])
+
     def _map(self, recording: Path, run: Path, scratch: Path) -> tuple[ChildEnd, str]:
-        log, threads = scratch / "log", (self.task.cores or int(self.task.needs.cpus)) - HELPERS
-        end = run_child(
-            self._command(recording, run, scratch),
+        log = scratch / "log"
+        end = self._run(self._command(recording, run, scratch), log, scratch)
+        return end, log.read_bytes()[-_LOG_BYTES:].decode(errors="replace")
+
+    def _run(self, command: list[str], log: Path, scratch: Path) -> ChildEnd:
+        threads = (self.task.cores or int(self.task.needs.cpus)) - HELPERS
+        return run_child(
+            command,
             log,
             scratch / "out",
             folder=self.task.working_folder,
@@ -88,7 +114,6 @@ class _Attempt:
             threads=max(1, threads),
             stop=self.stop,
         )
-        return end, log.read_bytes()[-_LOG_BYTES:].decode(errors="replace")
 
     def _command(self, recording: Path, run: Path, scratch: Path) -> list[str]:
         """`razer run`, on from its checkpoint where there is one."""
@@ -104,6 +129,14 @@ class _Attempt:
         return [*program, str(recording), "-o", str(run), "--overwrite", *words]
 
 
+def _is_whole(run: Path) -> bool:
+    """Whether a run was finished, and not ended early, by a batch that was ended before it took the map away."""
+    if not is_map_folder(run) or not (run / TIMINGS).is_file():
+        return False
+    timings = read_json(run / TIMINGS, only_finite=False)
+    return isinstance(timings, dict) and timings.get("interrupted") is False
+
+
 def _has_checkpoint(run: Path) -> bool:
     try:
         return RunFolder.unfinished(run).is_resumable
@@ -117,7 +150,7 @@ def _problem(end: ChildEnd, log: str, run: Path) -> tuple[str, Remedy] | None:
         return None if is_map_folder(run) else ("the run ended without a map", "elsewhere")
     last = _last_words(log)
     if end.code is None:
-        return "given up, as the batch was ended", "elsewhere"
+        return _GIVEN_UP, "elsewhere"
     if end.code == -9:
         return "killed by the system, most often as memory ran out", "memory"
     if any(words in log[-2000:] for words in _MEMORY_WORDS):

@@ -67,8 +67,8 @@ class Batch:
     def run(self) -> None:
         """Work until every scene is done, or has failed for good. However it ends, the report is written, and nothing
         runs any more."""
-        n_done = sum(record.status == "done" for record in self._report.scenes.values())
         total = len(self._report.scenes)
+        n_done = total - len(self._waiting)
         try:
             self._write_report()
             for _ in show_progress(
@@ -80,7 +80,8 @@ class Batch:
                 self._take(outcome)
             self._engine.close()
             for waiting in (*self._running.values(), *self._waiting):
-                self._report.scenes[waiting.scene.name].reason = "the batch was ended before"
+                if (record := self._report.scenes[waiting.scene.name]).status != "done":
+                    record.reason = "the batch was ended before"
             _remove_if_empty(self._report.out)
             self._write_report()
 
@@ -88,7 +89,7 @@ class Batch:
         record = self._report.scenes[scene.name]
         if is_finished(self._out(scene)):
             record.status = "done"
-            return True
+            return not self._template.truth_preset
         record.status = "unfinished"
         return False
 
@@ -135,12 +136,14 @@ class Batch:
         if outcome.is_done and not is_finished(self._out(waiting.scene)):
             shared = f"{outcome.node} wrote it where this machine does not see it: give a shared folder, or a URI"
             outcome = replace(outcome, reason=shared, remedy="none")
+        if outcome.is_done and self._report.scenes[name].status == "done":  # it was there: no map was made
+            self._keep_evaluation(outcome)
+            return True
         self._report.add(outcome)
         if outcome.is_done:
             if outcome.cpu_s:  # one that was there already teaches nothing
                 self._estimator.learn(waiting.size, outcome)
-            if outcome.evaluation is not None:
-                self.evaluations[name] = outcome.evaluation
+            self._keep_evaluation(outcome)
             return True
         waiting.n_failed += 1
         waiting.n_short_of_memory += outcome.remedy == "memory"
@@ -152,6 +155,12 @@ class Batch:
         else:
             self._waiting.append(waiting)
         return is_last
+
+    def _keep_evaluation(self, outcome: Outcome) -> None:
+        if outcome.evaluation is not None:
+            self.evaluations[outcome.task.name] = outcome.evaluation
+        elif outcome.not_evaluated:
+            self._console.print(f"{outcome.task.name} is not evaluated: {outcome.not_evaluated}", soft_wrap=True)
 
     def _tell(self, outcome: Outcome, is_last: bool) -> None:
         what = "failed" if is_last else "is tried again"

@@ -14,7 +14,7 @@ from data_tools.registry import recognise
 from razer.errors import BadInput
 from razer.files import read_lines
 
-RESERVED = ("batch_logs",)
+RESERVED = ("batch_logs", "report.json", "evaluation.json")
 _MAX_DEPTH = 3  # 7-Scenes: the scene, in it the sequence
 _RECORDING_FILES = (".sens", ".bag", ".r3d")
 _RECORDING_FOLDERS = ("color", "rgb", "depth", "results", "image")

@@ -30,6 +30,7 @@ from razer.errors import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.presets import Preset
 from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
+from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
 from razer.metrics.scene_pair import PredictedScene, TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
 from razer.storage.file_names import is_map_folder
@@ -87,6 +88,30 @@ def evaluate_jobs(
         raise
     except ValueError as error:
         raise BadInput(f"{current}: {error}") from error
+
+
+def scene_result(job: Job, preset: Preset, *, trust: Trust = NO_TRUST) -> SceneResult:
+    """The evaluation of one scene, to be pooled with those of others, which may be evaluated elsewhere; raises
+    BadInput."""
+    name, prediction, truth_folder = job
+    truth = truth_for(truth_folder, preset)
+    numbers = class_numbers(preset, truth)
+    predicted = read_prediction(
+        prediction,
+        truth.class_names,
+        len(truth.vertices),
+        numbers=numbers,
+        naming="auto",
+        template=preset.text_template,
+        scene=None,
+        labels="instance",
+        trust=trust,
+    )
+    true_scene = truth_scene(truth, true_poses(truth_folder), map_origin(prediction))
+    try:
+        return evaluate_scene(name, true_scene, with_map(predicted, prediction, true_scene, preset), preset)
+    except ValueError as error:
+        raise BadInput(f"{prediction} does not fit {truth_folder}: {error}") from error
 
 
 def _told(jobs: list[Job]) -> Iterator[Job]:

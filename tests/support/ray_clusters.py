@@ -19,7 +19,7 @@ import psutil
 from ray.util import get_node_ip_address
 
 RAY = Path(sys.executable).with_name("ray")
-ENVIRONMENT = {"RAY_USAGE_STATS_ENABLED": "0"}
+ENVIRONMENT = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_raylet_start_wait_time_s": "150"}
 _ANY_PORTS = ("dashboard-agent-listen", "dashboard-agent-grpc", "metrics-export", "min-worker", "max-worker")
 _PORTS = tuple(f"--{name}-port=0" for name in _ANY_PORTS)  # several nodes have one address here
 _QUIET = ("--disable-usage-stats", "--block")
@@ -103,7 +103,7 @@ def _free_port() -> int:
 
 def _wait_until_started(folder: str, count: int) -> None:
     """Until so many nodes say that they have; one that begins before its head has is never heard of."""
-    deadline_s = time.monotonic() + 90
+    deadline_s = time.monotonic() + 200
     while sum("ray stop" in log.read_text() for log in Path(folder).glob("start-*.log")) < count:
         assert time.monotonic() < deadline_s, [log.read_text() for log in Path(folder).glob("start-*.log")]
         time.sleep(0.2)

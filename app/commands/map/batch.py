@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from json import dumps
@@ -66,6 +67,7 @@ def run(
     placing: PlacingOptions = PlacingOptions(),
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: Annotated[str | None, Parameter(group=MODELS)] = None,
+    eval: Annotated[str, Parameter(show_default=False)] = "",
     resume: Flag = False,
     json: Flag = False,
 ) -> int:
@@ -82,6 +84,8 @@ def run(
         The folder, or URI, for a run folder a scene, report.json and batch_logs.
     vocabulary:
         Name the instances of each map, as with `razer run`.
+    eval:
+        Evaluate each map whose recording has a truth by the rules of this preset, as `razer eval --scenes` would.
     resume:
         Go on with a batch to this place: what is done stays, all else is tried again.
     json:
@@ -91,7 +95,7 @@ def run(
 
     if vocabulary is not None:
         read_vocabulary(vocabulary)
-    plan = BatchPlan.of(options, vocabulary, placing.cores, placing.gpus)
+    plan = BatchPlan.of(options, vocabulary, placing.cores, placing.gpus, eval)
     target, console = Place.of(out), progress_console()
     _note_untried(Place.of(scenes), target)
     with nullcontext() if target.is_remote else writing(target.path / REPORT):
@@ -100,6 +104,8 @@ def run(
             batch.run()
         finally:
             _deliver(report, target, as_json=json)
+        if batch.evaluations:
+            _pool(batch.evaluations, eval, target, as_json=json)
     return FAILED if report.n_failed else 0
 
 
@@ -120,6 +126,16 @@ def _deliver(report: BatchReport, out: Place, *, as_json: bool) -> None:
     print_outputs(out.path, OUTPUTS)
     done = [name for name, record in report.scenes.items() if record.status == "done"]
     print_next(*(looking_at(out.path / name) for name in done[:1]))
+
+
+def _pool(evaluations: Mapping[str, bytes], preset: str, out: Place, *, as_json: bool) -> None:
+    """What the maps are worth together, in evaluation.json, and each by itself in the metrics.json of its run."""
+    from app.batch.pooling import pool
+    from app.evaluation.report import report
+
+    result = pool(evaluations, preset, out)
+    if not as_json:
+        report(result, result_console())
 
 
 verb = App(name="batch", help_format="markdown", help_epilogue=named("batch").epilogue)

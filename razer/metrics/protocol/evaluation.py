@@ -75,12 +75,15 @@ def evaluate(pairs: Iterable[Pair], preset: Preset) -> Evaluation:
     """Evaluate (name, truth, prediction) scene by scene by the preset's rules; only one scene is held at a time, of
     which match outcomes and counts are kept."""
     results: list[SceneResult] = []
-    scenes: dict[str, Metrics] = {}
     for name, truth, predicted in pairs:
         results.append(evaluate_scene(name, truth, predicted, preset))
-        scenes[name] = _scene_metrics(results[-1], preset)
         del truth, predicted
-    return _summary(results, preset, scenes)
+    return pooled(results, preset)
+
+
+def pooled(results: Sequence[SceneResult], preset: Preset) -> Evaluation:
+    """The metrics of scenes that were evaluated one by one, wherever, all by this preset's rules."""
+    return _summary(results, preset, {result.name: _scene_metrics(result, preset) for result in results})
 
 
 _SCENE_METRICS = ("class_agnostic", "class_aware", "semantic", "panoptic", "surface", "retrieval", "relations", "pose")
