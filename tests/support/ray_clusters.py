@@ -46,7 +46,7 @@ class LoopbackCluster:
 
 @contextmanager
 def loopback_cluster(n_nodes: int, cpus: int = 1, memory_mb: int = 4000, port: int = 0) -> Iterator[LoopbackCluster]:
-    """A cluster whose nodes are started one by one by `ray start`, as on machines of their own, and talk over sockets."""
+    """A cluster whose nodes are started by `ray start`, as on machines of their own, and talk over sockets."""
     folder = tempfile.mkdtemp(prefix="ray-")  # short: paths of sockets are bounded
     port = port or _free_port()
     head = _start(
