@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,11 @@ def razer(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, 
     code = call(*arguments)
     out, err = capsys.readouterr()
     return code, out, err
+
+
+def environment() -> dict[str, str]:
+    """That of a process of the program, wherever it works."""
+    return {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2]), "RAY_USAGE_STATS_ENABLED": "0"}
 
 
 def write_small_room(folder: Path, *, poses: bool = True, intrinsics: bool = True, n_frames: int = N_FRAMES) -> Path:
