@@ -25,7 +25,7 @@ BORDER = {
     "razer.settings",
     "razer.vocabulary",
 }
-ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags")
+ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags", "ray")
 MODEL_LIBRARIES = {
     "onnxruntime",
     "huggingface_hub",

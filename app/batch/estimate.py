@@ -12,8 +12,8 @@ from pathlib import PurePosixPath
 from app.batch.scene_task import Needs, Outcome
 from app.settings.run_config import RunConfig
 
-# Three processes of `razer run` have this much before the first frame, with Open3D, torch and ONNX Runtime loaded, and
-# a map of rooms grows by this much a frame at 2 cm: measured on synthetic rooms and redkitchen (docs/batch.md).
+# Rules of thumb until a scene is finished. The three processes of `razer run` have 0.9 GB with the simulator's models in a
+# small room, and 2D models bring up to as much again; a map at 2 cm grows by some 1 MB a frame while it sees new surface.
 _BASE_MB, _FRAME_MB, _AT_VOXEL_M = 2000.0, 1.0, 0.02
 _BASE_S, _FRAME_S = 10.0, 0.25
 _FRAME_BYTES = 400_000  # colour and depth in a .sens or a bag

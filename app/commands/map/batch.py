@@ -130,7 +130,7 @@ def _deliver(report: BatchReport, out: Place, *, as_json: bool) -> None:
 
 def _pool(evaluations: Mapping[str, bytes], preset: str, out: Place, *, as_json: bool) -> None:
     """What the maps are worth together, in evaluation.json, and each by itself in the metrics.json of its run."""
-    from app.batch.pooling import pool
+    from app.batch.scene_evaluation import pool
     from app.evaluation.report import report
 
     result = pool(evaluations, preset, out)

@@ -3,7 +3,8 @@
     python -m tests.app.batch.measure_speedup ROOMS [--ray]
 
 Prints one line of JSON: seconds of both arms, the ratio of the batch to half of the serial time, the engine's own share
-of the processor time, and whether all results are the same to the byte.
+of the processor time, the processor time of the batch over that of the single runs, which other programs on the machine
+change less than seconds, and whether all results are the same to the byte.
 """
 
 from __future__ import annotations
@@ -26,14 +27,15 @@ OPTIONS = ("--segmenter=oracle", "--embedder=oracle", "--device=cpu", "--no-time
 WITH_TIMES = {"timings.json"}
 
 
-def serial_s(rooms: Path, out: Path) -> float:
-    """Seconds of `razer run` on each room, one after the other, on one core."""
-    begun_s = time.monotonic()
+def serial_s(rooms: Path, out: Path) -> tuple[float, float]:
+    """Seconds of `razer run` on each room, one after the other, on one core; and of processors."""
+    begun_s, cpu_s = time.monotonic(), 0.0
     for room in sorted(rooms.iterdir()):
         command = [sys.executable, "-m", "app", "run", str(room), "-o", str(out / room.name), *OPTIONS]
         end = run_child(command, out / "log", out / "out", folder="/", cores=1, threads=1, stop=Event())
         assert end.code == 0, (out / "log").read_text()
-    return time.monotonic() - begun_s
+        cpu_s += end.cpu_s
+    return time.monotonic() - begun_s, cpu_s
 
 
 def batch_s(rooms: Path, out: Path, *placing: str) -> tuple[float, dict]:
@@ -55,7 +57,7 @@ def measure(rooms: Path, folder: Path, cluster: LoopbackCluster | None) -> dict:
     """Both arms, and what they say of each other."""
     (folder / "serial").mkdir()
     load_before = os.getloadavg()[0]
-    alone_s = serial_s(rooms, folder / "serial")
+    alone_s, alone_cpu_s = serial_s(rooms, folder / "serial")
     load_between, engine_before_s = os.getloadavg()[0], cluster.cpu_s() if cluster else 0.0
     placing = ("--address", cluster.address) if cluster else ()
     together_s, report = batch_s(rooms, folder / "batch", *placing)
@@ -68,6 +70,7 @@ def measure(rooms: Path, folder: Path, cluster: LoopbackCluster | None) -> dict:
         "serial_s": round(alone_s, 1),
         "batch_s": round(together_s, 1),
         "over_half_of_serial": round(together_s / (alone_s / 2), 3),
+        "cpu_over_serial": round((engine_s + totals["cpu_s"]) / alone_cpu_s, 3),
         "engine_cpu_share": round(engine_s / (engine_s + totals["cpu_s"]), 4),
         "differing": differing(folder / "serial", folder / "batch"),
         "load": [round(load, 1) for load in (load_before, load_between, os.getloadavg()[0])],
