@@ -12,8 +12,8 @@ from pathlib import PurePosixPath
 from app.batch.scene_task import Needs, Outcome
 from app.settings.run_config import RunConfig
 
-# Rules of thumb until a scene is finished. The three processes of `razer run` have 0.9 GB with the simulator's models in a
-# small room, and 2D models bring up to as much again; a map at 2 cm grows by some 1 MB a frame while it sees new surface.
+# Rules of thumb until a scene is finished. The three processes of `razer run` had 0.9 GB in a small room with the
+# simulator's models; what 2D models and a growing map take beyond that is guessed, and rather too much than too little.
 _BASE_MB, _FRAME_MB, _AT_VOXEL_M = 2000.0, 1.0, 0.02
 _BASE_S, _FRAME_S = 10.0, 0.25
 _FRAME_BYTES = 400_000  # colour and depth in a .sens or a bag
