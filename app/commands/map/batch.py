@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from json import dumps
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Group, Parameter
@@ -109,6 +110,59 @@ def run(
     return FAILED if report.n_failed else 0
 
 
+def simulate(
+    report: Path,
+    /,
+    *,
+    workers: int,
+    scenes: int | None = None,
+    straggler_share: float = 0.0,
+    straggler_times: float = 3.0,
+    hours_between_failures: float = 0.0,
+    restart_s: float = 300.0,
+    seed: int = 0,
+    json: Flag = False,
+) -> int:
+    """Say how long a batch would take with other workers, or more scenes: what was measured, simulated.
+
+    Parameters
+    ----------
+    report:
+        The report.json of a batch.
+    workers:
+        Scenes that are mapped at once.
+    scenes:
+        How many, each as long as one of those measured. Not given: those measured.
+    straggler_share:
+        Share of the scenes, in [0, 1], that take longer.
+    straggler_times:
+        How many times as long they take.
+    hours_between_failures:
+        Of one worker, on average; 0: none ever fails.
+    restart_s:
+        Seconds until a worker that failed is there again.
+    seed:
+        Another course of events.
+    json:
+        Print the figures as one line of JSON.
+    """
+    from app.batch.measured_batch import MeasuredBatch
+    from app.batch.simulation import Cluster
+    from app.batch.simulation import simulate as simulated
+
+    if workers < 1 or (scenes is not None and scenes < 1):
+        raise BadInput("give at least one worker and one scene")
+    measured = MeasuredBatch.read(report)
+    cluster = Cluster(workers, measured.dispatch_s, straggler_share, straggler_times, hours_between_failures, restart_s)
+    figures = simulated(measured.drawn(scenes, seed), cluster, seed).as_json() | {"measured_s": measured.total_s}
+    if json:
+        print(dumps(figures))
+    else:
+        for name, value in figures.items():
+            result_console().print(f"{name}: {value}", highlight=False)
+    return 0
+
+
 def _note_untried(*places: Place) -> None:
     for place in places:
         if not place.is_tried:
@@ -140,3 +194,4 @@ def _pool(evaluations: Mapping[str, bytes], preset: str, out: Place, *, as_json:
 
 verb = App(name="batch", help_format="markdown", help_epilogue=named("batch").epilogue)
 verb.command(run, name="run", help_epilogue=named("batch").epilogue)
+verb.command(simulate, name="simulate")
