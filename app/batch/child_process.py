@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import select
 import signal
 import subprocess
@@ -82,7 +83,10 @@ def _watched(process: subprocess.Popen[bytes], stop: Event) -> ChildEnd:
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     code = None if stop.is_set() else process.returncode
-    return ChildEnd(code, usage.ru_utime + usage.ru_stime, max(peak_mb, usage.ru_maxrss * 1024 / 1e6))
+    # A process that was forked has the peak of the one it came from until its own is larger.
+    if usage.ru_maxrss > resource.getrusage(resource.RUSAGE_SELF).ru_maxrss:
+        peak_mb = max(peak_mb, usage.ru_maxrss * 1024 / 1e6)
+    return ChildEnd(code, usage.ru_utime + usage.ru_stime, peak_mb)
 
 
 def tree_mb(pid: int) -> float:

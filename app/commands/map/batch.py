@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from json import dumps
@@ -146,21 +147,25 @@ def simulate(
     json:
         Print the figures as one line of JSON.
     """
-    from app.batch.measured_batch import MeasuredBatch
-    from app.batch.simulation import Cluster
-    from app.batch.simulation import simulate as simulated
+    from app.batch.simulation.measured_batch import MeasuredBatch
+    from app.batch.simulation.discrete_events import Cluster
+    from app.batch.simulation.discrete_events import simulate as simulated
 
     if workers < 1 or (scenes is not None and scenes < 1):
         raise BadInput("give at least one worker and one scene")
     measured = MeasuredBatch.read(report)
     cluster = Cluster(workers, measured.dispatch_s, straggler_share, straggler_times, hours_between_failures, restart_s)
     figures = simulated(measured.drawn(scenes, seed), cluster, seed).as_json() | {"measured_s": measured.total_s}
-    if json:
-        print(dumps(figures))
-    else:
-        for name, value in figures.items():
-            result_console().print(f"{name}: {value}", highlight=False)
+    _print_figures(figures, as_json=json)
     return 0
+
+
+def _print_figures(figures: Mapping[str, float], *, as_json: bool) -> None:
+    if as_json:
+        print(dumps(figures))
+        return
+    for name, value in figures.items():
+        result_console().print(f"{name}: {value}", highlight=False)
 
 
 def _note_untried(*places: Place) -> None:

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from app.batch.measured_batch import MeasuredBatch
+from app.batch.simulation.measured_batch import MeasuredBatch
 from razer.errors import BadInput
 
 

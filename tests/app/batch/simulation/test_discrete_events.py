@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.batch.simulation import Cluster, simulate
+from app.batch.simulation.discrete_events import Cluster, simulate
 
 
 @pytest.mark.parametrize(
