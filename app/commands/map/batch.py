@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from json import dumps
@@ -147,9 +146,9 @@ def simulate(
     json:
         Print the figures as one line of JSON.
     """
-    from app.batch.simulation.measured_batch import MeasuredBatch
     from app.batch.simulation.discrete_events import Cluster
     from app.batch.simulation.discrete_events import simulate as simulated
+    from app.batch.simulation.measured_batch import MeasuredBatch
 
     if workers < 1 or (scenes is not None and scenes < 1):
         raise BadInput("give at least one worker and one scene")
