@@ -69,6 +69,16 @@ VERBS = {
             ("razer label OUT --vocabulary lvis", "razer label OUT --vocabulary my_classes.csv"),
         ),
         Verb(
+            "ask.library:verb",
+            "Keep the instances of many maps in one table, and search them all.",
+            (
+                "razer library add OUT --library maps.lance",
+                'razer library query "a red chair" --library maps.lance',
+                "razer library compact --library maps.lance",
+            ),
+            is_app=True,
+        ),
+        Verb(
             "ask.edit:edit",
             "Rename, merge, split or delete instances by hand; undo.",
             ('razer edit OUT rename 12 "office chair"', "razer edit OUT merge 12 31", "razer edit OUT undo"),

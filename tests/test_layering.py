@@ -25,7 +25,7 @@ BORDER = {
     "razer.settings",
     "razer.vocabulary",
 }
-ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags", "ray")
+ONE_FILE_FENCES = ("gtsam", "rtree", "rosbags", "ray", "lancedb")
 MODEL_LIBRARIES = {
     "onnxruntime",
     "huggingface_hub",

@@ -15,13 +15,13 @@ from razer.storage.instances_json import box_entry
 
 def answer_json(query: str, answer: Answer, crops: ViewCrops | None) -> dict[str, Any]:
     """The JSON of an answer: query, found, threshold and hits, which are empty if no instance matches."""
-    hits = [_hit_json(hit, crops) for hit in answer.hits]
+    hits = [hit_json(hit) | {"best_frames": crops.of(hit.object) if crops else []} for hit in answer.hits]
     return {"query": query, "found": answer.found, "threshold": answer.threshold, "hits": hits}
 
 
-def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
+def hit_json(hit: Hit) -> dict[str, Any]:
     """One hit: the name and the kind it was found by where several names were meant, centre and extent in metres,
-    rotation world from box, the frames that show it best."""
+    rotation world from box."""
     return {
         "id": hit.object.id,
         "part_of": hit.object.part_of,
@@ -32,7 +32,6 @@ def _hit_json(hit: Hit, crops: ViewCrops | None) -> dict[str, Any]:
         "runner_up": hit.runner_up and hit.runner_up[0],
         "runner_up_score": hit.runner_up and round(hit.runner_up[1], 4),
         **box_entry(hit.object.box),
-        "best_frames": crops.of(hit.object) if crops else [],
     }
 
 

@@ -30,3 +30,9 @@ def require_cluster() -> None:
     """Raise BadInput where the library of the extra `cluster` is not installed."""
     if find_spec("ray") is None:
         raise BadInput("a cluster needs another library: pip install 'razer[cluster]'")
+
+
+def require_library() -> None:
+    """Raise BadInput where a library of the extra `library` is not installed."""
+    if find_spec("lancedb") is None:
+        raise BadInput("a library of maps needs one more library: pip install 'razer[library]'")

@@ -66,6 +66,7 @@ LEFT_OUT = {
 PAGES_LEFT_OUT = {
     "verbs": "it needs a run that was killed: tests/app/commands/test_run_resume.py",
     "server": "serves until Ctrl-C: tests/app/server asks a real one",
+    "library": "asks by pictures, which needs a model: tests/app/library asks the verb",
     "pose_benchmark": "takes eleven minutes: tests/app/commands/test_bench_poses.py runs short walks",
     "timeline": "needs a display, or serves until Ctrl-C: tests/app/timeline/viewer opens it",
 }

@@ -1,0 +1,1 @@
+"""Libraries of maps: the instances of many maps in one table, searched as one map is."""
