@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 
-from app.library.instance_library import InstanceLibrary
-from app.library.instance_rows import Entry, rows_of
-from app.library.model_identity import ModelIdentity
+from app.library.tables.instance_library import InstanceLibrary
+from app.library.tables.instance_rows import Entry, rows_of
+from app.library.tables.model_identity import ModelIdentity
 from app.page.other_poses import chosen_run
 from app.query.queryable_map import open_map
 from app.settings.run_config import RunConfig

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import cast
 
 from app.library.add_run import run_name
-from app.library.instance_library import InstanceLibrary, InstanceTable
 from app.library.known_texts import KnownTexts
 from app.library.map_search import LibraryAnswer, MapSearch, Wanted
 from app.library.search_options import SearchOptions
-from app.library.stored_map import COLUMNS, StoredMap
+from app.library.tables.instance_library import InstanceLibrary, InstanceTable
+from app.library.tables.stored_map import COLUMNS, StoredMap
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.query.query_image import embed_query_image
 from app.settings.config_file import read_run_config

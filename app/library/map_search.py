@@ -9,25 +9,25 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
-from app.library.instance_library import InstanceTable, any_of
 from app.library.known_texts import KnownTexts
 from app.library.presence import threshold_among
-from app.library.stored_map import COLUMNS, StoredMap
+from app.library.tables.instance_library import InstanceTable, any_of
+from app.library.tables.stored_map import COLUMNS, StoredMap
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.map_object import Answer, Hit
 from razer.query.phrases import plain, singulars
+from razer.query.ranking import PRESENT
 
 _ROWS_EXACT, _ROWS_INDEXED = 2000, 200  # nearest vectors that are looked at, without and with an index
-_MEASURED = 4  # times as many are measured exactly, of those that an index finds
 _MAPS, _MAPS_KEPT = 32, 256
 Ask = Callable[[StoredMap, float], Answer]
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What of a search is wanted: k hits at most, of instances that pass a filter, above a least score (None: as many
-    instances are asked as pass the filter, see `threshold_among`); not: (run, id) that is no hit."""
+    """What of a search is wanted: k hits at most, of instances that pass a filter, above a least score (None: what is
+    right for as many maps as are asked, see `threshold_among`); not: (run, id) that is no hit."""
 
     k: int = 5
     where: str | None = None
@@ -127,7 +127,8 @@ class MapSearch:
         n_asked = self.table.count(wanted.where)
         if wanted.min_score is not None:
             return n_asked, wanted.min_score, wanted.min_score
-        return n_asked, threshold_among(n_asked), threshold_among(0)
+        n_maps = self.table.n_maps() * n_asked / max(self.table.count(), 1)
+        return n_asked, threshold_among(n_maps), PRESENT
 
     def _candidates(self, vectors: Float32Array | None, names: Sequence[str], wanted: Wanted) -> list[StoredMap]:
         """The maps of the rows that are nearest, of all and of those called so."""
@@ -146,7 +147,7 @@ class MapSearch:
     def _nearest(self, vectors: Float32Array, where: str | None, k: int) -> pa.Table:
         n = _ROWS_INDEXED if self.table.table.has_index() else _ROWS_EXACT
         each = max(n, 20 * k) // len(vectors) + 1
-        return self.table.nearest(vectors, each, where, _MEASURED).sort_by("_distance")
+        return self.table.nearest(vectors, each, where, self.table.width(each)).sort_by("_distance")
 
     def _called(self, where: str, vectors: Float32Array | None, k: int) -> pa.Table:
         if vectors is None:

@@ -11,7 +11,7 @@ from rich.table import Column, Table
 
 from app.console.streams import result_console
 from app.library.add_run import run_name
-from app.library.instance_library import InstanceLibrary
+from app.library.tables.instance_library import InstanceLibrary
 from razer.errors import BadInput
 
 

@@ -16,7 +16,7 @@ from app.console.outputs import Words, print_next
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping, new_run
-from app.settings.extra_libraries import require_serve
+from app.settings.extra_libraries import require_library, require_serve
 from app.settings.number_lists import whole_numbers
 from app.settings.options import Flag, RunOptions
 from app.verbs import named
@@ -182,6 +182,38 @@ def poses(
     print_next(("config",))  # the settings of the pose estimation are among them
 
 
+def library(*, instances: int = 100_000, vectors: Path | None = None, queries: int = 100, json: Flag = False) -> None:
+    """Measure a library of maps: time and recall of searches, bytes of an instance, time to add a map.
+
+    It is made in the folder for temporary files, and takes some 2 kB there for each instance until it is removed.
+
+    Parameters
+    ----------
+    instances:
+        How many there are, in maps of 100; from 100,000 on they are indexed.
+    vectors:
+        An npz with names, synonyms, text and image, whose image vectors are seen through noise; made up if not given.
+    queries:
+        How many of each kind are asked.
+    json:
+        One line of JSON.
+    """
+    require_library()
+    if instances < 1000 or queries < 1:
+        raise BadInput("--instances is at least 1000, and --queries at least 1")
+    with waiting_for("making and asking a library"):
+        from app.benchmark.measure_library import measure_library, print_library
+
+        result = measure_library(instances, vectors, queries)
+    if json:
+        print(dumps(result))
+        return
+    print_library(result)
+    print_next(("library", "add", "RUN", "--library", "maps.lance"))
+
+
 verb = App(name="bench", help_format="markdown", help_epilogue=named("bench").epilogue)
 verb.default(bench)
-verb.command(poses, name="poses", group=Group("Instead"), help_epilogue=named("bench").epilogue)
+_instead = Group("Instead")
+verb.command(poses, name="poses", group=_instead, help_epilogue=named("bench").epilogue)
+verb.command(library, name="library", group=_instead, help_epilogue=named("bench").epilogue)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.library.instance_library import InstanceLibrary
-from app.library.instance_rows import Entry, rows_of
 from app.library.known_texts import KnownTexts
 from app.library.map_search import MapSearch, Wanted
-from app.library.model_identity import ModelIdentity
+from app.library.tables.instance_library import InstanceLibrary
+from app.library.tables.instance_rows import Entry, rows_of
+from app.library.tables.model_identity import ModelIdentity
 from razer.plugins import EmbedderSettings
 from razer.query.text_queries import TextQueryEncoder
 from tests.support.libraries import WIDTH, WORDS, AnyText, made_map, picture_vector

@@ -16,7 +16,7 @@ import lancedb
 import pyarrow as pa
 from lancedb.index import BTree, IvfRq, LabelList
 
-from app.library.instance_rows import VECTOR
+from app.library.tables.instance_rows import VECTOR
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 
@@ -149,16 +149,25 @@ class LanceTable:
         return persistent(read)
 
     def nearest(
-        self, vectors: Float32Array, columns: Sequence[str], n: int, *, where: str | None = None, width: int = 1
+        self,
+        vectors: Float32Array,
+        columns: Sequence[str],
+        n: int,
+        *,
+        where: str | None = None,
+        width: int = 1,
+        exact: bool = False,
     ) -> pa.Table:
         """The rows of the nearest vectors by cosine distance to each of some (Q, D), at most n each, with `_distance`;
-        exact where there is no index. `width`: how many times n come from the index to be measured exactly."""
+        exact where there is no index, or it is passed by. `width`: how many times n come from the index to be measured
+        exactly."""
 
         def read() -> pa.Table:
             asked = vectors[0] if len(vectors) == 1 else vectors
             query = self._table.search(asked, vector_column_name=VECTOR).distance_type("cosine").limit(n)
             query = query.select([*columns, "_distance"]).refine_factor(width).minimum_nprobes(_N_PROBES)
             query = query.maximum_nprobes(_N_PROBES)
+            query = query.bypass_vector_index() if exact else query
             return (query.where(where, prefilter=True) if where else query).to_arrow()
 
         return persistent(read)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from app.library.model_identity import METADATA, ModelIdentity
-from app.library.room_place import RoomPlaces
+from app.library.tables.model_identity import METADATA, ModelIdentity
+from app.library.tables.room_place import RoomPlaces
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
 from razer.query.phrases import plain, singulars

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 
-from app.library.instance_rows import VECTOR
+from app.library.tables.instance_rows import VECTOR
 from razer.arrays import Float32Array
 from razer.boxes.oriented_box import OrientedBox
 from razer.class_votes import ClassVote

@@ -10,9 +10,9 @@ from typing import Any
 
 import pyarrow as pa
 
-from app.library.instance_rows import schema_of
-from app.library.lance_tables import LancePlace, LanceTable, plain_errors
-from app.library.model_identity import METADATA, ModelIdentity
+from app.library.tables.instance_rows import schema_of
+from app.library.tables.lance_tables import LancePlace, LanceTable, plain_errors
+from app.library.tables.model_identity import METADATA, ModelIdentity
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 
@@ -22,6 +22,7 @@ _THUMBNAIL_COLUMNS = pa.schema(
     [("run", pa.string()), ("generation", pa.int64()), ("id", pa.int32()), ("jpeg", pa.binary())]
 )
 ONE_EACH = "hypothesis = 0"
+_MEASURED = 400  # vectors that an index gives at least, to be measured exactly
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class InstanceTable:
 
     def __init__(self, model: ModelIdentity, table: LanceTable, uri: str) -> None:
         self.model, self.table, self._uri = model, table, uri
+        self._counts: dict[str, int] = {}
 
     def add(self, rows: pa.Table, generation: int) -> None:
         """Add the rows of one map, which take the place of those that it had before; readers see these or those.
@@ -70,16 +72,32 @@ class InstanceTable:
 
     def count(self, where: str | None = None) -> int:
         """How many instances pass a filter; raises BadInput for one that is none."""
-        if where is None:
-            with plain_errors(f"{self._uri} cannot be read"):
-                return self.table.count(ONE_EACH)
-        with plain_errors(f"--where {where}"):
-            return self.table.count(f"({where}) AND {ONE_EACH}")
+        with plain_errors(f"{self._uri} cannot be read" if where is None else f"--where {where}"):
+            version = self.table.version
+            if self._counts.get("version") != version:
+                self._counts = {"version": version}
+            counted = ONE_EACH if where is None else f"({where}) AND {ONE_EACH}"
+            return self._count_once(counted)
+
+    def n_maps(self) -> int:
+        """How many maps there are, as far as `count` has seen them."""
+        with plain_errors(f"{self._uri} cannot be read"):
+            return self._count_once("provenance IS NOT NULL")
+
+    def _count_once(self, where: str) -> int:
+        if where not in self._counts:
+            self._counts[where] = self.table.count(where)
+        return self._counts[where]
 
     def nearest(self, vectors: Float32Array, n: int, where: str | None, width: int = 1) -> pa.Table:
         """run, generation and `_distance` of the nearest rows, as `LanceTable.nearest`. Raises BadInput."""
         with plain_errors(f"{self._uri} cannot be searched"):
             return self.table.nearest(vectors, ("run", "generation"), n, where=where, width=width)
+
+    @staticmethod
+    def width(n: int) -> int:
+        """How many times n vectors an index has to give, so that the n nearest are among them."""
+        return max(1, -(-_MEASURED // n))
 
     def rows_of(self, runs: Sequence[str], columns: Sequence[str], where: str | None = None) -> dict[str, pa.Table]:
         """The rows of some maps as they were added last, by run; runs that have none are left out. Raises BadInput."""
