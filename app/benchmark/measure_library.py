@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from time import perf_counter, time_ns
@@ -70,7 +71,7 @@ def measure_library(n_instances: int, vectors: Path | None, n_queries: int) -> d
     with tempfile.TemporaryDirectory() as place:
         uri = str(Path(place) / "library")
         world, made_s = _timed(lambda: _made(exemplars, n_instances, uri))
-        _, compacted_s = _timed(lambda: InstanceLibrary(uri).tidy())
+        _, compacted_s = _timed(lambda: InstanceLibrary(uri).tidy(timedelta(0)))
         n_bytes = _n_bytes(Path(uri))
         dimension = exemplars.text.shape[1]
         return {
@@ -114,8 +115,8 @@ def _added_s(world: _World, number: int) -> float:
 
 
 def _nearest(world: _World, n: int) -> dict[str, Any]:
-    """For each kind of vector: milliseconds of a search for the ten nearest, and how many of these are as near as the ten
-    that an exact search finds."""
+    """For each kind of vector: milliseconds of a search for the ten nearest, and how many of these an exact search
+    finds as near."""
     result, width = {}, world.table.width(_NEAREST)
     for kind, vectors in _queries(world, n + _WARM_UP):
         times, recalls = [], []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -15,6 +15,7 @@ from app.library.tables.stored_map import COLUMNS, StoredMap
 from app.query.negative_prompt_cache import negative_prompts_of
 from app.query.query_image import embed_query_image
 from app.settings.config_file import read_run_config
+from razer.arrays import Float32Array
 from razer.errors import BadInput
 from razer.models import Embedder, embedder_of
 from razer.plugins import EmbedderSettings, Trust
@@ -26,7 +27,8 @@ def ask(uri: str, text: str | None, search: SearchOptions, trust: Trust) -> Libr
     library = InstanceLibrary(uri)
     wanted = Wanted(search.k, search.where, search.min_score)
     if search.like is not None:
-        return _like(library, search.like, search.table, wanted)
+        found = like_vector(library, search.like, search.table)
+        return MapSearch(found.table, None).by_vector(found.vector, found.not_itself(wanted))
     table = library.table(search.table)
     settings = embedder_settings(table, search.embedder, search.set, trust)
     if text is not None:
@@ -53,9 +55,24 @@ def embedder_settings(
     return read_run_config(None, assignments, named if embedder else {}, trust=trust).embedder
 
 
-def _like(library: InstanceLibrary, like: str, name: str | None, wanted: Wanted) -> LibraryAnswer:
+@dataclass(frozen=True)
+class Liked:
+    """An instance of a library that others are to be like: its map, id, table and vector (D,)."""
+
+    run: str
+    id: int
+    table: InstanceTable
+    vector: Float32Array
+
+    def not_itself(self, wanted: Wanted) -> Wanted:
+        """What is wanted, but for the instance itself."""
+        return replace(wanted, not_this=(self.run, self.id))
+
+
+def like_vector(library: InstanceLibrary, like: str, name: str | None) -> Liked:
+    """The instance that RUN:ID names, in a table or in any; raises BadInput."""
     run, separator, number = like.rpartition(":")
-    if not separator or not number.isdigit():
+    if not separator or not (number.isascii() and number.isdigit()):
         raise BadInput(f"--like {like}: write it as RUN:ID")
     table, stored = _map_of(library, run, name)
     objects = {item.id: item for item in (*stored.queries.objects, *stored.queries.parts)}
@@ -64,7 +81,7 @@ def _like(library: InstanceLibrary, like: str, name: str | None, wanted: Wanted)
     vectors = objects[int(number)].embeddings
     if not len(vectors):
         raise BadInput(f"--like {like}: nothing is known of its looks")
-    return MapSearch(table, None).by_vector(vectors[0], replace(wanted, not_this=(stored.run, int(number))))
+    return Liked(stored.run, int(number), table, vectors[0])
 
 
 def _map_of(library: InstanceLibrary, run: str, name: str | None) -> tuple[InstanceTable, StoredMap]:

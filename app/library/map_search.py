@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import pyarrow as pa
 
 from app.library.known_texts import KnownTexts
-from app.library.presence import threshold_among
+from app.library.presence import picture_threshold_among, threshold_among
 from app.library.tables.instance_library import InstanceTable, any_of
 from app.library.tables.stored_map import COLUMNS, StoredMap
 from razer.arrays import Float32Array
@@ -20,7 +21,7 @@ from razer.query.phrases import plain, singulars
 from razer.query.ranking import PRESENT
 
 _ROWS_EXACT, _ROWS_INDEXED = 2000, 200  # nearest vectors that are looked at, without and with an index
-_MAPS, _MAPS_KEPT = 32, 256
+_MAPS, _MAPS_KEPT = 12, 512  # that are asked by looks and as many by name, and that are kept open
 Ask = Callable[[StoredMap, float], Answer]
 
 
@@ -66,11 +67,13 @@ class MapSearch:
         """`encoder`: of the model of the table, None where only vectors are asked for."""
         self.table, self.encoder = table, encoder
         self._maps: OrderedDict[str, StoredMap] = OrderedDict()
+        self._lock = threading.Lock()
 
     def by_text(self, text: str, wanted: Wanted) -> LibraryAnswer:
         """The instances that a text means; raises BadInput where the embedder cannot tell."""
         assert self.encoder is not None
-        n_asked, threshold, least = self._thresholds(wanted)
+        n_asked, threshold = self._threshold(wanted, threshold_among)
+        least = PRESENT if wanted.min_score is None else wanted.min_score  # of what is known by its name
         vectors, names, problem = self._meant(text)
         maps = self._candidates(vectors, names, wanted)
         answers, problems = [], [problem] if problem else []
@@ -90,22 +93,23 @@ class MapSearch:
                 f"the vector has {len(vector)} numbers, those of table {self.table.model.table} have "
                 f"{self.table.model.dimension}"
             )
-        n_asked, _, least = self._thresholds(wanted)
+        n_asked, threshold = self._threshold(wanted, picture_threshold_among)
         maps = self._candidates(vector[None], (), wanted)
-        answers = [(each, each.queries.by_image(vector, least)) for each in maps]
-        return self._merged(answers, wanted, least, n_asked)
+        answers = [(each, each.queries.by_image(vector, threshold)) for each in maps]
+        return self._merged(answers, wanted, threshold, n_asked)
 
     def opened(self, runs: Iterable[str]) -> list[StoredMap]:
         """Some maps, as they were added last; those that are not there are left out."""
         asked = list(runs)
         rows = self.table.rows_of(asked, COLUMNS)
-        for run, own in rows.items():
-            self._maps[run] = StoredMap.of(own, self.encoder)
-            self._maps.move_to_end(run)
-        found = [self._maps[run] for run in asked if run in rows]
-        while len(self._maps) > _MAPS_KEPT:
-            self._maps.popitem(last=False)
-        return found
+        found = {run: StoredMap.of(rows[run], self.encoder) for run in asked if run in rows}
+        with self._lock:
+            for run, each in found.items():
+                self._maps[run] = each
+                self._maps.move_to_end(run)
+            while len(self._maps) > _MAPS_KEPT:
+                self._maps.popitem(last=False)
+        return list(found.values())
 
     def _meant(self, text: str) -> tuple[Float32Array | None, tuple[str, ...], BadInput | None]:
         """The vectors and the forms of the names that a text stands for; why there is no vector, where there is none:
@@ -122,13 +126,11 @@ class MapSearch:
         except BadInput as error:
             return None, forms, error
 
-    def _thresholds(self, wanted: Wanted) -> tuple[int, float, float]:
-        """How many instances are asked, the least score of a hit by its looks, and of any hit."""
+    def _threshold(self, wanted: Wanted, among: Callable[[float], float]) -> tuple[int, float]:
+        """How many instances are asked, and the least score of a hit by its looks."""
         n_asked = self.table.count(wanted.where)
-        if wanted.min_score is not None:
-            return n_asked, wanted.min_score, wanted.min_score
         n_maps = self.table.n_maps() * n_asked / max(self.table.count(), 1)
-        return n_asked, threshold_among(n_maps), PRESENT
+        return n_asked, among(n_maps) if wanted.min_score is None else wanted.min_score
 
     def _candidates(self, vectors: Float32Array | None, names: Sequence[str], wanted: Wanted) -> list[StoredMap]:
         """The maps of the rows that are nearest, of all and of those called so."""

@@ -7,14 +7,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.settings.extra_libraries import require_serve
+from app.settings.extra_libraries import require_library, require_serve
 from app.settings.options import Flag, TrustOptions
+from razer.errors import BadInput
 
 
 def mcp(
-    run: Path,
+    run: Path | None = None,
     /,
     *,
+    library: str | None = None,
     allow_edits: Flag = False,
     http: int | None = None,
     host: str = "127.0.0.1",
@@ -27,6 +29,8 @@ def mcp(
     ----------
     run:
         The folder of a finished run, or of a saved map.
+    library:
+        A library of maps to search, instead of a run or beside it.
     allow_edits:
         Tools that change the map, too: rename, relabel, merge, split, delete, undo, redo.
     http:
@@ -37,10 +41,17 @@ def mcp(
         With --http, what each request must bring as Authorization: Bearer, 16 characters or more.
     """
     require_serve()
-    from app.agents.serve_agents import serve_http, serve_stdio  # late, as in `razer run`
+    if run is None and library is None:
+        raise BadInput("give the folder of a run, or a library of maps with --library")
+    if run is None and allow_edits:
+        raise BadInput("--allow-edits is for the map of a run: a library is only searched")
+    if library is not None:
+        require_library()
+    from app.agents.serve_agents import Offered, serve_http, serve_stdio  # late, as in `razer run`
     from app.server.access_rules import AccessRules
 
+    offered = Offered(run, library, options.trust, allow_edits)
     if http is None:
-        serve_stdio(run, options.trust, allow_edits=allow_edits)
+        serve_stdio(offered)
     else:
-        serve_http(run, options.trust, AccessRules(host, token), http, allow_edits=allow_edits)
+        serve_http(offered, AccessRules(host, token), http)

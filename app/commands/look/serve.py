@@ -7,14 +7,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.settings.extra_libraries import require_serve
+from app.settings.extra_libraries import require_library, require_serve
 from app.settings.options import DEFAULT_PORT, TrustOptions
+from razer.errors import BadInput
 
 
 def serve(
-    run: Path,
+    run: Path | None = None,
     /,
     *,
+    library: str | None = None,
     port: int = DEFAULT_PORT,
     host: str = "127.0.0.1",
     token: Annotated[str | None, Parameter(env_var="RAZER_TOKEN")] = None,
@@ -28,6 +30,8 @@ def serve(
     ----------
     run:
         The folder of a finished run, or of a saved map.
+    library:
+        A library of maps instead: a page to search it, from which hits open their maps.
     port:
         Where to listen; 0: any free port.
     host:
@@ -36,9 +40,18 @@ def serve(
         What whoever asks must know, 16 characters or more; the page is opened with /?token=TOKEN.
     """
     require_serve()
+    if (run is None) == (library is None):
+        raise BadInput("give the folder of a run to serve, or a library of maps with --library")
     from app.server.access_rules import AccessRules  # late, as in `razer run`
 
     rules = AccessRules(host, token)
+    if library is not None:
+        require_library()
+        from app.server.serve_library import serve_library
+
+        serve_library(library, rules, port, options.trust)
+        return
+    assert run is not None
     from app.server.serve_run import serve_run
 
     serve_run(run, rules, port, options.trust)

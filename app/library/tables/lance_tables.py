@@ -23,7 +23,7 @@ from razer.errors import BadInput
 T = TypeVar("T")
 INDEX_FROM = 100_000  # rows; below, a search looks at every vector
 _ROWS_PER_PARTITION = 4096
-_CODE_BITS = 2  # of each dimension: docs/library.md has what fewer cost
+_CODE_BITS = 4  # of each dimension: docs/library.md has what fewer cost
 _N_PROBES = 256
 _NAMES_AT_ONCE = 100
 _OF_FILTERS = {"run": BTree(), "names": LabelList()}  # indexes of what searches look up
@@ -186,12 +186,12 @@ class LanceTable:
     def tidy(self, keep: timedelta) -> None:
         """Write small files together, let indexes take in what is new, make those that are lacking, and remove versions
         that are older than `keep`; readers go on."""
-        persistent(lambda: self._table.optimize(cleanup_older_than=keep))
         for column, config in _OF_FILTERS.items():
             if column in self.schema.names and not self.has_index(column):
                 persistent(partial(self._table.create_index, column, config=config))
         if self.count() >= INDEX_FROM and VECTOR in self.schema.names and not self.has_index():
             self._index_vectors()
+        persistent(lambda: self._table.optimize(cleanup_older_than=keep))
 
     def _index_vectors(self) -> None:
         config = IvfRq(

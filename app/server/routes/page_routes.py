@@ -56,13 +56,14 @@ def front_routes(rules: AccessRules | None) -> APIRouter:
     @router.get("/")
     async def front(token: str | None = None) -> Response:
         if token is not None and rules is not None and rules.token is not None:
-            return _signed_in(rules, token)
+            return signed_in(rules, token)
         return HTMLResponse(page_html("served"), headers=headers)
 
     return router
 
 
-def _signed_in(rules: AccessRules, token: str) -> Response:
+def signed_in(rules: AccessRules, token: str) -> Response:
+    """The page again, with a cookie in place of the token in its address; raises Refusal 401 for a wrong one."""
     if not rules.admits(token):
         raise Refusal(401, "this is not the token", headers={"www-authenticate": "Bearer"})
     response = RedirectResponse("/", 303)
