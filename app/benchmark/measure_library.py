@@ -31,6 +31,7 @@ from razer.query.text_queries import EVERY_NAME, TextQueryEncoder
 
 _MAPS_AT_ONCE, _WARM_UP, _NEAREST = 100, 20, 10
 _ADDITIONS = 5
+_ROUNDING = 1e-4  # of cosines of vectors of 16 bits
 Times = list[float]
 T = TypeVar("T")
 
@@ -139,7 +140,7 @@ def _queries(world: _World, n: int) -> Iterator[tuple[str, Float32Array]]:
 
 def _recall(found: pa.Table, exact: pa.Table) -> float:
     farthest = exact["_distance"].to_numpy().max()
-    return float((found["_distance"].to_numpy() <= farthest + 1e-6).sum() / len(exact))
+    return float((found["_distance"].to_numpy() <= farthest + _ROUNDING).sum() / len(exact))
 
 
 def _answers(world: _World, n: int) -> dict[str, Any]:

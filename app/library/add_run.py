@@ -12,6 +12,7 @@ from pathlib import Path
 from app.library.tables.instance_library import InstanceLibrary
 from app.library.tables.instance_rows import Entry, rows_of
 from app.library.tables.model_identity import ModelIdentity
+from app.library.thumbnails import forget_thumbnails, keep_thumbnails, thumbnails_of
 from app.page.other_poses import chosen_run
 from app.query.queryable_map import open_map
 from app.settings.run_config import RunConfig
@@ -31,13 +32,14 @@ class Added:
     table: str
 
 
-def add_run(folder: Path, uri: str, scene: str | None = None) -> Added:
+def add_run(folder: Path, uri: str, scene: str | None = None, *, with_thumbnails: bool = True) -> Added:
     """Add the map of a run, as people edited it, in the place of what the library has of it.
 
     Args:
         folder: of a finished run, or of a saved map.
         uri: of the library, which is made if it is not there.
         scene: what the place is called; None: as the recording, or else the run.
+        with_thumbnails: whether pictures of the best views are kept, too.
 
     Raises:
         BadInput: where the run cannot be read, has no embeddings, or the library cannot be written to.
@@ -47,7 +49,11 @@ def add_run(folder: Path, uri: str, scene: str | None = None) -> Added:
     model = _model_of(folder, panoptic, config)
     entry = _entry(folder, panoptic, config, scene or _scene_of(folder, config))
     rows = rows_of(panoptic, entry, model)
-    InstanceLibrary.made(uri, model).add(rows, entry.generation)
+    table = InstanceLibrary.made(uri, model)
+    pictures = thumbnails_of(folder, panoptic, config.input) if with_thumbnails else {}
+    keep_thumbnails(uri, entry.run, entry.generation, pictures)
+    table.add(rows, entry.generation)
+    forget_thumbnails(uri, entry.run, before=entry.generation)
     return Added(entry.run, entry.scene, len(set(rows["id"].to_pylist())), model.table)
 
 

@@ -21,7 +21,7 @@ from razer.query.phrases import plain, singulars
 from razer.query.ranking import PRESENT
 
 _ROWS_EXACT, _ROWS_INDEXED = 2000, 200  # nearest vectors that are looked at, without and with an index
-_MAPS, _MAPS_KEPT = 12, 512  # that are asked by looks and as many by name, and that are kept open
+_MAPS, _MAPS_KEPT = 8, 512  # that are asked by looks and as many by name, and that are kept open
 Ask = Callable[[StoredMap, float], Answer]
 
 

@@ -12,6 +12,7 @@ from rich.table import Column, Table
 from app.console.streams import result_console
 from app.library.add_run import run_name
 from app.library.tables.instance_library import InstanceLibrary
+from app.library.thumbnails import forget_thumbnails
 from razer.errors import BadInput
 
 
@@ -43,6 +44,7 @@ def remove_runs(runs: Sequence[str], uri: str) -> list[str]:
     for name in names:
         for table in tables:
             table.remove(name)
+        forget_thumbnails(uri, name)
     return names
 
 

@@ -12,6 +12,7 @@ from app.library.ask import like_vector, text_encoder
 from app.library.map_search import MapSearch, Wanted
 from app.library.report import map_list
 from app.library.tables.instance_library import InstanceLibrary, InstanceTable
+from app.library.thumbnails import thumbnail
 from app.page.html import page_html
 from app.page.payload import page_payload
 from app.served_map.asked_map import NoSuchInstance
@@ -29,6 +30,7 @@ class SharedLibrary:
         self._library = InstanceLibrary(uri)
         self._lock = threading.Lock()
         self._searches: dict[str, MapSearch] = {}
+        self._runs: dict[str, str] = {}
 
     def ask(self, query: LibraryQuery) -> LibraryAnswerRecord:
         """What a text means, or what looks like an instance; raises BadInput."""
@@ -51,15 +53,26 @@ class SharedLibrary:
         """All maps; raises BadInput."""
         return map_list(self.uri)
 
+    def picture(self, key: str, instance_id: int) -> bytes:
+        """The thumbnail of an instance of a map, as JPEG; raises NoSuchInstance."""
+        found = thumbnail(self.uri, self._run(key), instance_id)
+        if found is None:
+            raise NoSuchInstance(f"there is no picture of instance {instance_id} of this map")
+        return found
+
     def page(self, key: str) -> str:
         """The page of a map of the library, by its key; raises NoSuchInstance where it is not here."""
-        runs = {map_key(each["run"]): each["run"] for each in self.maps()}
-        if key not in runs:
-            raise NoSuchInstance("this library has no such map")
-        run = Path(runs[key])
+        run = Path(self._run(key))
         if not run.is_dir():
             raise NoSuchInstance(f"the map {run} does not lie on this machine")
         return page_html("inline", page_payload(run), f"{run.name} · RAZER")
+
+    def _run(self, key: str) -> str:
+        if key not in self._runs:
+            self._runs = {map_key(each["run"]): each["run"] for each in self.maps()}
+        if key not in self._runs:
+            raise NoSuchInstance("this library has no such map")
+        return self._runs[key]
 
     def _search(self, table: InstanceTable) -> MapSearch:
         with self._lock:

@@ -20,7 +20,9 @@ FORMAT = 1
 Uri = Annotated[str, Parameter(name="--library")]
 
 
-def add(runs: Path, /, *more: Path, library: Uri, scene: str | None = None, json: Flag = False) -> None:
+def add(
+    runs: Path, /, *more: Path, library: Uri, scene: str | None = None, thumbnails: bool = True, json: Flag = False
+) -> None:
     """Add the maps of runs, each in the place of what the library has of that run.
 
     Parameters
@@ -33,6 +35,8 @@ def add(runs: Path, /, *more: Path, library: Uri, scene: str | None = None, json
         Where it lies: a folder, or s3://BUCKET/PATH; made if it is not there.
     scene:
         What the place is called, where runs of the same place belong together; the recording's name if not given.
+    thumbnails:
+        Keep a small picture of the best view of each instance, too.
     json:
         One line of JSON.
     """
@@ -40,7 +44,7 @@ def add(runs: Path, /, *more: Path, library: Uri, scene: str | None = None, json
     with waiting_for("adding maps"):
         from app.library.add_run import add_run
 
-        added = [add_run(run, library, scene) for run in (runs, *more)]
+        added = [add_run(run, library, scene, with_thumbnails=thumbnails) for run in (runs, *more)]
     if json:
         print(dumps({"format": FORMAT, "added": [vars(each) for each in added]}))
         return

@@ -11,16 +11,12 @@ from typing import Any
 import pyarrow as pa
 
 from app.library.tables.instance_rows import schema_of
-from app.library.tables.lance_tables import LancePlace, LanceTable, plain_errors
+from app.library.tables.lance_tables import LancePlace, LanceTable, plain_errors, quoted
 from app.library.tables.model_identity import METADATA, ModelIdentity
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 
-THUMBNAILS = "thumbnails"
 KEEP = timedelta(minutes=10)  # of versions that are not the newest: whoever reads one is done with it by then
-_THUMBNAIL_COLUMNS = pa.schema(
-    [("run", pa.string()), ("generation", pa.int64()), ("id", pa.int32()), ("jpeg", pa.binary())]
-)
 ONE_EACH = "hypothesis = 0"
 _MEASURED = 400  # vectors that an index gives at least, to be measured exactly
 
@@ -145,23 +141,11 @@ class InstanceLibrary:
             )
         return tables[name or next(iter(tables))]
 
-    @property
-    def thumbnails(self) -> LanceTable:
-        """Pictures of instances by run, generation and id."""
-        return self._place.made(THUMBNAILS, _THUMBNAIL_COLUMNS)
-
     def tidy(self, keep: timedelta = KEEP) -> None:
         """Write small files together, let indexes follow, and remove old versions; raises BadInput."""
         with plain_errors(f"{self.uri} cannot be compacted"):
-            for table in self.tables.values():
-                table.table.tidy(keep)
-            if THUMBNAILS in self._place.names:
-                self.thumbnails.tidy(keep)
-
-
-def quoted(text: str) -> str:
-    """A text in a filter."""
-    return "'" + text.replace("'", "''") + "'"
+            for name in self._place.names:
+                self._place.table(name).tidy(keep)
 
 
 def any_of(names: Iterable[str]) -> str:

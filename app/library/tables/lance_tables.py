@@ -26,6 +26,7 @@ _ROWS_PER_PARTITION = 4096
 _CODE_BITS = 4  # of each dimension: docs/library.md has what fewer cost
 _N_PROBES = 256
 _NAMES_AT_ONCE = 100
+_MOST_CHARACTERS = 400
 _OF_FILTERS = {"run": BTree(), "names": LabelList()}  # indexes of what searches look up
 _TRIES, _FIRST_WAIT_S = 6, 0.2
 _PASSING = re.compile(
@@ -53,7 +54,14 @@ def _cause(error: Exception) -> str:
         return error.strerror
     text = re.sub(r",? ?\S*/\.?cargo/\S+|, location: .*|\s+", lambda m: " " if m[0].isspace() else "", str(error))
     text = re.sub(r"^((lance error|Invalid input|Invalid user input|Schema error|LanceError\(\w+\)):?,? ?)+", "", text)
-    return text.strip() or type(error).__name__
+    if said := re.findall(r'message: "([^"]+)"', text):  # of an object store: what is innermost is what happened
+        return f"{said[-1]}, at the store"
+    return text.strip()[:_MOST_CHARACTERS] or type(error).__name__
+
+
+def quoted(text: str) -> str:
+    """A text in a filter."""
+    return "'" + text.replace("'", "''") + "'"
 
 
 class LancePlace:

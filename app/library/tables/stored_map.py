@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from app.library.tables.instance_rows import VECTOR
-from razer.arrays import Float32Array
+from razer.arrays import Float32Array, Float64Array, FloatArray
 from razer.boxes.oriented_box import OrientedBox
 from razer.class_votes import ClassVote
 from razer.map_object import MapObject
 from razer.query.map_queries import MapQueries
 from razer.query.text_queries import TextQueryEncoder
 
+_FACTS = ("id", "class", "score", "stuff", "part_of", "edited", "named_by_hand", "votes")
 COLUMNS = (
-    "run", "generation", "scene", "id", "hypothesis", "share", "class", "score", "stuff", "part_of", "edited",
-    "named_by_hand", "observations", "first_frame", "last_frame", "box", "votes", VECTOR,
-)  # fmt: skip
+    "run",
+    "generation",
+    "scene",
+    "hypothesis",
+    "share",
+    "box",
+    VECTOR,
+    *_FACTS,
+)  # of the table, that it is made of
 
 
 @dataclass(frozen=True)
@@ -37,11 +45,13 @@ class StoredMap:
         vectors, shares = _vectors(rows), np.nan_to_num(rows["share"].to_numpy()).astype(np.float64)
         starts = np.flatnonzero(rows["hypothesis"].to_numpy() == 0)
         ends = np.append(starts[1:], rows.num_rows)
-        items = []
-        for facts, start, end in zip(_facts(rows.take(starts)), starts.tolist(), ends.tolist(), strict=True):
+        first_rows, items = rows.take(starts), []
+        boxes = _lists(first_rows["box"]).astype(np.float64)
+        facts_of = zip(*(first_rows[name].to_pylist() for name in _FACTS), strict=True)
+        for facts, box, start, end in zip(facts_of, boxes, starts.tolist(), ends.tolist(), strict=True):
             has_vectors = bool(shares[start] > 0)
             own = slice(start, end if has_vectors else start)
-            items.append(_instance(facts, vectors[own], shares[own]))
+            items.append(_instance(dict(zip(_FACTS, facts, strict=True)), box, vectors[own], shares[own]))
         objects, parts = (tuple(i for i in items if (i.part_of is None) == whole) for whole in (True, False))
         first = {name: rows[name][0].as_py() for name in ("run", "scene", "generation")}
         return cls(**first, queries=MapQueries(objects, parts, encoder))
@@ -49,19 +59,20 @@ class StoredMap:
 
 def _vectors(rows: pa.Table) -> Float32Array:
     """The vectors (R, D), of unit length again after rounding; zeros where there are none."""
-    column = rows[VECTOR].combine_chunks()
-    width = column.type.list_size
-    flat = column.values.slice(column.offset * width, len(column) * width)
-    vectors = np.nan_to_num(flat.to_numpy(zero_copy_only=False)).astype(np.float32).reshape(-1, width)
+    vectors = np.nan_to_num(_lists(rows[VECTOR])).astype(np.float32)
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-6)
 
 
-def _facts(rows: pa.Table) -> list[dict]:
-    return rows.drop_columns([VECTOR, "share", "hypothesis", "run", "scene", "generation"]).to_pylist()
+def _lists(column: pa.ChunkedArray) -> FloatArray:
+    """A column of lists of W numbers each, (R, W)."""
+    whole = column.combine_chunks()
+    width = whole.type.list_size
+    flat: FloatArray = whole.values.slice(whole.offset * width, len(whole) * width).to_numpy(zero_copy_only=False)
+    return flat.reshape(-1, width)
 
 
-def _instance(facts: dict, vectors: Float32Array, weights: np.ndarray) -> MapObject:
-    box = np.array(facts["box"], np.float64)
+def _instance(facts: dict[str, Any], box: Float64Array, vectors: Float32Array, weights: Float64Array) -> MapObject:
+    """What questions need of an instance; how often it was seen, and when, stays in the table."""
     votes = (ClassVote(v["name"], v["sector"], v["frames"], v["weight"], v["score"]) for v in facts["votes"] or ())
     return MapObject(
         id=facts["id"],
@@ -70,9 +81,9 @@ def _instance(facts: dict, vectors: Float32Array, weights: np.ndarray) -> MapObj
         box=OrientedBox(box[:3], box[3:12].reshape(3, 3), box[12:]),
         n_voxels=0,
         n_vertices=0,
-        observations=facts["observations"],
-        first_frame=facts["first_frame"],
-        last_frame=facts["last_frame"],
+        observations=0,
+        first_frame=0,
+        last_frame=0,
         embeddings=vectors,
         weights=weights,
         is_stuff=facts["stuff"],

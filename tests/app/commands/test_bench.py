@@ -110,3 +110,13 @@ def test_masks_need_a_recording_with_ids(recording, capsys):
         code, _, err = razer(capsys, *arguments)
         assert code == 2, arguments
         assert message in err.splitlines()[-1]
+
+
+def test_bench_measures_a_library(capsys):
+    code, out, err = razer(capsys, "bench", "library", "--instances", "1000", "--queries", "2", "--json")
+    assert code == 0, err
+    result = json.loads(out.splitlines()[-1])
+    assert (result["format"], result["instances"], result["maps"]) == (1, 1000, 10)
+    assert all(row["recall_at_10"] == 1 for row in result["nearest"].values())  # nothing is indexed
+    assert result["answers"].keys() == {"text", "picture"}
+    assert "at least 1000" in razer(capsys, "bench", "library", "--instances", "10")[2]

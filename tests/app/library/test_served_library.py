@@ -6,6 +6,8 @@ import asyncio
 import json
 import re
 
+import cv2
+import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 from mcp import Client
@@ -85,6 +87,21 @@ def test_a_token_is_asked_for(place):
     signed_in = client.get("/", params={"token": TOKEN}, follow_redirects=False)
     assert signed_in.status_code == 303
     assert client.post(ASK, json={"text": "chair"}).status_code == 200
+
+
+def test_a_hit_has_a_small_picture_where_its_run_has_one(place):
+    run, big = saved_map(place / "seen"), np.full((300, 600, 3), 90, np.uint8)
+    (run / "crops").mkdir()
+    cv2.imwrite(str(run / "crops" / f"{CHAIR:04d}-{20 * CHAIR:06d}.jpg"), big)
+    add_run(run, str(place / "maps.lance"))
+    client, address = client_of(place), f"{MAPS}/{map_key(str(run))}/instances"
+    picture = client.get(f"{address}/{CHAIR}/thumbnail.jpg")
+    assert picture.headers["content-type"] == "image/jpeg"
+    assert cv2.imdecode(np.frombuffer(picture.content, np.uint8), cv2.IMREAD_COLOR).shape == (64, 128, 3)
+    assert problem_of(client.get(f"{address}/{OTHER_CHAIR}/thumbnail.jpg"))["status"] == 404
+    assert f"{address}/{CHAIR}/thumbnail.jpg" in client.get("/", params={"q": "chair"}).text
+    add_run(run, str(place / "maps.lance"), with_thumbnails=False)
+    assert client.get(f"{address}/{CHAIR}/thumbnail.jpg").status_code == 404
 
 
 def test_what_is_added_meanwhile_is_found(place):
