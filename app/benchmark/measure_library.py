@@ -29,7 +29,7 @@ from razer.plugins import EmbedderSettings
 from razer.query.ranking import NegativePrompts
 from razer.query.text_queries import EVERY_NAME, TextQueryEncoder
 
-_MAPS_AT_ONCE, _WARM_UP, _NEAREST = 100, 20, 10
+_MAPS_AT_ONCE, _WARM_UP, _NEAREST = 100, 50, 10
 _ADDITIONS = 5
 _ROUNDING = 1e-4  # of cosines of vectors of 16 bits
 Times = list[float]
@@ -120,14 +120,11 @@ def _nearest(world: _World, n: int) -> dict[str, Any]:
     finds as near."""
     result, width = {}, world.table.width(_NEAREST)
     for kind, vectors in _queries(world, n + _WARM_UP):
-        times, recalls = [], []
-        for number, vector in enumerate(vectors):
-            found, seconds = _timed(partial(world.table.nearest, vector[None], _NEAREST, None, width))
-            if number >= _WARM_UP:
-                times.append(1e3 * seconds)
-                exact = world.table.table.nearest(vector[None], ("run",), _NEAREST, exact=True)
-                recalls.append(_recall(found, exact))
-        result[kind] = {**_percentiles(times), "recall_at_10": round(float(np.mean(recalls)), 4)}
+        searches = [_timed(partial(world.table.nearest, v[None], _NEAREST, None, width)) for v in vectors][_WARM_UP:]
+        exact = [world.table.table.nearest(v[None], ("run",), _NEAREST, exact=True) for v in vectors[_WARM_UP:]]
+        recalls = [_recall(found, true) for (found, _), true in zip(searches, exact, strict=True)]
+        times = _percentiles([1e3 * seconds for _, seconds in searches])
+        result[kind] = {**times, "recall_at_10": round(float(np.mean(recalls)), 4)}
     return result
 
 

@@ -21,7 +21,7 @@ from razer.query.phrases import plain, singulars
 from razer.query.ranking import PRESENT
 
 _ROWS_EXACT, _ROWS_INDEXED = 2000, 200  # nearest vectors that are looked at, without and with an index
-_MAPS, _MAPS_KEPT = 8, 512  # that are asked by looks and as many by name, and that are kept open
+_MAPS, _MAPS_OF_PICTURE, _MAPS_KEPT = 8, 16, 512  # that are asked by looks and as many by name, and that are kept open
 Ask = Callable[[StoredMap, float], Answer]
 
 
@@ -75,7 +75,7 @@ class MapSearch:
         n_asked, threshold = self._threshold(wanted, threshold_among)
         least = PRESENT if wanted.min_score is None else wanted.min_score  # of what is known by its name
         vectors, names, problem = self._meant(text)
-        maps = self._candidates(vectors, names, wanted)
+        maps = self._candidates(vectors, names, wanted, _MAPS)
         answers, problems = [], [problem] if problem else []
         for each in maps:
             try:
@@ -94,7 +94,7 @@ class MapSearch:
                 f"{self.table.model.dimension}"
             )
         n_asked, threshold = self._threshold(wanted, picture_threshold_among)
-        maps = self._candidates(vector[None], (), wanted)
+        maps = self._candidates(vector[None], (), wanted, _MAPS_OF_PICTURE)
         answers = [(each, each.queries.by_image(vector, threshold)) for each in maps]
         return self._merged(answers, wanted, threshold, n_asked)
 
@@ -132,7 +132,9 @@ class MapSearch:
         n_maps = self.table.n_maps() * n_asked / max(self.table.count(), 1)
         return n_asked, among(n_maps) if wanted.min_score is None else wanted.min_score
 
-    def _candidates(self, vectors: Float32Array | None, names: Sequence[str], wanted: Wanted) -> list[StoredMap]:
+    def _candidates(
+        self, vectors: Float32Array | None, names: Sequence[str], wanted: Wanted, n_maps: int
+    ) -> list[StoredMap]:
         """The maps of the rows that are nearest, of all and of those called so."""
         found = []
         if vectors is not None:
@@ -142,7 +144,7 @@ class MapSearch:
             found.append(self._called(called, vectors, wanted.k))
         newest: dict[str, int] = {}
         for rows in found:
-            for run, generation in _first_runs(rows, max(_MAPS, 2 * wanted.k)):
+            for run, generation in _first_runs(rows, max(n_maps, 2 * wanted.k)):
                 newest[run] = max(generation, newest.get(run, 0))
         return self._current(newest)
 
