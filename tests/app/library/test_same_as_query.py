@@ -121,3 +121,16 @@ def test_size_and_place_are_told_in_the_room_s_own_frame(tmp_path):
         assert (row["width_m"], row["depth_m"]) == pytest.approx((max(x, y), min(x, y)), abs=1e-5)
         assert row["above_floor_m"] == pytest.approx(item.box.center[2] - z / 2 - low, abs=1e-4)
         assert 0 <= row["room_x"] <= 1
+
+
+def test_an_instance_that_people_named_is_found_without_a_vector(tmp_path):
+    panoptic = made_map(6)
+    named = replace(
+        panoptic.objects[0], class_name="espresso machine", is_named_by_hand=True,
+        embeddings=np.zeros((0, 0), np.float32), weights=np.zeros(0),
+    )  # fmt: skip
+    panoptic = replace(panoptic, objects=(named, *panoptic.objects[1:]), text_queries=ENCODER)
+    search = library_of(tmp_path, {"run": panoptic, "other": made_map(7)})
+    hits = search.by_text("the espresso machine", Wanted(1)).hits
+    assert [(h.run, h.hit.object.id, h.hit.score) for h in hits] == [("run", named.id, 1.0)]
+    assert [hit.object.id for hit in panoptic.query("the espresso machine").hits] == [named.id]
