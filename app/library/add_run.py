@@ -13,7 +13,6 @@ from app.library.tables.instance_library import InstanceLibrary
 from app.library.tables.instance_rows import Entry, rows_of
 from app.library.tables.model_identity import ModelIdentity
 from app.library.thumbnails import forget_thumbnails, keep_thumbnails, thumbnails_of
-from app.page.other_poses import chosen_run
 from app.query.queryable_map import open_map
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
@@ -44,7 +43,7 @@ def add_run(folder: Path, uri: str, scene: str | None = None, *, with_thumbnails
     Raises:
         BadInput: where the run cannot be read, has no embeddings, or the library cannot be written to.
     """
-    folder = chosen_run(folder)
+    folder = _chosen(folder)
     panoptic, config = open_map(folder)
     model = _model_of(folder, panoptic, config)
     entry = _entry(folder, panoptic, config, scene or _scene_of(folder, config))
@@ -59,7 +58,14 @@ def add_run(folder: Path, uri: str, scene: str | None = None, *, with_thumbnails
 
 def run_name(folder: Path) -> str:
     """What a library calls a run: its full path."""
-    return str(chosen_run(folder).absolute().resolve())
+    return str(_chosen(folder).absolute().resolve())
+
+
+def _chosen(folder: Path) -> Path:
+    """The run with given poses where a folder holds a pair."""
+    from app.page.other_poses import chosen_run  # late: it brings what draws pages along
+
+    return chosen_run(folder)
 
 
 def _model_of(folder: Path, panoptic: PanopticMap, config: RunConfig) -> ModelIdentity:

@@ -102,7 +102,7 @@ def _shown(answer: LibraryAnswerRecord) -> str:
         return f'<p class="none">{escape(answer.statement)}</p>'
     rows = [
         f"<tr><td><img alt='' loading='lazy' src='/api/v1/library{escape(hit.map)}/instances/{hit.id}/thumbnail.jpg'>"
-        f"<td><a href='{escape(hit.map)}'>{escape(hit.scene)}</a><td>{hit.id}<td>{escape(hit.class_ or '-')}"
+        f"<td><a href='{escape(hit.map)}#s={hit.id}'>{escape(hit.scene)}</a><td>{hit.id}<td>{escape(hit.class_ or '-')}"
         f"<td>{hit.score:.2f}<td>{escape(hit.run)}"
         for hit in answer.hits
     ]

@@ -64,7 +64,7 @@ def test_what_cannot_be_asked_is_a_problem(place, body):
 def test_people_ask_it_and_a_hit_opens_its_map(place):
     client = client_of(place)
     page = client.get("/", params={"q": "chair", "where": "scene = 'one'"})
-    (link,) = set(re.findall(r"href='(/maps/\w+)'", page.text))
+    (link,) = set(re.findall(r"href='(/maps/\w+)#s=\d+'", page.text))
     assert link == f"/maps/{map_key(str(place / 'one'))}"
     opened = client.get(link)
     assert opened.status_code == 200
