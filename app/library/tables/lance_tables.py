@@ -194,12 +194,14 @@ class LanceTable:
     def tidy(self, keep: timedelta) -> None:
         """Write small files together, let indexes take in what is new, make those that are lacking, and remove versions
         that are older than `keep`; readers go on."""
+        tidied = partial(self._table.optimize, cleanup_older_than=keep)
+        persistent(tidied)  # first: an index of files that are about to be written together is made twice
         for column, config in _OF_FILTERS.items():
             if column in self.schema.names and not self.has_index(column):
                 persistent(partial(self._table.create_index, column, config=config))
         if self.count() >= INDEX_FROM and VECTOR in self.schema.names and not self.has_index():
             self._index_vectors()
-        persistent(lambda: self._table.optimize(cleanup_older_than=keep))
+        persistent(tidied)
 
     def _index_vectors(self) -> None:
         config = IvfRq(
