@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
 from typing import Any
@@ -16,12 +15,12 @@ from app.console.streams import result_console
 from app.frames.cameras.color_registration import ColorRegistration
 from app.frames.frame_account import FrameAccount
 from app.frames.frame_accounting import FrameAccounting
+from app.pipeline.open_stretches import print_open
 from app.pipeline.run_pipeline import RunResult
 from app.run_folder.pose_corrections import PoseCorrections
 from app.settings.run_config import RunConfig
 from razer.map_object import MapObject
 from razer.panoptic_map import PanopticMap
-from slam.report import OpenStretch
 
 _MAX_ROWS = 20
 _MAX_REASONS = 3
@@ -149,14 +148,6 @@ def _print_lost(accounting: FrameAccounting, account: FrameAccount, console: Con
             "let the camera see the way between both places",
             soft_wrap=True,
         )
-
-
-def print_open(stretches: Sequence[OpenStretch], console: Console) -> None:
-    """Where nothing that was seen says how the camera moved in some direction."""
-    for stretch in stretches[:_MAX_REASONS]:
-        console.print(f"  {stretch.describe()}", soft_wrap=True, highlight=False)
-    if len(stretches) > _MAX_REASONS:
-        console.print(f"  and {len(stretches) - _MAX_REASONS} more times")
 
 
 def _print_notes(notes: Counter[str], console: Console) -> None:

@@ -66,6 +66,8 @@ LEFT_OUT = {
 PAGES_LEFT_OUT = {
     "verbs": "it needs a run that was killed: tests/app/commands/test_run_resume.py",
     "server": "serves until Ctrl-C: tests/app/server asks a real one",
+    "batch": "needs a folder of recordings, a cluster, a store: tests/app/batch runs the verb",
+    "scale": "simulates a batch that is made first: tests/app/commands/test_batch_simulate.py",
     "library": "asks by pictures, which needs a model: tests/app/library asks the verb",
     "pose_benchmark": "takes eleven minutes: tests/app/commands/test_bench_poses.py runs short walks",
     "timeline": "needs a display, or serves until Ctrl-C: tests/app/timeline/viewer opens it",

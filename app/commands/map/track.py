@@ -14,7 +14,7 @@ from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
 from app.next_steps import mapping
 from app.pipeline.interrupt import INTERRUPTED
-from app.pipeline.run_report import print_open
+from app.pipeline.open_stretches import print_open
 from app.run_folder.folder_lock import writing
 from app.settings.options import Flag, TrackOptions
 from razer.errors import BadInput
