@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -26,6 +27,7 @@ from razer.errors import BadInput
 MAX_ATTEMPTS = 3
 _WAIT_S = 1.0
 _LISTED_AT_ONCE = 16
+_LOOKED_AT = 100  # the longest scenes; were there no bound, the last of a million would be looked at a million times
 _REPORT_EVERY_S = 2.0
 
 
@@ -62,7 +64,7 @@ class Batch:
         self._begun_cpu_s = process_time()
         with waiting_for("looking at the recordings", console):
             found = _sizes([scene for scene in scenes if not self._is_done(scene)], config)
-        self._waiting = found
+        self._waiting = sorted(found, key=self._shortness)
 
     def run(self) -> None:
         """Work until every scene is done, or has failed for good. However it ends, the report is written, and nothing
@@ -106,10 +108,13 @@ class Batch:
             if monotonic() - self._written_s > _REPORT_EVERY_S:
                 self._write_report()
 
+    def _shortness(self, waiting: _Waiting) -> float:
+        """By what the longest comes first; what is learnt makes all scenes longer, or all shorter."""
+        return -self._estimator.seconds(waiting.size)
+
     def _submit(self) -> None:
         """Hand over the longest of the scenes for which there is room, as long as there is any."""
-        self._waiting.sort(key=lambda one: -self._estimator.seconds(one.size))
-        for waiting in list(self._waiting):
+        for waiting in self._waiting[:_LOOKED_AT]:
             needs = self._estimator.needs(waiting.size, waiting.n_short_of_memory).within(self._engine.most)
             if not self._engine.has_room(needs):
                 continue
@@ -153,7 +158,7 @@ class Batch:
         if is_last:
             self._report.scenes[name].status = "failed"
         else:
-            self._waiting.append(waiting)
+            insort(self._waiting, waiting, key=self._shortness)
         return is_last
 
     def _keep_evaluation(self, outcome: Outcome) -> None:

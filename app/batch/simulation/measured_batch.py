@@ -15,10 +15,9 @@ from razer.files import read_json
 
 @dataclass(frozen=True)
 class MeasuredBatch:
-    """Seconds (N,) of each scene's successful attempt, of handing out one scene, and of the whole batch."""
+    """Seconds (N,) of each scene's successful attempt, and of the whole batch."""
 
     scene_s: Float64Array
-    dispatch_s: float
     total_s: float
 
     @classmethod
@@ -29,14 +28,13 @@ class MeasuredBatch:
             if found["format"] != FORMAT:
                 raise BadInput(f"{report} is no report of a batch")
             done = [one["history"][-1]["seconds"] for one in found["scenes"] if one["status"] == "done"]
-            totals = found["totals"]
-            engine_s, total_s = float(totals["engine_cpu_s"]), float(totals["seconds"])
+            total_s = float(found["totals"]["seconds"])
             scene_s = np.array(done, np.float64)
         except (KeyError, IndexError, TypeError, ValueError) as error:
             raise BadInput(f"{report} is no report of a batch") from error
         if len(scene_s) == 0 or scene_s.min() <= 0:
             raise BadInput(f"{report}: no scene of it is done")
-        return cls(scene_s, engine_s / len(scene_s), total_s)
+        return cls(scene_s, total_s)
 
     def drawn(self, n_scenes: int | None, seed: int) -> Float64Array:
         """Seconds of so many scenes (N,), each as long as one of those measured; None: of those themselves."""

@@ -120,6 +120,7 @@ def simulate(
     straggler_times: float = 3.0,
     hours_between_failures: float = 0.0,
     restart_s: float = 300.0,
+    dispatch_s: float = 0.003,
     seed: int = 0,
     json: Flag = False,
 ) -> int:
@@ -141,6 +142,8 @@ def simulate(
         Of one worker, on average; 0: none ever fails.
     restart_s:
         Seconds until a worker that failed is there again.
+    dispatch_s:
+        Seconds that handing out one scene takes, one after the other.
     seed:
         Another course of events.
     json:
@@ -153,7 +156,7 @@ def simulate(
     if workers < 1 or (scenes is not None and scenes < 1):
         raise BadInput("give at least one worker and one scene")
     measured = MeasuredBatch.read(report)
-    cluster = Cluster(workers, measured.dispatch_s, straggler_share, straggler_times, hours_between_failures, restart_s)
+    cluster = Cluster(workers, dispatch_s, straggler_share, straggler_times, hours_between_failures, restart_s)
     figures = simulated(measured.drawn(scenes, seed), cluster, seed).as_json() | {"measured_s": measured.total_s}
     _print_figures(figures, as_json=json)
     return 0

@@ -18,10 +18,10 @@ def report(tmp_path):
 
 
 def test_a_batch_with_other_workers_is_simulated(report, capsys):
-    _, out, _ = razer(capsys, "batch", "simulate", report, "--workers", 2, "--json")
+    _, out, _ = razer(capsys, "batch", "simulate", report, "--workers", 2, "--dispatch-s", 0, "--json")
     figures = json.loads(out)
     assert (figures["makespan_s"], figures["lower_bound_s"], figures["measured_s"]) == (120.0, 120.0, 121.0)
-    code, out, _ = razer(capsys, "batch", "simulate", report, "--workers", 4, "--scenes", 400)
+    code, out, _ = razer(capsys, "batch", "simulate", report, "--workers", 4, "--scenes", 400, "--dispatch-s", 0)
     assert code == 0
     assert "makespan_s: 6000.0" in out
 
