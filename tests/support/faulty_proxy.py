@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
 
 import boto3
 from moto.server import ThreadedMotoServer
@@ -107,6 +108,7 @@ def faulty_store(share: float = 0.0, seed: int = 0) -> Iterator[FaultyProxy]:
     proxy = FaultyProxy(f"http://{host}:{port}", share, seed)
     threading.Thread(target=proxy.serve_forever, daemon=True).start()
     try:
+        urlopen(Request(f"http://{host}:{port}/moto-api/reset", method="POST")).close()  # one process has one store
         names = {"aws_access_key_id": "test", "aws_secret_access_key": "test", "region_name": "us-east-1"}
         boto3.client("s3", endpoint_url=f"http://{host}:{port}", **names).create_bucket(Bucket=BUCKET)
         yield proxy

@@ -74,6 +74,7 @@ def faulty_store(monkeypatch: pytest.MonkeyPatch, **share: float) -> Iterator[Fa
     for name, value in values.items():
         monkeypatch.setenv(f"AWS_{name}", value)
     try:
+        _forward(f"{host}:{port}", "POST", "/moto-api/reset", {}, b"")  # all stores of one process are one
         _forward(f"{host}:{port}", "PUT", f"/{BUCKET}", {}, b"")
         yield FaultyStore(endpoint, f"http://{host}:{port}", faults)
     finally:

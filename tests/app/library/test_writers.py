@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from datetime import timedelta
-from pathlib import Path
 
 import pytest
 
@@ -17,6 +16,7 @@ from app.library.map_search import MapSearch, Wanted
 from app.library.tables.instance_library import InstanceLibrary
 from app.library.tables.instance_rows import Entry, rows_of
 from tests.app.library.test_same_as_query import ENCODER, MODEL
+from tests.support.cli import environment
 from tests.support.libraries import made_map
 
 ADD = """
@@ -65,7 +65,7 @@ def counted(uri) -> int:
 
 def started(code, *arguments):
     command = [sys.executable, "-c", code, *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=Path.cwd())
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment())
 
 
 def ended(process):
