@@ -27,7 +27,7 @@ from app.library.tables.model_identity import ModelIdentity
 from razer.arrays import Float32Array
 from razer.plugins import EmbedderSettings
 from razer.query.ranking import NegativePrompts
-from razer.query.text_queries import EVERY_NAME, TextQueryEncoder
+from razer.query.text_queries import EVERY_NAME
 
 _MAPS_AT_ONCE, _WARM_UP, _NEAREST = 100, 50, 10
 _ADDITIONS = 5
@@ -43,15 +43,9 @@ class _Texts:
         self._rows = {name: row for row, name in enumerate(exemplars.names)}
         self._text = exemplars.text
 
-    def embed(self, frame: object, masks: object) -> Float32Array:
-        """Nothing is mapped here."""
-        raise NotImplementedError
-
     def embed_texts(self, texts: list[str]) -> Float32Array:
-        """The vector of the name that each text ends with, without its template."""
-        plain = (text.removeprefix("a photo of a ").removeprefix("a cropped photo of the ") for text in texts)
-        bare = [text.removesuffix(".").removesuffix(" in a room").removeprefix("a ") for text in plain]
-        return self._text[[self._rows[name] for name in bare]]
+        """The vectors (N, D) of names."""
+        return self._text[[self._rows[text] for text in texts]]
 
 
 @dataclass(frozen=True)
@@ -144,7 +138,7 @@ def _answers(world: _World, n: int) -> dict[str, Any]:
     """Milliseconds of whole answers, with scores, to texts whose vectors are known, and to vectors of pictures."""
     names = list(world.exemplars.names[::EVERY_NAME])
     negatives = NegativePrompts(names, world.exemplars.text[::EVERY_NAME])
-    search = MapSearch(world.table, KnownTexts(TextQueryEncoder(_Texts(world.exemplars), negatives, ("{}",))))
+    search = MapSearch(world.table, KnownTexts(_Texts(world.exemplars), negatives, ("{}",)))
     rows = world.rng.integers(len(world.exemplars.names), size=n + _WARM_UP)
     texts = [world.exemplars.names[row] for row in rows]
     pictures = noisy(world.exemplars.image[rows], world.rng)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
 
 from app.library.add_run import run_name
 from app.library.known_texts import KnownTexts
@@ -17,7 +16,7 @@ from app.query.query_image import embed_query_image
 from app.settings.config_file import read_run_config
 from razer.arrays import Float32Array
 from razer.errors import BadInput
-from razer.models import Embedder, embedder_of
+from razer.models import embedder_of
 from razer.plugins import EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
 
@@ -42,7 +41,7 @@ def text_encoder(settings: EmbedderSettings) -> KnownTexts:
     """What encodes texts; raises BadInput where the embedder knows no words."""
     encoder = TextQueryEncoder(embedder_of(settings))
     negatives = negative_prompts_of(encoder, settings)
-    return KnownTexts(TextQueryEncoder(cast(Embedder, encoder.embedder), negatives))
+    return KnownTexts(encoder.embedder, negatives)
 
 
 def embedder_settings(

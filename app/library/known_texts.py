@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from razer.arrays import Float32Array
-from razer.query.text_queries import TextQueryEncoder
+from razer.query.ranking import NegativePrompts
+from razer.query.text_queries import TEMPLATES, TextQueryEncoder
 
 _MOST = 4096
 
@@ -15,9 +16,11 @@ _MOST = 4096
 class KnownTexts(TextQueryEncoder):
     """As `TextQueryEncoder`; the vectors of texts are kept."""
 
-    def __init__(self, encoder: TextQueryEncoder) -> None:
-        """The encoder, with its negative prompts where it knows words."""
-        super().__init__(encoder.embedder, encoder.negatives if encoder.knows_words else None)
+    def __init__(
+        self, embedder: object, negatives: NegativePrompts | None = None, templates: Sequence[str] = TEMPLATES
+    ) -> None:
+        """As `TextQueryEncoder` takes them."""
+        super().__init__(embedder, negatives, templates)
         self._known: dict[str, Float32Array] = {}
 
     def vectors(self, texts: Sequence[str]) -> Float32Array:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from importlib import metadata
 
 from fastapi import FastAPI
@@ -37,9 +37,21 @@ def create_app(served: Served, rules: AccessRules | None = None) -> FastAPI:
         watching.cancel()
         served.events.close()
 
+    app = documented_app("A 3D map that knows what is where: its instances, and answers about them.", lifespan)
+    for routes in (instance_routes, scene_routes, page_routes, query_routes, edit_routes, event_routes):
+        app.include_router(routes(served), prefix=PREFIX)
+    app.include_router(front_routes(rules))
+    _document_models(app)
+    return app
+
+
+def documented_app(
+    summary: str, lifespan: Callable[[FastAPI], AbstractAsyncContextManager[None]] | None = None
+) -> FastAPI:
+    """An application without routes, its document at PREFIX and its problems told as all others are."""
     app = FastAPI(
         title="RAZER",
-        summary="A 3D map that knows what is where: its instances, and answers about them.",
+        summary=summary,
         version=metadata.version("razer"),
         openapi_url=f"{PREFIX}/openapi.json",
         docs_url=None,  # these pages load scripts from elsewhere
@@ -48,10 +60,6 @@ def create_app(served: Served, rules: AccessRules | None = None) -> FastAPI:
         lifespan=lifespan,
     )
     add_problem_handlers(app)
-    for routes in (instance_routes, scene_routes, page_routes, query_routes, edit_routes, event_routes):
-        app.include_router(routes(served), prefix=PREFIX)
-    app.include_router(front_routes(rules))
-    _document_models(app)
     return app
 
 

@@ -3,35 +3,23 @@
 from __future__ import annotations
 
 import os
-from importlib import metadata
 
 from fastapi import FastAPI
 
 from app.served_map.shared_library import SharedLibrary
 from app.server.access_rules import AccessRules
 from app.server.bounded_pool import BoundedPool
+from app.server.create_app import PREFIX, documented_app
 from app.server.guard import Guard
-from app.server.problems import add_problem_handlers
 from app.server.routes.library_routes import library_pages, library_routes
 from app.server.run_server import Server, address_of, open_socket
 from app.server.served import QUERIES_WAITING, QUERY_THREADS
 from razer.plugins import Trust
 
-PREFIX = "/api/v1"
-
 
 def library_app(library: SharedLibrary, pool: BoundedPool, rules: AccessRules) -> FastAPI:
     """The web application of a library, without who may ask it."""
-    app = FastAPI(
-        title="RAZER",
-        summary="A library of 3D maps: which of their instances a text means.",
-        version=metadata.version("razer"),
-        openapi_url=f"{PREFIX}/openapi.json",
-        docs_url=None,  # these pages load scripts from elsewhere
-        redoc_url=None,
-        redirect_slashes=False,
-    )
-    add_problem_handlers(app)
+    app = documented_app("A library of 3D maps: which of their instances a text means.")
     app.include_router(library_routes(library, pool), prefix=PREFIX)
     app.include_router(library_pages(library, pool, rules))
     return app

@@ -10,7 +10,7 @@ import numpy as np
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
-from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M
+from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, color_differences, contradict
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
@@ -83,7 +83,7 @@ class Parts:
         enough, or too many say otherwise."""
         ties = self._ties(home, away)
         motions = np.stack([motion for _, motion in ties])
-        same, left = _all_same(motions), np.ones(len(ties), bool)
+        same, left = same_motions(motions, np.zeros(3)), np.ones(len(ties), bool)
         for _ in range(MOST_PLACES):
             best = _largest(same, left)
             chosen = [ties[n][0] for n in best]
@@ -166,14 +166,6 @@ def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
     """Numbers, of those that are left (N,), of the largest group that is the same (N, N) as one of them."""
     sizes = np.where(left, (same & left).sum(axis=1), 0)
     return np.flatnonzero(same[int(np.argmax(sizes))] & left)
-
-
-def _all_same(motions: Float64Array) -> BoolArray:
-    """Which of motions (N, 4, 4) are the same (N, N)."""
-    apart_m = np.linalg.norm(motions[:, None, :3, 3] - motions[:, :3, 3], axis=2)
-    cosine = (np.einsum("nij,mij->nm", motions[:, :3, :3], motions[:, :3, :3]) - 1) / 2
-    same: BoolArray = (apart_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
-    return same
 
 
 def _same(a: Float64Array, b: Float64Array) -> bool:

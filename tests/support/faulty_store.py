@@ -5,10 +5,11 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.client import HTTPConnection
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socket import SHUT_RDWR
 from threading import Lock, Thread
 from urllib.parse import urlsplit
 
@@ -54,12 +55,13 @@ class FaultyStore:
 
 
 @contextmanager
-def faulty_store(monkeypatch: pytest.MonkeyPatch, **share: float) -> Iterator[FaultyStore]:
-    """A store with an empty bucket; the environment of this process, and of those below it, leads to the proxy."""
+def faulty_store(monkeypatch: pytest.MonkeyPatch, seed: int = 5, **share: float) -> Iterator[FaultyStore]:
+    """A store with an empty bucket; the environment of this process, and of those below it, leads to the proxy. share:
+    of requests that are throttled, failed (before they took effect), refused, unanswered (after it), or cut."""
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
     server.start()
     host, port = server.get_host_and_port()
-    faults = Faults(share)
+    faults = Faults(share, seed=seed)
     proxy = ThreadingHTTPServer(
         ("127.0.0.1", 0), type("Proxy", (_Proxy,), {"store": f"{host}:{port}", "faults": faults})
     )
@@ -70,6 +72,7 @@ def faulty_store(monkeypatch: pytest.MonkeyPatch, **share: float) -> Iterator[Fa
         "SECRET_ACCESS_KEY": SECRET,
         "DEFAULT_REGION": "us-east-1",
         "ENDPOINT_URL": endpoint,
+        "ALLOW_HTTP": "true",  # for LanceDB
     }
     for name, value in values.items():
         monkeypatch.setenv(f"AWS_{name}", value)
@@ -104,8 +107,10 @@ class _Proxy(BaseHTTPRequestHandler):
         if fault in ("throttled", "failed"):
             self._answer(*((503, _SLOW_DOWN) if fault == "throttled" else (500, _INTERNAL)))
         elif fault == "refused":
-            self.close_connection = True
-            self.connection.close()
+            self._break()
+        elif fault == "unanswered":
+            _forward(self.store, self.command, self.path, dict(self.headers), body)
+            self._break()
         else:
             status, headers, content = _forward(self.store, self.command, self.path, dict(self.headers), body)
             self._answer(status, content, headers, cut=fault == "cut")
@@ -143,6 +148,11 @@ class _Proxy(BaseHTTPRequestHandler):
             self.wfile.write(content[: len(content) // 2] if cut else content)
         if cut:
             self.close_connection = True
+
+    def _break(self) -> None:
+        self.close_connection = True
+        with suppress(OSError):
+            self.connection.shutdown(SHUT_RDWR)
 
     def log_message(self, format: str, *args: object) -> None:
         pass

@@ -81,7 +81,7 @@ class _Simulation:
         self._attempts = np.zeros(len(expected), int)
         self._events: list[tuple[float, int, int, bool]] = []
         self._now_s = self._dispatched_s = self._useful_s = 0.0
-        self._n_lost = 0
+        self._n_lost = self._n_failed = 0
 
     def run(self) -> Makespan:
         """Until nothing is waiting or under way."""
@@ -97,8 +97,8 @@ class _Simulation:
                 self._die(worker, scene)
         workers = self._cluster.workers
         bound_s = max(float(self._expected.max()), float(self._expected.sum()) / workers)
-        n_failed = int((self._attempts > MAX_ATTEMPTS).sum())
-        return Makespan(ended_s, bound_s, self._useful_s / (workers * ended_s), self._n_lost, n_failed)
+        busy = self._useful_s / (workers * ended_s)
+        return Makespan(ended_s, bound_s, busy, self._n_lost, self._n_failed)
 
     def _dispatch(self) -> bool:
         """Give every idle worker the longest scene there is; whether any got one."""
@@ -120,7 +120,7 @@ class _Simulation:
         if self._attempts[scene] < MAX_ATTEMPTS:
             heappush(self._waiting, (-float(self._expected[scene]), scene))
         else:
-            self._attempts[scene] += 1
+            self._n_failed += 1
         back_s = self._now_s + self._cluster.restart_s
         self._death_s[worker] = self._next_death_s(back_s)
         heappush(self._events, (back_s, worker, -1, False))

@@ -152,10 +152,10 @@ def compact(*, library: Uri, json: Flag = False) -> None:
     """
     require_library()
     with waiting_for("compacting the library"):
-        from app.library.report import compacted, print_stats
+        from app.library.report import compacted
 
         result = compacted(library)
-    _show_stats(result, json, print_stats)
+    _show_stats(result, json)
 
 
 def stats(*, library: Uri, json: Flag = False) -> None:
@@ -170,18 +170,19 @@ def stats(*, library: Uri, json: Flag = False) -> None:
     """
     require_library()
     with waiting_for("reading the library"):
-        from app.library.report import library_stats, print_stats
+        from app.library.report import library_stats
 
         result = library_stats(library)
-    _show_stats(result, json, print_stats)
+    _show_stats(result, json)
 
 
-def _show_stats(result: dict, json: bool, show: object) -> None:
+def _show_stats(result: dict, json: bool) -> None:
+    from app.library.report import print_stats
+
     if json:
         print(dumps({"format": FORMAT, **result}))
     else:
-        assert callable(show)
-        show(result)
+        print_stats(result)
 
 
 verb = App(name="library", help_format="markdown", help_epilogue=named("library").epilogue)

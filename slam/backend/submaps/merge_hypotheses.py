@@ -73,7 +73,7 @@ class MergeHypotheses:
             others = self._out_of_place(others)
         if hypothesis not in others:
             return ()
-        agree = _same(*self._shifts(others))
+        agree = same_motions(*self._shifts(others))
         agreeing = agree[others.index(hypothesis)]
         rival = max((_n_views(others, row & ~agreeing) for row in agree[~agreeing]), default=0)
         if _n_views(others, agreeing) < max(self.settings.min_hypotheses, MAJORITY * rival):
@@ -84,7 +84,7 @@ class MergeHypotheses:
     def _out_of_place(self, hypotheses: Sequence[MergeHypothesis]) -> list[MergeHypothesis]:
         """Those by which the later party would be moved."""
         shifts, at = self._shifts(hypotheses)
-        in_place = _same(np.concatenate([shifts, np.eye(4)[None]]), at)[-1, :-1]
+        in_place = same_motions(np.concatenate([shifts, np.eye(4)[None]]), at)[-1, :-1]
         return [one for one, is_in_place in zip(hypotheses, in_place, strict=True) if not is_in_place]
 
     def expected(self, submap: int) -> list[tuple[int, Float64Array]]:
@@ -96,7 +96,7 @@ class MergeHypotheses:
                 by_pair.setdefault((first, second), []).append(hypothesis)
         found = []
         for (first, second), hypotheses in by_pair.items():
-            n_views = [_n_views(hypotheses, row) for row in _same(*self._shifts(hypotheses))]
+            n_views = [_n_views(hypotheses, row) for row in same_motions(*self._shifts(hypotheses))]
             shift = self.shift(hypotheses[int(np.argmax(n_views))])
             found.append((first, shift) if submap == second else (second, inverse(shift)))
         return found
@@ -115,11 +115,11 @@ class MergeHypotheses:
         return shifts, np.mean(places, axis=0) if places else np.zeros(3)
 
 
-def _same(shifts: Float64Array, at: Float64Array) -> BoolArray:
-    """Which of the shifts (N, N) move what is at a place (3,) to one place."""
-    moved = shifts[:, :3, :3] @ at + shifts[:, :3, 3]
+def same_motions(motions: Float64Array, at: Float64Array) -> BoolArray:
+    """Which of the motions (N, 4, 4) bring what is at a place (3,) to one place (N, N), but for drift."""
+    moved = motions[:, :3, :3] @ at + motions[:, :3, 3]
     away_m = np.linalg.norm(moved[:, None] - moved, axis=2)
-    cosine = (np.einsum("nij,mij->nm", shifts[:, :3, :3], shifts[:, :3, :3]) - 1) / 2
+    cosine = (np.einsum("nij,mij->nm", motions[:, :3, :3], motions[:, :3, :3]) - 1) / 2
     same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
     return same
 

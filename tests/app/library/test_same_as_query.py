@@ -13,10 +13,9 @@ from app.library.tables.instance_library import InstanceLibrary
 from app.library.tables.instance_rows import Entry, rows_of
 from app.library.tables.model_identity import ModelIdentity
 from razer.plugins import EmbedderSettings
-from razer.query.text_queries import TextQueryEncoder
 from tests.support.libraries import WIDTH, WORDS, AnyText, made_map, picture_vector
 
-ENCODER = KnownTexts(TextQueryEncoder(AnyText()))
+ENCODER = KnownTexts(AnyText())
 TEXTS = (*WORDS, "a red chair", "cushion", "aeroplane")
 MODEL = ModelIdentity.of(EmbedderSettings(name="any"), WIDTH)
 SCORE_ERROR = 0.02  # a logistic of 150 times a cosine, which is rounded to 16 bits
