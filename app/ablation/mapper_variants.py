@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from rich.console import Console
 from rich.table import Table
 
 from app.ablation.perceived_walk import PerceivedWalk
 from app.console.progress import show_progress
+from app.console.streams import progress_console
 from app.console.waiting import waiting_for
 from app.settings.config_file import read_config
 from app.settings.oracle_options import OracleOptions, oracle_options
@@ -57,7 +57,6 @@ def measure_variants(
     seed: int,
     n_frames: int | None,
     variants: Mapping[str, Mapping[str, Any]],
-    console: Console,
     strides: Sequence[int] = (1,),
     options: OracleOptions = FULL_NOISE,
 ) -> dict[int, dict[str, Row]]:
@@ -70,11 +69,11 @@ def measure_variants(
         seed: of scene and noise.
         n_frames: frames along the camera path; None: as many as a hand-held camera needs.
         variants: settings that differ from the defaults, by name of the variant.
-        console: where progress goes.
         strides: of how many frames one is mapped.
         options: of the oracle segmenter and embedder; depth and colour have a Kinect's errors in any case.
     """
     torch.set_num_threads(1)
+    console = progress_console()
     models = (
         make_segmenter("oracle", {**options[0], "seed": seed}),
         make_embedder("oracle", {**options[1], "seed": seed}),

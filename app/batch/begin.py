@@ -9,12 +9,13 @@ from typing import Any
 
 from rich.console import Console
 
-from app.batch.engine import Engine
 from app.batch.estimate import Estimator
+from app.batch.one_scene import SceneTask
 from app.batch.report import BatchReport, begun_report
 from app.batch.run_batch import Batch
-from app.batch.scene_task import Needs, SceneTask
-from app.batch.scenes import scenes_of
+from app.batch.scenes import Scene
+from app.engines.engine import Engine
+from app.engines.task import Needs
 from app.object_store.place import Place
 from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
@@ -89,22 +90,27 @@ def run_words(options: RunOptions) -> tuple[str, ...]:
 
 
 def begin(
-    scenes: str, out: Place, plan: BatchPlan, make_engine: Callable[[], Engine], console: Console, *, resume: bool
+    scenes: list[Scene],
+    out: Place,
+    plan: BatchPlan,
+    make_engine: Callable[[], Engine],
+    console: Console,
+    *,
+    resume: bool,
 ) -> tuple[Batch, BatchReport]:
-    """A batch that is ready to run, and its report; raises BadInput where there are no scenes, or the place is taken.
+    """A batch that is ready to run, and its report; raises BadInput where the place is taken.
 
     Args:
-        scenes: what SCENES names.
+        scenes: by name.
         out: where run folders and report go.
         plan: what is done with each.
         make_engine: makes the engine, once everything else is known to be right.
         console: where progress is shown.
         resume: go on with a batch that is there.
     """
-    found = scenes_of(scenes)
-    report = begun_report(out, plan.as_json(), [scene.name for scene in found], resume=resume)
+    report = begun_report(out, plan.as_json(), [scene.name for scene in scenes], resume=resume)
     estimator = Estimator(plan.settings.voxels.voxel_size_m, plan.cpus, plan.gpus, learns_cpus=not plan.cores)
-    return Batch(found, plan.template, plan.settings, make_engine(), estimator, report, console), report
+    return Batch(scenes, plan.template, plan.settings, make_engine(), estimator, report, console), report
 
 
 def _vocabulary(name: str) -> str:

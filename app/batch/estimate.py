@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
-from app.batch.scene_task import Needs, Outcome
+from app.engines.task import Needs, Outcome
 from app.settings.run_config import RunConfig
 
 # Rules of thumb until a scene is finished. The three processes of `razer run` had 0.9 GB in a small room with the

@@ -11,9 +11,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event
 from time import monotonic
+from typing import TypedDict
 
-from app.batch.child_process import ChildEnd, run_child
-from app.batch.scene_task import Outcome, Remedy, SceneTask
+from app.batch.scene_evaluation import evaluated_scene
+from app.engines.called_function import LOG_BYTES, Call
+from app.engines.child_failure import GIVEN_UP, failure, last_words
+from app.engines.child_process import ChildEnd, run_child
+from app.engines.task import Needs, Outcome, Remedy
 from app.object_store.place import Place
 from app.object_store.publishing import is_published, publish
 from app.object_store.staging import forget, staged, staging_folder
@@ -24,27 +28,45 @@ from razer.files import read_json
 from razer.storage.file_names import is_map_folder
 
 UNFINISHED = ".unfinished"  # in OUT: runs that go on, and those that were cut off
-_LOG_BYTES = 64_000
-_MEMORY_WORDS = ("memory ran out", "perhaps as memory ran out", "helper process was ended by the system")
-_NO_ROOM_WORDS = ("No space left", "free some space", "Disk quota")
 _NOTHING_TO_DO = ChildEnd(0, 0.0, 0.0)
-_GIVEN_UP = "given up, as the batch was ended"
-_INTERRUPTED = "the run was told to end by a signal from elsewhere"
 
 
-def run_scene(task: SceneTask, stop: Event | None = None) -> Outcome:
-    """Map a scene; what goes wrong is told in the outcome. When `stop` is set it is given up, and goes on from its
-    checkpoint another time."""
-    begun_s = monotonic()
-    attempt = _Attempt(task, stop or Event())
-    try:
-        with TemporaryDirectory(prefix="razer-batch-") as folder:
-            outcome = attempt.make(Path(folder))
-    except BadInput as error:
-        outcome = Outcome(task, str(error), "elsewhere")
-    except Exception as error:  # one scene's, not the batch's
-        outcome = Outcome(task, f"{type(error).__name__}: {error}", "elsewhere", log=traceback.format_exc())
-    return replace(outcome, seconds=monotonic() - begun_s, node=socket.gethostname())
+@dataclass(frozen=True)
+class SceneTask:
+    """One attempt at one scene, see `Task`.
+
+    name: of the scene. recording, out: path or URI of the recording and of the run folder to be made. words: options of
+    `razer run`. config: content of a --config file, None = none. working_folder: what relative paths of the options are
+    relative to. needs: what is kept free for it. cores: to how many cores it is held, 0 = to none. number: of the
+    attempt, from 1. avoid: node that failed it before, "" = none. truth_preset: by whose rules the map is evaluated,
+    "" = not at all.
+    """
+
+    name: str
+    recording: str
+    out: str
+    words: tuple[str, ...]
+    needs: Needs
+    working_folder: str
+    config: str | None = None
+    cores: int = 0
+    number: int = 1
+    avoid: str = ""
+    truth_preset: str = ""
+
+    def run(self, stop: Event) -> Outcome:
+        """Map the scene. When `stop` is set it is given up, and goes on from its checkpoint another time."""
+        begun_s = monotonic()
+        attempt = _Attempt(self, stop)
+        try:
+            with TemporaryDirectory(prefix="razer-batch-") as folder:
+                outcome = attempt.make(Path(folder))
+        except BadInput as error:
+            outcome = replace(attempt.nothing, reason=str(error), remedy="elsewhere")
+        except Exception as error:  # one scene's, not the batch's
+            why, log = f"{type(error).__name__}: {error}", traceback.format_exc()
+            outcome = replace(attempt.nothing, reason=why, remedy="elsewhere", log=log)
+        return replace(outcome, seconds=monotonic() - begun_s, node=socket.gethostname())
 
 
 def is_finished(out: Place) -> bool:
@@ -59,26 +81,39 @@ def unfinished_folder(out: Place) -> Path:
     return out.path.parent / UNFINISHED / out.name
 
 
+class _Bounds(TypedDict):
+    """What a child process is held to, and what ends it."""
+
+    cores: int
+    threads: int
+    stop: Event
+
+
 @dataclass
 class _Attempt:
     task: SceneTask
     stop: Event
 
+    @property
+    def nothing(self) -> Outcome:
+        """What is answered where nothing was done."""
+        return Outcome(self.task.name, self.task.number)
+
     def make(self, scratch: Path) -> Outcome:
         """Stage, map, evaluate, publish."""
         out, source = Place(self.task.out), Place(self.task.recording)
         if is_finished(out):  # by an earlier batch, or an attempt that was taken for lost
-            return self._evaluated(Outcome(self.task), source, out, scratch)
+            return self._evaluated(self.nothing, source, out, scratch)
         recording, run = staged(source), unfinished_folder(out)
         run.parent.mkdir(parents=True, exist_ok=True)
         end, log = (_NOTHING_TO_DO, "") if _is_whole(run) else self._map(recording, run, scratch)
-        outcome = Outcome(self.task, cpu_s=end.cpu_s, peak_mb=end.peak_mb, log=log)
+        outcome = replace(self.nothing, cpu_s=end.cpu_s, peak_mb=end.peak_mb, log=log)
         if problem := _problem(end, log, run):
             shutil.rmtree(run, ignore_errors=True)  # of a run that ended early, half a map
             return replace(outcome, reason=problem[0], remedy=problem[1])
         outcome = self._evaluated(outcome, Place(str(recording)), Place(str(run)), scratch)
         if self.stop.is_set():  # the map waits there for another time
-            return replace(outcome, reason=_GIVEN_UP, remedy="elsewhere")
+            return replace(outcome, reason=GIVEN_UP, remedy="elsewhere")
         _deliver(run, out)
         forget(source)
         return outcome
@@ -87,33 +122,23 @@ class _Attempt:
         """With the evaluation of its map, where one is asked for; that there can be none harms no map."""
         if not self.task.truth_preset:
             return outcome
-        log, result = scratch / "evaluation-log", scratch / "evaluation"
-        trust = [word for word in self.task.words if word == "--trust-plugins"]
-        folders = [str(staged(run)), str(staged(recording))]
-        command = [sys.executable, "-m", "app.batch.scene_evaluation", self.task.name, *folders]
-        command += [self.task.truth_preset, str(result), *trust]
-        end = self._run(command, log, scratch)
-        if end.code == 0:
-            return replace(outcome, evaluation=result.read_bytes(), cpu_s=outcome.cpu_s + end.cpu_s)
-        said = log.read_text(encoding="utf-8", errors="replace")
-        return replace(outcome, not_evaluated=_last_words(said), log=outcome.log + said[-_LOG_BYTES:])
+        folders = (str(staged(run)), str(staged(recording)))
+        trusts = "--trust-plugins" in self.task.words
+        call = Call(evaluated_scene, (self.task.name, *folders, self.task.truth_preset, trusts))
+        end, said, result = call.run(scratch, folder=self.task.working_folder, **self._bounds)
+        if result is not None:
+            return replace(outcome, result=result, cpu_s=outcome.cpu_s + end.cpu_s)
+        return replace(outcome, no_result=last_words(said), log=outcome.log + said)
 
     def _map(self, recording: Path, run: Path, scratch: Path) -> tuple[ChildEnd, str]:
-        log = scratch / "log"
-        end = self._run(self._command(recording, run, scratch), log, scratch)
-        return end, log.read_bytes()[-_LOG_BYTES:].decode(errors="replace")
+        log, command = scratch / "log", self._command(recording, run, scratch)
+        end = run_child(command, log, scratch / "out", folder=self.task.working_folder, **self._bounds)
+        return end, log.read_bytes()[-LOG_BYTES:].decode(errors="replace")
 
-    def _run(self, command: list[str], log: Path, scratch: Path) -> ChildEnd:
+    @property
+    def _bounds(self) -> _Bounds:
         threads = (self.task.cores or int(self.task.needs.cpus)) - HELPERS
-        return run_child(
-            command,
-            log,
-            scratch / "out",
-            folder=self.task.working_folder,
-            cores=self.task.cores,
-            threads=max(1, threads),
-            stop=self.stop,
-        )
+        return {"cores": self.task.cores, "threads": max(1, threads), "stop": self.stop}
 
     def _command(self, recording: Path, run: Path, scratch: Path) -> list[str]:
         """`razer run`, on from its checkpoint where there is one."""
@@ -146,27 +171,9 @@ def _has_checkpoint(run: Path) -> bool:
 
 def _problem(end: ChildEnd, log: str, run: Path) -> tuple[str, Remedy] | None:
     """Why a run has no result, and what would help; None where it has one."""
-    if end.code == 0:
-        return None if is_map_folder(run) else ("the run ended without a map", "elsewhere")
-    last = _last_words(log)
-    if end.code is None:
-        return _GIVEN_UP, "elsewhere"
-    if end.code == -9:
-        return "killed by the system, most often as memory ran out", "memory"
-    if any(words in log[-2000:] for words in _MEMORY_WORDS):
-        return last, "memory"
-    if end.code in (130, 143):
-        return _INTERRUPTED, "elsewhere"
-    if end.code == 2 and not any(words in last for words in _NO_ROOM_WORDS):
-        return last, "none"
-    return (f"ended by signal {-end.code}" if end.code < 0 else f"exit code {end.code}: {last}"), "elsewhere"
-
-
-def _last_words(log: str) -> str:
-    """The line that says what went wrong: the last one, without the program's name before it."""
-    lines = [line.strip() for line in log.splitlines() if line.strip()]
-    marked = [line for line in lines if line.startswith(("razer: ", "WARNING: "))]
-    return (marked or lines or ["it said nothing"])[-1].removeprefix("razer: ")
+    if end.code == 0 and not is_map_folder(run):
+        return "the run ended without a map", "elsewhere"
+    return failure(end, log)
 
 
 def _deliver(run: Path, out: Place) -> None:

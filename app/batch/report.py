@@ -10,7 +10,7 @@ from typing import Any, Literal
 from rich.console import Console
 from rich.table import Table
 
-from app.batch.scene_task import Outcome
+from app.engines.task import Outcome
 from app.object_store.place import Place
 from app.object_store.publishing import read_text, write_text
 from razer.errors import BadInput
@@ -47,7 +47,7 @@ class SceneRecord:
             self.status = "done"
         log = f"{LOGS}/{self.name}.{self.attempts}.log" if outcome.log else None
         entry = {"seconds": round(outcome.seconds, 2), "node": outcome.node, "reason": outcome.reason, "log": log}
-        self.history.append(entry | ({"not_evaluated": outcome.not_evaluated} if outcome.not_evaluated else {}))
+        self.history.append(entry | ({"not_evaluated": outcome.no_result} if outcome.no_result else {}))
 
 
 @dataclass
@@ -61,7 +61,7 @@ class BatchReport:
 
     def add(self, outcome: Outcome) -> None:
         """Take in an attempt, and keep its log."""
-        record = self.scenes[outcome.task.name]
+        record = self.scenes[outcome.name]
         record.add(outcome)
         if log := record.history[-1]["log"]:
             self._write(log, outcome.log)

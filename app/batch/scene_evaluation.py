@@ -1,43 +1,47 @@
-"""Evaluation of one scene in a process of its own, where it was mapped; afterwards the results of all become one.
-
-python -m app.batch.scene_evaluation NAME RUN RECORDING PRESET RESULT [--trust-plugins]
-"""
+"""Evaluation of one scene where it was mapped; afterwards the results of all become one."""
 
 from __future__ import annotations
 
 import json
 import pickle
-import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.object_store.place import Place
 from app.object_store.publishing import write_text
 from app.run_folder.run_folder import METRICS
-from data_tools.truth.open_truth import has_truth
 from razer.errors import BadInput
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import Evaluation, pooled
 from razer.plugins import FULL_TRUST, NO_TRUST
 
+if TYPE_CHECKING:
+    from razer.metrics.protocol.scene_result import SceneResult
+
 EVALUATION = "evaluation.json"
 
 
-def main() -> None:
-    """Evaluate; exit code 2 and a line for what cannot be evaluated."""
-    name, run, recording, preset, result, *trust = sys.argv[1:]
-    try:
-        if not has_truth(Path(recording)):
-            raise BadInput("the recording has no truth")
-        from app.evaluation.evaluate_run import scene_result
+def evaluated_scene(name: str, run: str, recording: str, preset: str, trusts: bool) -> SceneResult:
+    """The evaluation of the map of a scene.
 
-        found = scene_result(
-            (name, Path(run), Path(recording)), PRESETS[preset], trust=FULL_TRUST if trust else NO_TRUST
-        )
-    except BadInput as error:
-        print(f"razer: {error}", file=sys.stderr)
-        sys.exit(2)
-    Path(result).write_bytes(pickle.dumps(found))
+    Args:
+        name: of the scene.
+        run: its run folder.
+        recording: the folder with the truth.
+        preset: by whose rules.
+        trusts: whether the run's embedder may be code that is not part of the project.
+
+    Raises:
+        BadInput: where there is no truth, or it does not fit.
+    """
+    from app.evaluation.evaluate_run import Reading, evaluate_job  # late, since it brings Open3D along
+    from data_tools.truth.open_truth import has_truth
+
+    if not has_truth(Path(recording)):
+        raise BadInput("the recording has no truth")
+    reading = Reading(trust=FULL_TRUST if trusts else NO_TRUST)
+    return evaluate_job((name, Path(run), Path(recording)), PRESETS[preset], reading).result
 
 
 def pool(evaluations: Mapping[str, bytes], preset: str, out: Place) -> Evaluation:
@@ -54,7 +58,3 @@ def pool(evaluations: Mapping[str, bytes], preset: str, out: Place) -> Evaluatio
     for name, numbers in content["scenes"].items():
         write_text(out / name / METRICS, json.dumps(numbers, indent=1) + "\n")
     return result
-
-
-if __name__ == "__main__":
-    main()

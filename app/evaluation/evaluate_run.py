@@ -1,16 +1,12 @@
-"""Evaluation of runs, or of other systems' predictions, against the ground truth."""
+"""Evaluation of a run, or of another system's prediction, against the ground truth."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from app.console.streams import progress_console
-from app.console.waiting import waiting_for
 from app.evaluation.class_numbers import class_numbers
 from app.evaluation.export import Export
 from app.evaluation.predicted_relations import with_relations
@@ -29,7 +25,6 @@ from data_tools.truth.open_truth import open_truth
 from razer.errors import BadInput, UnusableFrame
 from razer.metrics.class_table import FROM_TRUTH
 from razer.metrics.presets import Preset
-from razer.metrics.protocol.evaluation import Evaluation, Pair, evaluate
 from razer.metrics.protocol.scene_result import SceneResult, evaluate_scene
 from razer.metrics.scene_pair import PredictedScene, TimedPoses, TruthScene
 from razer.plugins import NO_TRUST, Trust
@@ -38,88 +33,55 @@ from razer.storage.file_names import is_map_folder
 Job = tuple[str, Path, Path]
 
 
-def evaluate_jobs(
-    jobs: Iterable[Job],
-    preset: Preset,
-    *,
-    naming: Naming = "auto",
-    scene: str | None = None,
-    labels: LabelMeaning = "instance",
-    trust: Trust = NO_TRUST,
-    export: Export | None = None,
-    notes: list[str],
-) -> Evaluation:
-    """Evaluate scenes one after the other.
+@dataclass(frozen=True)
+class Reading:
+    """How predictions are read, and what becomes of them beside. naming: where a run's instances get their classes, as
+    in `read_prediction`. scene: which scene, where a folder holds several. labels: what numbers below 1000 in a file of
+    vertex labels are. trust: which outside code may be loaded for a run's embedder. export: where predictions are
+    written, as they are evaluated; None = nowhere."""
 
-    Args:
-        jobs: (name, prediction, folder with the truth) of each scene.
-        preset: the rules.
-        naming: where a run's instances get their classes, as in `read_prediction`.
-        scene: which scene, where a folder holds several.
-        labels: what numbers below 1000 in a file of vertex labels are.
-        trust: which outside code may be loaded for a run's embedder.
-        export: where the predictions are written, as they are evaluated; None = nowhere.
-        notes: what the readers of the truth remark, and what was exported, is added to it.
+    naming: Naming = "auto"
+    scene: str | None = None
+    labels: LabelMeaning = "instance"
+    trust: Trust = NO_TRUST
+    export: Export | None = None
 
-    Raises:
-        BadInput: naming the prediction that does not fit its truth.
-    """
-    current = ""
-    read = partial(
-        read_prediction, naming=naming, template=preset.text_template, scene=scene, labels=labels, trust=trust
-    )
 
-    def pairs() -> Iterator[Pair]:
-        nonlocal current
-        for name, prediction, truth_folder in _told(list(jobs)):
-            current = f"{prediction} does not fit {truth_folder}"
-            truth = truth_for(truth_folder, preset, scene)
-            notes.extend(f"{name}: {note}" for note in truth.notes)
-            predicted = read(prediction, truth.class_names, len(truth.vertices), numbers=class_numbers(preset, truth))
-            true_scene = truth_scene(truth, true_poses(truth_folder), map_origin(prediction))
-            if export is not None:
-                notes.append(export.write(name, true_scene, predicted, preset))
-            yield name, true_scene, with_map(predicted, prediction, true_scene, preset)
+@dataclass(frozen=True)
+class EvaluatedJob:
+    """The result of a scene, to be pooled with those of others, and what the readers of the truth remark, and what was
+    exported, in words."""
 
+    result: SceneResult
+    notes: tuple[str, ...]
+
+
+def evaluate_job(job: Job, preset: Preset, reading: Reading) -> EvaluatedJob:
+    """Evaluate one scene by the preset's rules. Raises BadInput, naming the prediction that does not fit its truth."""
+    name, prediction, truth_folder = job
+    truth = truth_for(truth_folder, preset, reading.scene)
+    notes = [f"{name}: {note}" for note in truth.notes]
     try:
-        with waiting_for("evaluating against the truth"):
-            return evaluate(pairs(), preset)
+        predicted = read_prediction(
+            prediction,
+            truth.class_names,
+            len(truth.vertices),
+            numbers=class_numbers(preset, truth),
+            naming=reading.naming,
+            template=preset.text_template,
+            scene=reading.scene,
+            labels=reading.labels,
+            trust=reading.trust,
+        )
+        true_scene = truth_scene(truth, true_poses(truth_folder), map_origin(prediction))
+        if reading.export is not None:
+            notes.append(reading.export.write(name, true_scene, predicted, preset))
+        predicted = with_map(predicted, prediction, true_scene, preset)
+        return EvaluatedJob(evaluate_scene(name, true_scene, predicted, preset), tuple(notes))
     except BadInput:
         raise
     except ValueError as error:
-        raise BadInput(f"{current}: {error}") from error
-
-
-def scene_result(job: Job, preset: Preset, *, trust: Trust = NO_TRUST) -> SceneResult:
-    """The evaluation of one scene, to be pooled with those of others, which may be evaluated elsewhere; raises
-    BadInput."""
-    name, prediction, truth_folder = job
-    truth = truth_for(truth_folder, preset)
-    numbers = class_numbers(preset, truth)
-    predicted = read_prediction(
-        prediction,
-        truth.class_names,
-        len(truth.vertices),
-        numbers=numbers,
-        naming="auto",
-        template=preset.text_template,
-        scene=None,
-        labels="instance",
-        trust=trust,
-    )
-    true_scene = truth_scene(truth, true_poses(truth_folder), map_origin(prediction))
-    try:
-        return evaluate_scene(name, true_scene, with_map(predicted, prediction, true_scene, preset), preset)
-    except ValueError as error:
         raise BadInput(f"{prediction} does not fit {truth_folder}: {error}") from error
-
-
-def _told(jobs: list[Job]) -> Iterator[Job]:
-    """The scenes, each told as it comes where they are several."""
-    for number, job in enumerate(jobs, start=1):
-        if len(jobs) > 1:
-            progress_console().print(f"evaluating {job[0]}: scene {number} of {len(jobs)}", soft_wrap=True)
-        yield job
 
 
 def with_map(predicted: PredictedScene, prediction: Path, truth: TruthScene, preset: Preset) -> PredictedScene:

@@ -1,34 +1,31 @@
-"""Reproduction of one of the paper's tables: every scene mapped, then all evaluated together."""
+"""Reproduction of one of the paper's tables: a batch of its scenes, mapped and evaluated, and the row they give."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
-from app.console.streams import print_notes
-from app.evaluation.evaluate_run import evaluate_jobs
-from app.frames.open_recording import open_recording, open_unchecked
-from app.pipeline.prepare_run import print_model_note, resolve_models, resolve_poses
-from app.pipeline.run_pipeline import run_to_folder
+from app.batch.begin import BatchPlan, begin
+from app.batch.report import REPORT
+from app.batch.scene_evaluation import pool
+from app.batch.scenes import Scene
+from app.engines.engine_options import PlacingOptions
+from app.object_store.place import Place
 from app.reproduction.component_times import component_times
 from app.reproduction.published_tables import PublishedTable
-from app.run_folder import run_folder as names
-from app.run_folder.run_folder import RunFolder
-from app.settings.config_file import read_config, read_run_config
+from app.run_folder.run_folder import TIMINGS
 from app.settings.options import RunOptions
-from app.settings.run_config import RunConfig
 from data_tools.truth.open_truth import has_truth
 from razer.errors import BadInput
 from razer.files import read_json
-from razer.metrics.presets import PRESETS, Preset
+from razer.metrics.preset import Preset
+from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import Evaluation
-from razer.storage.atomic_files import replace_content
 from razer.storage.file_names import is_map_folder
 
 Row = tuple[float | None, ...]
@@ -82,17 +79,15 @@ class Reproduction:
         Args:
             table: the table to reproduce.
             data: the folder with the scenes, each with its truth.
-            out: the folder for a run folder a scene.
+            out: the folder for a run folder a scene, and the report of the batch that they are.
             options: settings of the runs; they override the preset's.
             scenes: names of other scenes than the table's.
 
         Raises:
             BadInput: if `data` holds none of the scenes with a truth, or a setting is wrong.
         """
-        self._table = table
-        self._out = out
-        self._preset = PRESETS[table.preset]
-        self._config = _mapping_config(self._preset, options)
+        self._table, self._out = table, out
+        self._options = _with_preset(PRESETS[table.preset], options)
         if not data.is_dir():
             raise BadInput(f"{data} is not a folder: give the folder with the scenes")
         scene_names = tuple(scenes) or table.scenes or tuple(p.name for p in sorted(data.iterdir()) if p.is_dir())
@@ -105,54 +100,41 @@ class Reproduction:
         if not scenes and not table.scenes:
             self._missing = {}  # not every folder needs to be a scene
 
-    def run(self, console: Console) -> Reproduced:
-        """Map what is not mapped yet, then evaluate all scenes together."""
-        failed = dict(self._missing)
-        self._config, note = resolve_models(self._config)
-        print_model_note(note, console)
-        for number, (name, scene_folder) in enumerate(self._scene_folders.items(), start=1):
-            console.print(f"{name}: scene {number} of {len(self._scene_folders)}")
-            try:
-                self._map(name, scene_folder, console)
-            except BadInput as error:
-                failed[name] = str(error)
-                console.print(f"{name} is left out: {error}", soft_wrap=True)
-        mapped = {name: scene_folder for name, scene_folder in self._scene_folders.items() if name not in failed}
-        if not mapped:
+    def run(self, placing: PlacingOptions, console: Console) -> Reproduced:
+        """Map and evaluate what is not mapped yet, and evaluate the rest again; then all scenes become one row."""
+        plan = BatchPlan.of(self._options, None, placing.cores, placing.gpus, self._table.preset)
+        scenes = [Scene(name, Place(str(folder.absolute()))) for name, folder in self._scene_folders.items()]
+        self._require_own_maps()
+        batch, batch_report = begin(scenes, Place(str(self._out)), plan, placing.engine, console, resume=True)
+        batch.run()
+        reasons = {name: record.reason for name, record in batch_report.scenes.items() if record.status == "failed"}
+        failed = {**self._missing, **reasons, **batch.not_evaluated}
+        if not batch.evaluations:
             raise BadInput(f"no scene could be mapped; the first problem: {next(iter(failed.values()))}")
-        return self._evaluate(mapped, failed, console)
+        result = pool(batch.evaluations, self._table.preset, Place(str(self._out)))
+        return _reproduced(self._table, self._out, result, failed)
 
-    def _map(self, name: str, scene_folder: Path, console: Console) -> None:
-        folder = self._out / name
-        config = resolve_poses(self._config, open_unchecked(scene_folder, self._config.input))
-        if is_map_folder(folder) and read_run_config(folder / names.CONFIG) == config:
-            console.print("  mapped already with these settings")
-            return
-        target = RunFolder(folder, overwrite=True)
-        sequence = open_recording(scene_folder, config.input, console)
-        finished = run_to_folder(sequence, config, target, console)
-        if finished.accounting.interrupted:
-            raise KeyboardInterrupt
-
-    def _evaluate(self, mapped: Mapping[str, Path], failed: Mapping[str, str], console: Console) -> Reproduced:
-        notes: list[str] = []
-        jobs = [(name, self._out / name, scene_folder) for name, scene_folder in mapped.items()]
-        result = evaluate_jobs(jobs, self._preset, trust=self._config.embedder.trust, notes=notes)
-        print_notes(notes)
-        for name, numbers in result.as_json()["scenes"].items():
-            replace_content(self._out / name / names.METRICS, json.dumps(numbers, indent=1) + "\n")
-        timings = {name: read_json(self._out / name / names.TIMINGS, only_finite=False) for name in mapped}
-        seconds = {name: round(float(t["wall_s"]), 2) for name, t in timings.items()}
-        stages = {stage for t in timings.values() for stage in t["stages"]}
-        stages_ms = {
-            stage: round(float(np.mean([t["stages"][stage]["median_ms"] for t in timings.values()])), 2)
-            for stage in sorted(stages)
-        }
-        row, components_ms = _our_row(self._table, result, seconds), component_times(list(timings.values()))
-        return Reproduced(row, result, seconds, stages_ms, components_ms, failed)
+    def _require_own_maps(self) -> None:
+        """Raise BadInput where maps are there that may have been made otherwise."""
+        others = [name for name in self._scene_folders if is_map_folder(self._out / name)]
+        if others and not (self._out / REPORT).is_file():
+            raise BadInput(f"{self._out / others[0]} is not of a `razer reproduce`: choose another place with -o")
 
 
-def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
+def _reproduced(table: PublishedTable, out: Path, result: Evaluation, failed: Mapping[str, str]) -> Reproduced:
+    """Our row, and the times that the runs wrote down."""
+    timings = {name: read_json(out / name / TIMINGS, only_finite=False) for name in result.scenes}
+    seconds = {name: round(float(t["wall_s"]), 2) for name, t in timings.items()}
+    stages = {stage for t in timings.values() for stage in t["stages"]}
+    stages_ms = {
+        stage: round(float(np.mean([t["stages"][stage]["median_ms"] for t in timings.values()])), 2)
+        for stage in sorted(stages)
+    }
+    row, components_ms = _our_row(table, result, seconds), component_times(list(timings.values()))
+    return Reproduced(row, result, seconds, stages_ms, components_ms, failed)
+
+
+def _with_preset(preset: Preset, options: RunOptions) -> RunOptions:
     """The settings of the runs: the preset's, and over them whatever the user gave."""
     preset_settings = {
         "voxels.voxel_size_m": preset.voxel_size_m,
@@ -161,8 +143,7 @@ def _mapping_config(preset: Preset, options: RunOptions) -> RunConfig:
         "input.stride": preset.every if preset.every > 1 else None,
     }
     preset_assignments = [f"{name}={value}" for name, value in preset_settings.items() if value is not None]
-    assignments = (*preset_assignments, *options.set)
-    return read_config(options.config, assignments, options.flags(), trust=options.trust, preset=options.preset)
+    return replace(options, set=(*preset_assignments, *options.set))
 
 
 def _scene_folder(data: Path, name: str) -> Path | None:

@@ -1,4 +1,4 @@
-"""Ray clusters on this machine, for tests: a head without CPUs, and nodes that are processes of their own."""
+"""Ray clusters on this machine, for tests, whose nodes are processes of their own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RAY = Path(sys.executable).with_name("ray")
 ENVIRONMENT = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_raylet_start_wait_time_s": "150"}
 _ANY_PORTS = ("dashboard-agent-listen", "dashboard-agent-grpc", "metrics-export", "min-worker", "max-worker")
 _PORTS = tuple(f"--{name}-port=0" for name in _ANY_PORTS)  # several nodes have one address here
-_QUIET = ("--disable-usage-stats", "--block")
+_QUIET = ("--disable-usage-stats", "--include-log-monitor=false", "--block")
 
 
 @dataclass
@@ -45,12 +45,19 @@ class LoopbackCluster:
 
 
 @contextmanager
-def loopback_cluster(n_nodes: int, cpus: int = 1, memory_mb: int = 4000, port: int = 0) -> Iterator[LoopbackCluster]:
-    """A cluster whose nodes are started by `ray start`, as on machines of their own, and talk over sockets."""
+def loopback_cluster(
+    n_nodes: int, cpus: int = 1, memory_mb: int = 4000, port: int = 0, head_cpus: int = 0
+) -> Iterator[LoopbackCluster]:
+    """A head and `n_nodes` others, started by `ray start` as on machines of their own, which talk over sockets."""
     folder = tempfile.mkdtemp(prefix="ray-")  # short: paths of sockets are bounded
     port = port or _free_port()
     head = _start(
-        folder, "--head", f"--port={port}", "--num-cpus=0", "--include-dashboard=false", f"--temp-dir={folder}"
+        folder,
+        "--head",
+        f"--port={port}",
+        f"--num-cpus={head_cpus}",
+        "--include-dashboard=false",
+        f"--temp-dir={folder}",
     )
     cluster = LoopbackCluster(f"{get_node_ip_address()}:{port}", head)
     try:

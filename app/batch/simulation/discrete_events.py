@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from app.batch.run_batch import MAX_ATTEMPTS
+from app.engines.work_queue import MAX_ATTEMPTS
 from razer.arrays import Float64Array
 
 

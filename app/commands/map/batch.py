@@ -4,60 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import App, Group, Parameter
+from cyclopts import App, Parameter
 
 from app.batch.report import LOGS, REPORT, print_report
 from app.console.outputs import print_next, print_outputs
 from app.console.streams import print_notes, progress_console, result_console
+from app.engines.engine_options import PlacingOptions
 from app.next_steps import looking_at
 from app.object_store.place import Place
 from app.pipeline.interrupt import FAILED
 from app.run_folder.folder_lock import writing
-from app.settings.extra_libraries import require_cluster
 from app.settings.options import MODELS, Flag, RunOptions
 from app.verbs import named
 from razer.errors import BadInput
 from razer.vocabulary import vocabulary as read_vocabulary
 
 if TYPE_CHECKING:
-    from app.batch.engine import Engine
     from app.batch.report import BatchReport
 
-PLACING = Group("Placing", sort_key=0)
 OUTPUTS = {REPORT: "what became of each scene", LOGS: "what each attempt said"}
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class PlacingOptions:
-    """Where scenes are mapped, and how many at once."""
-
-    workers: Annotated[int | None, Parameter(group=PLACING, show_default=False)] = None
-    """At most so many scenes at once; memory bounds them in any case. Not given: as many as the cores allow."""
-    address: Annotated[str | None, Parameter(group=PLACING, show_default=False)] = None
-    """Run on a Ray cluster: auto, the one that this machine is part of, or ray://HOST:10001."""
-    cores: Annotated[int, Parameter(group=PLACING, show_default=False)] = 0
-    """Hold each scene to so many cores of its machine. Not given: the system divides them."""
-    gpus: Annotated[float | None, Parameter(group=PLACING, show_default=False)] = None
-    """GPUs that a scene asks for, such as 0.5. Not given: 1 with --device cuda, else none."""
-
-    def engine(self) -> Engine:
-        """What runs the scenes; raises BadInput where that cannot be had."""
-        if self.workers is not None and self.workers < 1:
-            raise BadInput(f"--workers {self.workers}: give at least 1")
-        if self.address is None:
-            from app.batch.local_engine import LocalEngine
-
-            return LocalEngine(self.workers)
-        require_cluster()
-        from app.batch.ray_engine import RayEngine
-
-        return RayEngine(self.address, self.workers)
 
 
 def run(
@@ -65,7 +34,7 @@ def run(
     /,
     *,
     out: Annotated[str, Parameter(name=["--out", "-o"])],
-    placing: PlacingOptions = PlacingOptions(),
+    placing: PlacingOptions = PlacingOptions(),  # noqa: B008
     options: RunOptions = RunOptions(),  # noqa: B008
     vocabulary: Annotated[str | None, Parameter(group=MODELS)] = None,
     eval: Annotated[str, Parameter(show_default=False)] = "",
@@ -93,6 +62,7 @@ def run(
         End standard output with the report on one line.
     """
     from app.batch.begin import BatchPlan, begin
+    from app.batch.scenes import scenes_of
 
     if vocabulary is not None:
         read_vocabulary(vocabulary)
@@ -100,7 +70,7 @@ def run(
     target, console = Place.of(out), progress_console()
     _note_untried(Place.of(scenes), target)
     with nullcontext() if target.is_remote else writing(target.path / REPORT):
-        batch, report = begin(scenes, target, plan, placing.engine, console, resume=resume)
+        batch, report = begin(scenes_of(scenes), target, plan, placing.engine, console, resume=resume)
         try:
             batch.run()
         finally:

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from app.console.outputs import print_next
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
+from app.engines.engine_options import EngineOptions
 from app.next_steps import looking_at
 from app.settings.number_lists import whole_numbers
 from app.settings.options import Flag
@@ -43,6 +44,7 @@ def ablate(
     exemplars: Path | None = None,
     variants: Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=True)] = (),
     instead: OtherAblations = OtherAblations(),
+    engine: EngineOptions = EngineOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Compare maps of synthetic scenes: the paper's way, ours with each departure taken back alone, and ours.
@@ -77,38 +79,44 @@ def ablate(
         return _ablate_naming(instead.naming, json)
     seed_numbers = whole_numbers("--seeds", seeds, 0)
     strides = list(dict.fromkeys(whole_numbers("--stride", stride, 1)))
-    rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars))
+    rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars), engine)
     asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
     _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")
-    if not json:
-        print_next(("config",))  # the settings that the variants change
     return 0
 
 
 def _print(document: dict[str, Any] | None, rows: list[dict[int, Any]], title: str) -> None:
-    """One line of JSON if there is a document, else the table."""
+    """One line of JSON if there is a document, else the table, and what to do next."""
     if document is not None:
         print(dumps(document))
         return
     from app.ablation.mapper_variants import variants_table
 
     result_console().print(variants_table(rows, title))
+    print_next(("config",))  # the settings that the variants change
 
 
 def _measure(
-    scene: str, seeds: list[int], strides: list[int], frames: int, variants: tuple[str, ...], options: OracleOptions
+    scene: str,
+    seeds: list[int],
+    strides: list[int],
+    frames: int,
+    variants: tuple[str, ...],
+    options: OracleOptions,
+    engine: EngineOptions,
 ) -> list[dict[int, Any]]:
     """The rows of each seed, by stride; raises BadInput for a variant that there is not."""
     # Late, as in `razer run`.
     with waiting_for("starting"):
-        from app.ablation.mapper_variants import VARIANTS, measure_variants
+        from app.ablation.mapper_variants import VARIANTS
+        from app.ablation.measure_seeds import measure_seeds
 
     unknown = [name for name in variants if name not in VARIANTS]
     if unknown:
         raise BadInput(f"no variant '{unknown[0]}': choose from {', '.join(repr(name) for name in VARIANTS)}")
     chosen = {name: VARIANTS[name] for name in variants or VARIANTS}
     console = progress_console()
-    return [measure_variants(scene, seed, frames or None, chosen, console, strides, options) for seed in seeds]
+    return measure_seeds(scene, seeds, frames or None, chosen, console, strides, options, engine.engine)
 
 
 def _by_stride(rows: list[dict[int, Any]], strides: list[int]) -> dict[str, Any]:

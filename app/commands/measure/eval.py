@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from app.console.outputs import Words, print_next, print_outputs
 from app.console.streams import print_notes, print_warnings, progress_console, result_console
 from app.console.waiting import waiting_for
+from app.engines.engine_options import EngineOptions
 from app.next_steps import looking_at
 from app.run_folder import run_folder
 from app.run_folder.folder_lock import writing
@@ -40,7 +41,7 @@ PICTURES = {
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SceneListOptions:
-    """Many scenes evaluated at once."""
+    """Many scenes, evaluated together."""
 
     scenes: Path | None = None
     """A text file with one scene a line, for many scenes at once: runs are in --runs, truths in --truth."""
@@ -123,6 +124,7 @@ def evaluate(
     reading: ReadingOptions = ReadingOptions(),
     scene_list: SceneListOptions = SceneListOptions(),
     export_options: ExportOptions = ExportOptions(),
+    engine: EngineOptions = EngineOptions(),  # noqa: B008
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     options: TrustOptions = TrustOptions(),  # noqa: B008
     json: Flag = False,
@@ -148,19 +150,17 @@ def evaluate(
     """
     # Late, since these bring Open3D and torch along.
     with waiting_for("starting"):
-        from app.evaluation.evaluate_run import evaluate_jobs
+        from app.evaluation.evaluate_run import Reading
+        from app.evaluation.evaluate_scenes import evaluate_scenes
         from app.evaluation.rules import choose_rules
 
     rules = choose_rules(preset, set)
     notes: list[str] = []
     jobs = scene_list.jobs(run, truth, notes)
-    scene = reading.scene
-    export = export_options.of(None if scene_list.scenes else scene or _scene_of(truth))
-    names, labels, trust = reading.names, reading.labels, options.trust
+    export = export_options.of(None if scene_list.scenes else reading.scene or _scene_of(truth))
+    read_as = Reading(reading.names, reading.scene, reading.labels, options.trust, export)
     with _written(run, out) as evaluated:
-        result = evaluate_jobs(
-            jobs, rules, naming=names, scene=scene, labels=labels, trust=trust, export=export, notes=notes
-        )
+        result = evaluate_scenes(jobs, rules, read_as, engine.engine, progress_console(), notes=notes)
         _deliver(result, jobs, notes, evaluated, out, json)
     return 0
 

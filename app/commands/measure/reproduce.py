@@ -12,8 +12,8 @@ from cyclopts import Parameter
 from app.console.outputs import print_next, print_outputs
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
+from app.engines.engine_options import PlacingOptions
 from app.next_steps import looking_at
-from app.profiling.cores import leave_cores_to_helpers
 from app.run_folder.folder_lock import writing
 from app.settings.options import BOTH, Flag, PosesName, RunOptions
 from razer.errors import BadInput
@@ -31,13 +31,15 @@ def reproduce(
     *,
     out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("reproduced"),
     scenes: str | None = None,
+    placing: PlacingOptions = PlacingOptions(),  # noqa: B008
     options: RunOptions = RunOptions(),  # noqa: B008
     json: Flag = False,
 ) -> int:
     """Map and evaluate every scene of one of the paper's tables, and print our row beside the others: with --poses slam
     beside the rows under estimated poses, with both once for each. Retrieval and component times come with it.
 
-    Resumes where it was stopped: scenes mapped with the same settings are not mapped again.
+    The scenes are a batch, see `razer batch run`, and go on where they were stopped. One is mapped after the other, as
+    the table has times, unless --workers says how many at once.
 
     Parameters
     ----------
@@ -52,8 +54,6 @@ def reproduce(
     json:
         One line of JSON.
     """
-    # Late, as in `razer run`.
-    leave_cores_to_helpers()
     with waiting_for("starting"):
         from app.reproduction.published_tables import TABLES
         from app.reproduction.reproduce_table import Reproduction
@@ -62,17 +62,23 @@ def reproduce(
     both = options.poses == "both"
     folders: dict[PosesName | None, Path]
     folders = {name: out / name for name in BOTH} if both else {_choice(options): out}
+    placing = _one_at_a_time(placing)
     results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
         with writing(folder):
-            results[name] = reproduction.run(progress_console())
+            results[name] = reproduction.run(placing, progress_console())
     if json:
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}
         print(dumps(rows if both else rows[next(iter(folders))]))
         return 0
     _report(table, results, folders)
     return 0
+
+
+def _one_at_a_time(placing: PlacingOptions) -> PlacingOptions:
+    """As asked; on this machine alone, unless asked, so that scenes do not take the time of others."""
+    return placing if placing.workers or placing.address else replace(placing, workers=1)
 
 
 def _choice(options: RunOptions) -> PosesName | None:

@@ -18,7 +18,7 @@ from razer.errors import BadInput
 
 KEEP = timedelta(minutes=10)  # of versions that are not the newest: whoever reads one is done with it by then
 ONE_EACH = "hypothesis = 0"
-_MEASURED = 400  # vectors that an index gives at least, to be measured exactly
+_MEASURED, _TIMES = 250, 2  # vectors, and times as many as are asked for, that an index gives to be measured exactly
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class InstanceTable:
     @staticmethod
     def width(n: int) -> int:
         """How many times n vectors an index has to give, so that the n nearest are among them."""
-        return max(1, -(-_MEASURED // n))
+        return max(_TIMES, -(-_MEASURED // n))
 
     def rows_of(self, runs: Sequence[str], columns: Sequence[str], where: str | None = None) -> dict[str, pa.Table]:
         """The rows of some maps as they were added last, by run; runs that have none are left out. Raises BadInput."""

@@ -192,16 +192,14 @@ class LanceTable:
         return self.count()
 
     def tidy(self, keep: timedelta) -> None:
-        """Write small files together, let indexes take in what is new, make those that are lacking, and remove versions
-        that are older than `keep`; readers go on."""
-        tidied = partial(self._table.optimize, cleanup_older_than=keep)
-        persistent(tidied)  # first: an index of files that are about to be written together is made twice
+        """Write small files together, remove versions that are older than `keep`, let indexes take in what is new, and
+        make those that are lacking, last, as files that are written together would be indexed twice; readers go on."""
+        persistent(partial(self._table.optimize, cleanup_older_than=keep))
         for column, config in _OF_FILTERS.items():
             if column in self.schema.names and not self.has_index(column):
                 persistent(partial(self._table.create_index, column, config=config))
         if self.count() >= INDEX_FROM and VECTOR in self.schema.names and not self.has_index():
             self._index_vectors()
-        persistent(tidied)
 
     def _index_vectors(self) -> None:
         config = IvfRq(

@@ -14,8 +14,10 @@ from pathlib import Path
 from time import process_time
 
 from app.batch.begin import BatchPlan, begin
-from app.batch.scene_task import Needs, Outcome, SceneTask
+from app.batch.one_scene import SceneTask
+from app.batch.scenes import scenes_of
 from app.console.streams import PlainConsole
+from app.engines.task import Needs, Outcome
 from app.object_store.place import Place
 from app.settings.options import RunOptions
 from tests.app.batch.test_run_batch import made, recordings
@@ -53,7 +55,9 @@ def seconds_of(n_scenes: int) -> float:
         recordings(folder / "scans", **{f"s{n:06d}": 3 + n % 5 for n in range(n_scenes)})
         begun_s = process_time()
         plan, console = BatchPlan.of(RunOptions(), None), PlainConsole(quiet=True)
-        batch, _ = begin(str(folder / "scans"), Place(str(folder / "out")), plan, lambda: engine, console, resume=False)
+        batch, _ = begin(
+            scenes_of(str(folder / "scans")), Place(str(folder / "out")), plan, lambda: engine, console, resume=False
+        )
         batch.run()
         return process_time() - begun_s - engine.making_s
 

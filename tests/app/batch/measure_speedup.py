@@ -20,7 +20,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from threading import Event
 
-from app.batch.child_process import run_child
+from app.engines.child_process import run_child
 from tests.support.ray_clusters import LoopbackCluster, loopback_cluster
 
 OPTIONS = ("--segmenter=oracle", "--embedder=oracle", "--device=cpu", "--no-timeline")
@@ -86,7 +86,10 @@ def main() -> None:
     parser.add_argument("rooms", type=Path)
     parser.add_argument("--ray", action="store_true")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, loopback_cluster(4) if arguments.ray else nullcontext() as cluster:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        loopback_cluster(3, head_cpus=1) if arguments.ray else nullcontext() as cluster,
+    ):
         print(json.dumps(measure(arguments.rooms, Path(folder), cluster)))
 
 

@@ -11,14 +11,20 @@ import pytest
 
 from app.batch.begin import BatchPlan, begin, run_words
 from app.batch.estimate import Estimator, RecordingSize
+from app.batch.one_scene import SceneTask
 from app.batch.report import BatchReport
-from app.batch.scene_task import Needs, Outcome, SceneTask
+from app.batch.scenes import scenes_of
 from app.console.streams import PlainConsole
+from app.engines.task import Needs, Outcome
 from app.object_store.place import Place
 from app.settings.options import RunOptions
 from razer.errors import BadInput
 
 Answer = Callable[[SceneTask], Outcome]
+
+
+def ended(task: SceneTask, *what: str, **more: object) -> Outcome:
+    return Outcome(task.name, task.number, *what, **more)
 
 
 def made(task: SceneTask) -> Outcome:
@@ -27,7 +33,7 @@ def made(task: SceneTask) -> Outcome:
     out.mkdir(parents=True)
     for name in ("instances.json", "mesh.ply"):
         (out / name).write_text("")
-    return Outcome(task, seconds=20.0, cpu_s=30.0, peak_mb=1000.0, node="here")
+    return ended(task, seconds=20.0, cpu_s=30.0, peak_mb=1000.0, node="here")
 
 
 class ScriptedEngine:
@@ -66,7 +72,7 @@ def run(folder: Path, out: Path, answer: Answer, *, resume: bool = False, **opti
     engine = ScriptedEngine(answer)
     plan = BatchPlan.of(RunOptions(**options), None)
     console = PlainConsole(quiet=True)
-    batch, report = begin(str(folder), Place(str(out)), plan, lambda: engine, console, resume=resume)
+    batch, report = begin(scenes_of(str(folder)), Place(str(out)), plan, lambda: engine, console, resume=resume)
     try:
         batch.run()
     finally:
@@ -92,7 +98,7 @@ def test_a_poisoned_scene_is_named_and_harms_no_other(tmp_path):
     folder = recordings(tmp_path / "scans", a=9, poison=8, b=7)
 
     def answer(task: SceneTask) -> Outcome:
-        return Outcome(task, "no camera poses", "none", log="razer: no") if task.name == "poison" else made(task)
+        return ended(task, "no camera poses", "none", log="razer: no") if task.name == "poison" else made(task)
 
     tasks, report, written = run(folder, tmp_path / "out", answer)
     assert [task.name for task in tasks] == ["a", "poison", "b"]
@@ -107,8 +113,8 @@ def test_memory_that_ran_out_is_doubled_and_a_node_that_failed_is_avoided(tmp_pa
 
     def answer(task: SceneTask) -> Outcome:
         if task.number == 1:
-            return Outcome(task, "killed", "memory", node_id="n1")
-        return Outcome(task, "lost", "elsewhere", node_id="n2") if task.number == 2 else made(task)
+            return ended(task, "killed", "memory", node_id="n1")
+        return ended(task, "lost", "elsewhere", node_id="n2") if task.number == 2 else made(task)
 
     (first, second, third), report, _ = run(folder, tmp_path / "out", answer)
     assert second.needs.memory_mb == pytest.approx(2 * first.needs.memory_mb, abs=256)
@@ -120,7 +126,7 @@ def test_memory_that_ran_out_is_doubled_and_a_node_that_failed_is_avoided(tmp_pa
 
 def test_attempts_are_bounded_and_memory_by_what_there_is(tmp_path):
     folder = recordings(tmp_path / "scans", a=9)
-    tasks, report, _ = run(folder, tmp_path / "out", lambda task: Outcome(task, "killed", "memory"), stride=1)
+    tasks, report, _ = run(folder, tmp_path / "out", lambda task: ended(task, "killed", "memory"), stride=1)
     assert [task.number for task in tasks] == [1, 2, 3]
     assert report.scenes["a"].status == "failed"
     fits = Estimator(0.02, 2, 0).needs(RecordingSize(9, 0), n_short_of_memory=9).within(Needs(1, 5000.0))
@@ -151,7 +157,7 @@ def test_a_batch_that_is_ended_goes_on_with_what_is_not_done(tmp_path):
 
 def test_a_run_folder_that_does_not_arrive_is_no_result(tmp_path):
     folder = recordings(tmp_path / "scans", a=9)
-    _, report, _ = run(folder, tmp_path / "out", lambda task: Outcome(task, node="far"))
+    _, report, _ = run(folder, tmp_path / "out", lambda task: ended(task, node="far"))
     assert report.scenes["a"].status == "failed"
     assert "far wrote it where" in report.scenes["a"].reason
 
@@ -159,9 +165,8 @@ def test_a_run_folder_that_does_not_arrive_is_no_result(tmp_path):
 def test_needs_are_learnt_from_finished_scenes():
     estimator, size = Estimator(0.02, 4.0, 0.0), RecordingSize(100, 0)
     before = estimator.needs(size), estimator.seconds(size)
-    task = SceneTask("a", "", "", (), before[0], "")
     for _ in range(3):
-        estimator.learn(size, Outcome(task, seconds=3 * before[1], cpu_s=1.3 * 3 * before[1], peak_mb=9000.0))
+        estimator.learn(size, Outcome("a", seconds=3 * before[1], cpu_s=1.3 * 3 * before[1], peak_mb=9000.0))
     after = estimator.needs(size)
     assert 9000 * 1.2 <= after.memory_mb <= 9000 * 1.2 + 256
     assert after.cpus == 1.5

@@ -76,8 +76,14 @@ def test_what_is_mapped_is_not_mapped_again_and_what_is_not_is(data, tmp_path, c
     second = written(out)
     assert second["011"] == first["011"]
     assert second["016"] > first["016"]
-    reproduce(capsys, "scenenn", data, out, "--set", "voxels.depth_max_m=2.5")
-    assert written(out)["011"] > first["011"], "other settings make another map"
+    code, said, _ = reproduce(capsys, "scenenn", data, out, "--set", "voxels.depth_max_m=2.5")
+    assert code == 2
+    assert "other options" in said
+    assert written(out) == second
+    (out / "report.json").unlink()
+    code, said, _ = reproduce(capsys, "scenenn", data, out)
+    assert code == 2
+    assert "is not of a `razer reproduce`" in said
 
 
 def written(out):
@@ -93,7 +99,7 @@ def test_a_broken_scene_is_named_and_the_others_count(data, tmp_path, capsys):
     assert code == 0
     assert list(result["evaluation"]["scenes"]) == ["011"]
     assert "016" in result["failed"]
-    assert "016 is left out" in err
+    assert "016 failed" in err
 
 
 def test_data_without_any_scene_is_one_plain_line(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""The engine of one machine: as many runs at once as its cores and its memory hold."""
+"""The engine of one machine: as many tasks at once as its cores and its memory hold."""
 
 from __future__ import annotations
 
@@ -9,23 +9,22 @@ from threading import Event
 
 import psutil
 
-from app.batch.one_scene import run_scene
-from app.batch.scene_task import Needs, Outcome, SceneTask
+from app.engines.task import Needs, Outcome, Task
 
 _SPARE = 0.05  # of the free memory, for everything else on the machine
 _CGROUP = Path("/sys/fs/cgroup/memory.max")
 
 
 class LocalEngine:
-    """Each scene is waited for by a thread, and mapped by processes. One runs in any case, however much it needs."""
+    """Each task is waited for by a thread, and done by processes. One runs in any case, however much it needs."""
 
     def __init__(self, workers: int | None = None) -> None:
-        """workers: how many scenes at once, whatever CPUs they ask for; None: as many as these allow."""
+        """workers: how many tasks at once, whatever CPUs they ask for; None: as many as these allow."""
         self._workers = workers
         self._total = Needs(len(os.sched_getaffinity(0)), free_memory_mb() * (1 - _SPARE), n_gpus())
         self._running: dict[Future[Outcome], Needs] = {}
         self._stop = Event()
-        self._pool = ThreadPoolExecutor(workers or max(1, int(self._total.cpus)), thread_name_prefix="scene")
+        self._pool = ThreadPoolExecutor(workers or max(1, int(self._total.cpus)), thread_name_prefix="task")
 
     @property
     def most(self) -> Needs:
@@ -45,9 +44,9 @@ class LocalEngine:
             return len(taken) < self._workers
         return sum(one.cpus for one in taken) + needs.cpus <= self._total.cpus
 
-    def submit(self, task: SceneTask) -> None:
+    def submit(self, task: Task) -> None:
         """Begin with it."""
-        self._running[self._pool.submit(run_scene, task, self._stop)] = task.needs
+        self._running[self._pool.submit(task.run, self._stop)] = task.needs
 
     def wait(self, timeout_s: float) -> list[Outcome]:
         """The attempts that ended."""
@@ -57,7 +56,7 @@ class LocalEngine:
         return [future.result() for future in done if not future.cancelled()]
 
     def close(self) -> None:
-        """End all runs, with their helpers."""
+        """End all tasks, with their processes."""
         self._stop.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
 

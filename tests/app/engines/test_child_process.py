@@ -12,7 +12,7 @@ from threading import Event, Timer
 
 import pytest
 
-from app.batch.child_process import ChildEnd, run_child, tree_mb
+from app.engines.child_process import ChildEnd, run_child, tree_mb
 
 HELPER = """
 import subprocess, time
@@ -32,7 +32,7 @@ WORKER = """
 import sys
 from pathlib import Path
 from threading import Event
-from app.batch.child_process import run_child
+from app.engines.child_process import run_child
 code = "import os, time; print(os.getpid(), flush=True); time.sleep(60)"
 command = [sys.executable, "-S", "-c", code]
 run_child(command, Path({log!r}), Path({out!r}), folder="/", cores=0, threads=1, stop=Event())

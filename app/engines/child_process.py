@@ -1,4 +1,4 @@
-"""One child process of a scene: started, measured and, where it has to be, ended with all its helpers."""
+"""One child process: started, measured and, where it has to be, ended with all its helpers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine of a cluster: each scene is a Ray task, which runs what the engine of one machine runs."""
+"""The engine of a cluster: each task is one of Ray's, which does what the engine of one machine does."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ import os
 from contextlib import suppress
 from dataclasses import replace
 from logging import ERROR
+from threading import Event
 
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nobody is told what is computed
 
 import ray
 from ray.exceptions import GetTimeoutError, OutOfMemoryError, RayError, RayTaskError
 
-from app.batch.one_scene import run_scene
-from app.batch.scene_task import Needs, Outcome, SceneTask
+from app.engines.task import Needs, Outcome, Task
 from razer.errors import BadInput
 
-_AHEAD = 2.0  # scenes that wait in Ray's queue, a share of those that run: an autoscaler goes by them
+_AHEAD = 2.0  # tasks that wait in Ray's queue, a share of those that run: an autoscaler goes by them
 _AT_LEAST = 8
 _BYTES = 1_000_000
 
 
-def attempt(task: SceneTask) -> Outcome:
+def attempt(task: Task) -> Outcome:
     """What a worker does."""
     node_id = ray.get_runtime_context().get_node_id()
-    outcome = run_scene(task)
+    outcome = task.run(Event())
     return replace(outcome, node=f"{outcome.node} {node_id[:8]}", node_id=node_id)
 
 
@@ -34,14 +34,14 @@ class RayEngine:
     repeats none by itself: attempts are counted, logged, and ask for more memory where that ran out."""
 
     def __init__(self, address: str, workers: int | None = None) -> None:
-        """Join a cluster; raises BadInput where there is none. workers: at most so many scenes at once."""
+        """Join a cluster; raises BadInput where there is none. workers: at most so many tasks at once."""
         try:
             ray.init(address=address, log_to_driver=False, logging_level=ERROR)
         except (ConnectionError, RuntimeError, ValueError, TimeoutError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise BadInput(f"--address {address}: no Ray cluster answers ({why})") from error
         self._workers = workers
-        self._running: dict[ray.ObjectRef, SceneTask] = {}
+        self._running: dict[ray.ObjectRef, Task] = {}
         self._remote = ray.remote(max_retries=0)(attempt)
 
     @property
@@ -54,13 +54,13 @@ class RayEngine:
         return Needs(max(float(node["CPU"]) for node in nodes), most_bytes / _BYTES, math.inf)
 
     def has_room(self, needs: Needs) -> bool:
-        """Whether fewer scenes were handed over than Ray should know of: those that run, and as many that wait."""
+        """Whether fewer tasks were handed over than Ray should know of: those that run, and as many that wait."""
         if self._workers is not None:
             return len(self._running) < self._workers
         slots = ray.cluster_resources().get("CPU", 0.0) / max(needs.cpus, 0.01)
         return len(self._running) < max(_AHEAD * slots, _AT_LEAST)
 
-    def submit(self, task: SceneTask) -> None:
+    def submit(self, task: Task) -> None:
         """Hand it over; not to the node that failed it before, while there are others."""
         needs = task.needs
         others = [node for node in ray.nodes() if node["Alive"] and node["NodeID"] != task.avoid]
@@ -90,15 +90,18 @@ class RayEngine:
         ray.shutdown()
 
 
-def _outcome(reference: ray.ObjectRef, task: SceneTask) -> Outcome:
+def _outcome(reference: ray.ObjectRef, task: Task) -> Outcome:
+    name, number = task.name, task.number
     try:
         return ray.get(reference, timeout=60.0)
     except OutOfMemoryError as error:
-        return Outcome(task, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
+        return Outcome(name, number, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
     except RayTaskError as error:
-        return Outcome(task, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error))
+        return Outcome(
+            name, number, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error)
+        )
     except (RayError, GetTimeoutError) as error:
-        return Outcome(task, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
+        return Outcome(name, number, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
 
 
 def _first_line(error: Exception) -> str:
