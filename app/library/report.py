@@ -9,7 +9,8 @@ from typing import Any
 import fsspec
 from rich.table import Column, Table
 
-from app.console.streams import result_console
+from app.console.streams import print_notes, result_console
+from app.library.run_state import run_state
 from app.library.add_run import run_name
 from app.library.tables.instance_library import InstanceLibrary
 from app.library.thumbnails import forget_thumbnails
@@ -17,9 +18,10 @@ from razer.errors import BadInput
 
 
 def map_list(uri: str) -> list[dict[str, Any]]:
-    """All maps by table and run: run, scene, table, and what was noted when it was added. Raises BadInput."""
+    """All maps by table and run: run, scene, table, state (see `run_state`), and what was noted when it was added. Raises
+    BadInput."""
     return [
-        {"run": entry.run, "scene": entry.scene, "table": name, **entry.facts}
+        {"run": entry.run, "scene": entry.scene, "table": name, "state": run_state(entry), **entry.facts}
         for name, table in InstanceLibrary(uri).tables.items()
         for entry in table.entries()
     ]
@@ -27,10 +29,14 @@ def map_list(uri: str) -> list[dict[str, Any]]:
 
 def print_maps(maps: Sequence[dict[str, Any]]) -> None:
     """Print a row for each map."""
-    table = Table("scene", Column("run", overflow="fold"), "instances", Column("table", overflow="fold"), "added")
+    run, model = (Column(name, overflow="fold") for name in ("run", "table"))
+    table = Table("scene", run, "instances", model, "added", "run now")
     for each in maps:
-        table.add_row(each["scene"], each["run"], str(each["instances"]), each["table"], each["added"])
+        instances, state = str(each["instances"]), each["state"]
+        table.add_row(each["scene"], each["run"], instances, each["table"], each["added"], state)
     result_console().print(table)
+    if any(each["state"] == "changed since" for each in maps):
+        print_notes(["runs that were changed since are found as they were: add them again"])
 
 
 def remove_runs(runs: Sequence[str], uri: str) -> list[str]:

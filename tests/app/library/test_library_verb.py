@@ -57,6 +57,22 @@ def test_maps_are_added_asked_and_removed(capsys, run, library):
     assert asked(capsys, "compact", "--library", library)["tables"][0]["instances"] == 0
 
 
+def test_a_run_that_was_edited_or_moved_since_is_said_to_be(capsys, run, library):
+    def state():
+        (listed,) = asked(capsys, "list", "--library", library)["maps"]
+        return listed["state"]
+
+    asked(capsys, "add", run, "--library", library)
+    assert state() == "as added"
+    assert razer(capsys, "edit", run, "rename", CHAIR, "throne")[0] == 0
+    assert state() == "changed since"
+    assert "add them again" in razer(capsys, "library", "list", "--library", library)[2]
+    asked(capsys, "add", run, "--library", library)
+    assert state() == "as added"
+    run.rename(run.with_name("elsewhere"))
+    assert state() == "not here"
+
+
 def test_what_is_in_no_map_is_said_to_be(capsys, run, library):
     razer(capsys, "library", "add", run, "--library", library)
     code, out, _ = razer(capsys, "library", "query", "piano", "--library", library)
