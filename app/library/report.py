@@ -10,16 +10,16 @@ import fsspec
 from rich.table import Column, Table
 
 from app.console.streams import print_notes, result_console
-from app.library.run_state import run_state
 from app.library.add_run import run_name
+from app.library.run_state import run_state
 from app.library.tables.instance_library import InstanceLibrary
 from app.library.thumbnails import forget_thumbnails
 from razer.errors import BadInput
 
 
 def map_list(uri: str) -> list[dict[str, Any]]:
-    """All maps by table and run: run, scene, table, state (see `run_state`), and what was noted when it was added. Raises
-    BadInput."""
+    """All maps by table and run: run, scene, table, state as `run_state` says, and what was noted when it was added.
+    Raises BadInput."""
     return [
         {"run": entry.run, "scene": entry.scene, "table": name, "state": run_state(entry), **entry.facts}
         for name, table in InstanceLibrary(uri).tables.items()
