@@ -65,19 +65,18 @@ def report(result: Evaluation, console: Console) -> None:
     if result.calibration is not None:
         error = format_number(result.calibration["ece"])
         console.print(f"confidences differ from the share that is right by {error} on average (ECE)", soft_wrap=True)
-    _print_naming(result.naming, console)
+    if result.naming is not None:
+        console.print(naming_in_words(result.naming), soft_wrap=True)
     _print_ids(result, console)
     _print_classes(result, console)
     _print_worst(result, console)
 
 
-def _print_naming(naming: Mapping[str, Any] | None, console: Console) -> None:
-    if naming is None:
-        return
+def naming_in_words(naming: Mapping[str, Any]) -> str:
+    """How many names are right, and how far their probabilities are off."""
     error = naming["ece"]
     calibrated = "" if error is None else f"; their probabilities are off by {format_number(error)} on average (ECE)"
-    words = f"names of matched instances: {format_number(naming['accuracy'])} of {naming['n']} right{calibrated}"
-    console.print(words, soft_wrap=True)
+    return f"names of matched instances: {naming['accuracy']:.1%} of {naming['n']} right{calibrated}"
 
 
 def counts_in_words(result: Evaluation) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.evaluation.report import counts_in_words, format_number
+from app.evaluation.report import counts_in_words, format_number, naming_in_words
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import Evaluation
 
@@ -24,3 +24,9 @@ def test_counts_say_what_they_mean():
     assert counts_in_words(result) == (
         "36 true, 44 predicted: 31 matched, 5 missed, 9 pieces of matched ones, 4 on nothing"
     )
+
+
+def test_names_that_are_right_are_a_share():
+    assert naming_in_words({"accuracy": 1.0, "n": 38, "ece": None}) == "names of matched instances: 100.0% of 38 right"
+    said = naming_in_words({"accuracy": 0.25, "n": 8, "ece": 0.02})
+    assert said == "names of matched instances: 25.0% of 8 right; their probabilities are off by 0.02 on average (ECE)"
