@@ -27,38 +27,45 @@ class InvertedIndex:
     def __init__(self) -> None:
         self._first, self._second = _mirrored_pairs()
         self._postings: defaultdict[int, array[int]] = defaultdict(_posting)
-        self._size = 0
+        self._n_words = array("I")  # of each keyframe
 
     def __len__(self) -> int:
-        return self._size
+        return len(self._n_words)
 
     def __getstate__(self) -> dict[str, Any]:
         words = np.fromiter(self._postings, np.int64, len(self._postings))
         lengths = np.fromiter(map(len, self._postings.values()), np.int64, len(self._postings))
-        return {"_size": self._size, "words": words, "lengths": lengths, "keyframes": _joined(self._postings.values())}
+        keyframes = _joined(self._postings.values())
+        return {"_size": len(self), "words": words, "lengths": lengths, "keyframes": keyframes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__init__()  # type: ignore[misc]
-        self._size = state["_size"]
+        self._n_words = array("I", np.bincount(state["keyframes"], minlength=state["_size"]).tolist())
         ends = np.cumsum(state["lengths"]).tolist()
         for word, length, end in zip(state["words"].tolist(), state["lengths"].tolist(), ends, strict=True):
             self._postings[word] = array("I", state["keyframes"][end - length : end].tolist())
 
     def add(self, descriptors: Uint8Array) -> None:
         """A further keyframe with descriptors (N, 128)."""
-        for word in self._words(descriptors).tolist():
-            self._postings[word].append(self._size)
-        self._size += 1
+        words = self._words(descriptors).tolist()
+        for word in words:
+            self._postings[word].append(len(self))
+        self._n_words.append(len(words))
 
     def similarity(self, descriptors: Uint8Array) -> Float32Array:
-        """How much (K,) of what tells a view with descriptors (N, 128) from others each keyframe has, in [0, 1]."""
+        """How much (K,) of what tells a view with descriptors (N, 128) from others each keyframe has: 0 nothing, 1 all,
+        if it has as many words as most.
+
+        One with many words shares more of them with anything: as in the cosine of two vectors of words it is divided by
+        the length of the keyframe's, in which all of its words weigh alike here."""
         found = [self._postings[word] for word in self._words(descriptors).tolist() if word in self._postings]
         if not found:
-            return np.zeros(self._size, np.float32)
+            return np.zeros(len(self), np.float32)
         lengths = np.fromiter(map(len, found), np.int64, len(found))
-        weights = np.square(np.log((1 + self._size) / lengths))
-        shared = np.bincount(_joined(found), np.repeat(weights, lengths), self._size)
-        result: Float32Array = (shared / weights.sum().clip(1e-9)).astype(np.float32)
+        weights = np.square(np.log((1 + len(self)) / lengths))
+        shared = np.bincount(_joined(found), np.repeat(weights, lengths), len(self)) / weights.sum().clip(1e-9)
+        n_words = np.maximum(self._n_words, 1)
+        result: Float32Array = (shared * np.sqrt(n_words.mean() / n_words)).astype(np.float32)
         return result
 
     def _words(self, descriptors: Uint8Array) -> Int64Array:

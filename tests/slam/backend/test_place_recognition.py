@@ -57,12 +57,28 @@ def test_similarity_is_the_share_of_words_by_their_rarity(rng, scenes):
     index = InvertedIndex()
     for scene in scenes[:9]:
         index.add(np.concatenate([scene, scenes[60]]))
+    index.add(scenes[9][:40])
     view = np.concatenate([scenes[3][:50], scenes[60][:20], scenes[50]])
-    words = [set(index._words(np.concatenate([scene, scenes[60]])).tolist()) for scene in scenes[:9]]
+    those = [*(np.concatenate([scene, scenes[60]]) for scene in scenes[:9]), scenes[9][:40]]
+    words = [set(index._words(each).tolist()) for each in those]
     asked = [word for word in index._words(view).tolist() if any(word in have for have in words)]
-    weights = {word: np.log(10 / sum(word in have for have in words)) ** 2 for word in asked}
-    expected = [sum(weights[w] for w in asked if w in have) / sum(weights.values()) for have in words]
+    weights = {word: np.log(11 / sum(word in have for have in words)) ** 2 for word in asked}
+    share = [sum(weights[w] for w in asked if w in have) / sum(weights.values()) for have in words]
+    usual = np.mean([len(have) for have in words])
+    expected = [s * np.sqrt(usual / len(have)) for s, have in zip(share, words, strict=True)]
     np.testing.assert_allclose(index.similarity(view), expected, rtol=1e-5)
+
+
+def test_a_keyframe_of_many_words_does_not_come_first_for_that(rng, scenes):
+    """A view that shows little that is known, beside a keyframe with four times as much in it."""
+    n_first = 0
+    for scene in scenes[:40]:
+        places = PlaceRecognition()
+        for each in (np.concatenate(scenes[60:64]), scene, *scenes[40:46]):
+            places.add(Place(each))
+        seen = Place(np.concatenate([noisy(rng, scene[:32]), gradients(rng, 168)]))
+        n_first += places.lookalikes(seen, range(8), 0.0, 1) == [1]
+    assert n_first >= 20  # none, where what is shared is not held against the number of words
 
 
 def test_words_are_of_all_kinds(rng):
