@@ -39,6 +39,7 @@ MIN_SCORE, MIN_FEATURES = 0.25, 30
 MIN_AGREEMENT = 0.5  # where views overlap and most readings disagree, one of them is elsewhere
 MAX_RMS = 2.0  # sigmas; surfaces that do not fit each other have more
 MAX_SIGMA_RAD, MAX_SIGMA_M = 0.02, 0.03  # along the least certain axes; tracking goes on from anything better
+MAX_LAST_STEP = 1.0  # sigmas; what still moves by more than it is said to be known is not known
 
 
 @dataclass(frozen=True)
@@ -99,9 +100,7 @@ class ViewRegistration:
                 longer.
             matches: of the features of both, where they are known.
         """
-        correspondences = [self._correspondences(target, source, matches)]
-        if wide:
-            correspondences.append(_wide_correspondences(target, source))
+        correspondences = self._correspondences(target, source, matches, wide)
         tries = MANY_TRIES if wide else TRIES
         solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
         guesses = [*guesses, *(start for start in solved if start is not None)]
@@ -116,6 +115,7 @@ class ViewRegistration:
         source: View,
         guess: Float64Array,
         calibration: ColorCalibration,
+        wide: bool = False,
         matches: IndexArray | None = None,
     ) -> IcpResult:
         """The motion target_from_source from a guess that is all but right.
@@ -125,17 +125,24 @@ class ViewRegistration:
             source: the view that is brought to it.
             guess: target_from_source (4, 4).
             calibration: the colour camera as known so far.
+            wide: whether features that match from afar take part.
             matches: of the features of both, where they are known.
         """
-        return self._pair(target, source, self._correspondences(target, source, matches), calibration).fine(guess)
+        correspondences = Correspondences.joined(self._correspondences(target, source, matches, wide))
+        return self._pair(target, source, correspondences, calibration).fine(guess)
 
     def match(self, target: View, source: View) -> IndexArray:
         """Matches (M, 2) of the features of two views, however their cameras turned."""
         return match_features(target.features, source.features, self.config.features)
 
-    def _correspondences(self, target: View, source: View, matches: IndexArray | None) -> Correspondences:
+    def _correspondences(
+        self, target: View, source: View, matches: IndexArray | None, wide: bool
+    ) -> list[Correspondences]:
+        """Those of the usual features, and of those that match from afar."""
         pairs = self.match(target, source) if matches is None else matches
-        return Correspondences.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
+        turning = target.turning_rad_s, source.turning_rad_s
+        usual = Correspondences.of(target.features, source.features, pairs, *turning)
+        return [usual, _wide_correspondences(target, source)] if wide else [usual]
 
     def _pair(
         self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration
@@ -180,6 +187,12 @@ def leaves_open(result: IcpResult) -> bool:
     """Whether nothing that both views show says how the camera moved along some direction: there the noise of normals
     keeps tracking near where it was, and tells nothing of places."""
     return not _is_certain(*result.sigma)
+
+
+def is_at_rest(result: IcpResult) -> bool:
+    """Whether the motion had come to rest. Where little holds it, it creeps, and is where it was left off: that may be
+    anywhere between where it was started and where it belongs."""
+    return result.last_step <= MAX_LAST_STEP
 
 
 def _is_certain(turn_rad: float, shift_m: float) -> bool:
