@@ -31,6 +31,7 @@ SHARP_RMS = 0.7
 # lead to different places are all followed to the end.
 SAME_M, SAME_DEG = 0.003, 0.1
 SAME_FIT = 0.003  # what noise may account for
+ENOUGH_OVERLAP = 0.5  # of a view, for its fit to tell as much as that of all of it; less tells the less
 # RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
 TRIES, MANY_TRIES = 100, 1000
 # What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
@@ -107,7 +108,7 @@ class ViewRegistration:
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         results = [pair.fine(start) for start in starts]
-        return _most_plausible(results) if results else None
+        return most_plausible(results) if results else None
 
     def refine(
         self,
@@ -167,12 +168,18 @@ def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:
     return kept
 
 
-def _most_plausible(results: Sequence[IcpResult]) -> IcpResult:
+def most_plausible(results: Sequence[IcpResult]) -> IcpResult:
     """The one whose depth fits best, and the first unless another is better. Features do not decide: where colour is
     not registered they are wrong in consistent sets, and the colour camera bends to explain them at a wrong motion; a
     wrong depth seldom fits."""
-    best = max(results, key=lambda result: result.fit)
-    return best if best.fit > results[0].fit + SAME_FIT else results[0]
+    best = max(results, key=_closeness)
+    return best if _closeness(best) > _closeness(results[0]) + SAME_FIT else results[0]
+
+
+def _closeness(result: IcpResult) -> float:
+    """How well depth fits where both views have it. What overlaps less is no worse for that: depth that slides along a
+    wall slides to where it overlaps most, which is where the other view was."""
+    return result.fit / max(result.overlap, ENOUGH_OVERLAP)
 
 
 def is_trusted(result: IcpResult, min_score: float = MIN_SCORE, min_features: int = MIN_FEATURES) -> bool:
