@@ -46,7 +46,7 @@ class FrameTracker:
         reference = self.reference
         matches = self.registration.match(reference.view, view)
         result = self.registration.register(
-            self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches
+            self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches, may_be=self.may_move
         )
         if not self._may_be(result):
             return None

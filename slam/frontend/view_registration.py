@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +88,7 @@ class ViewRegistration:
         calibration: ColorCalibration,
         wide: bool = False,
         matches: IndexArray | None = None,
+        may_be: Callable[[Float64Array], bool] = lambda _: True,
     ) -> IcpResult | None:
         """The motion target_from_source from the best of the guesses and of what the features alone say; None where
         there is nothing to start from.
@@ -100,6 +101,7 @@ class ViewRegistration:
             wide: whether the views may be far apart: features that match from afar take part, and are tried for
                 longer.
             matches: of the features of both, where they are known.
+            may_be: whether a motion (4, 4) is possible; others compete with none that is.
         """
         correspondences = self._correspondences(target, source, matches, wide)
         tries = MANY_TRIES if wide else TRIES
@@ -108,7 +110,8 @@ class ViewRegistration:
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         results = [pair.fine(start) for start in starts]
-        return most_plausible(results) if results else None
+        possible = [result for result in results if may_be(result.target_from_source)]
+        return most_plausible(possible or results) if results else None
 
     def refine(
         self,

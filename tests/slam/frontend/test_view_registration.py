@@ -45,3 +45,20 @@ def result(overlap, fit_where_shared):
 )
 def test_the_start_is_taken_whose_depth_fits_best_where_both_views_have_it(first, second, chosen):
     assert most_plausible([first, second]) is (first, second)[chosen]
+
+
+def test_a_motion_that_cannot_be_competes_with_none_that_can(room, views):
+    truth = inverse(room[10].pose) @ room[12].pose
+    registration, nominal = ViewRegistration(SlamConfig()), ColorCalibration.nominal()
+    guesses = [exp_se3(np.array([0, 0.5, 0, 0.4, 0, 0])) @ truth, truth]
+    asked = []
+
+    def may_be(motion):
+        asked.append(motion)
+        return length_m(inverse(truth) @ motion) > 0.05
+
+    free = registration.register(views[10], views[12], guesses, nominal)
+    assert length_m(inverse(truth) @ free.target_from_source) < 0.006
+    held = registration.register(views[10], views[12], guesses, nominal, may_be=may_be)
+    assert len(asked) > 1
+    assert length_m(inverse(truth) @ held.target_from_source) > 0.05
