@@ -12,11 +12,12 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
-from slam.frontend.view_registration import ViewRegistration, is_trusted, leaves_open
+from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
+MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
 
 
 class VerifiedRegistration:
@@ -56,13 +57,28 @@ class VerifiedRegistration:
     def _verified(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
     ) -> IcpResult | None:
-        result = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, wide)
-        if result is None or leaves_open(result):
-            return None
-        if not is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES):
+        result = self._settled(keyframe, view, guesses, calibration, wide)
+        if result is None:
             return None
         motion = result.target_from_source
         if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:
             return None
         alike = color_correlation(keyframe.view, view, motion, self._free_space)
         return result if alike >= self._settings.min_color_correlation else None
+
+    def _settled(
+        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
+    ) -> IcpResult | None:
+        """A registration that came to rest where features or depth agree, and leave no direction open."""
+        target = self._keyframes.view(keyframe)
+        result = self._registration.register(target, view, guesses, calibration, wide)
+        for _ in range(MORE_ROUNDS):
+            if result is None or not self._holds(result):
+                return None
+            if is_at_rest(result):
+                return result
+            result = self._registration.refine(target, view, result.target_from_source, calibration, wide)
+        return None
+
+    def _holds(self, result: IcpResult) -> bool:
+        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES)

@@ -38,11 +38,23 @@ class SurfaceGrid:
 def fine_depth(depth: Float32Array, intrinsics: Intrinsics, max_depth_m: float) -> tuple[Float32Array, Intrinsics]:
     """The depth image (H, W) reduced to about FINE_WIDTH pixels across, without outliers and readings farther than
     max_depth_m, whose noise drowns what shape there is."""
-    near = np.where(depth <= max_depth_m, depth, np.float32(0))
-    near = cv2.medianBlur(np.ascontiguousarray(near), 3)
+    smooth = _without_outliers(depth)
+    near = np.where(smooth <= max_depth_m, smooth, np.float32(0))
     for _ in range(max(0, round(np.log2(intrinsics.width / FINE_WIDTH)))):
         near, intrinsics = halved(near, intrinsics)
     return near, intrinsics
+
+
+def _without_outliers(depth: Float32Array) -> Float32Array:
+    """The median (H, W) of the readings round each pixel; none where most of them failed.
+
+    Holes are no readings: taken for the nearest there are, they drew walls seen at a grazing angle, where many readings
+    fail, by a centimetre towards the camera. Such walls taper wherever the camera is, as if it had not moved.
+    """
+    below = cv2.medianBlur(np.ascontiguousarray(depth), 3)
+    above = cv2.medianBlur(_far_holes(depth), 3)
+    one_surface = above - below < JUMP_M + JUMP_SHARE * below
+    return np.where(one_surface, (below + above) / 2, below)
 
 
 class DepthPyramid:
@@ -89,10 +101,10 @@ def halved(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, I
     """Half the pixels each way: the mean of those of four readings that lie on the nearest of their surfaces."""
     rows, columns = depth.shape[0] // 2, depth.shape[1] // 2
     # Four whole images, since what lies next to each other in memory is quicker to go through.
-    far = np.where(depth > 0, depth, np.float32(NOWHERE_M))
+    far = _far_holes(depth)
     corners = [np.ascontiguousarray(far[i : 2 * rows : 2, j : 2 * columns : 2]) for i in (0, 1) for j in (0, 1)]
     nearest = np.minimum(np.minimum(corners[0], corners[1]), np.minimum(corners[2], corners[3]))
-    limit = np.minimum(nearest * np.float32(1.02) + np.float32(0.01), np.float32(NOWHERE_M))
+    limit = np.minimum(nearest * np.float32(1 + JUMP_SHARE) + np.float32(JUMP_M), np.float32(NOWHERE_M))
     total, count = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
     for corner in corners:
         same = corner < limit
@@ -107,6 +119,10 @@ def halved(depth: Float32Array, intrinsics: Intrinsics) -> tuple[Float32Array, I
         (intrinsics.cy + 0.5) / 2 - 0.5,
     )
     return (total / np.maximum(count, 1)).astype(np.float32), half
+
+
+def _far_holes(depth: Float32Array) -> Float32Array:
+    return np.where(depth > 0, depth, np.float32(NOWHERE_M))
 
 
 def surface_grid(depth: Float32Array, intrinsics: Intrinsics) -> SurfaceGrid:

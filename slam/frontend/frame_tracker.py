@@ -46,7 +46,7 @@ class FrameTracker:
         reference = self.reference
         matches = self.registration.match(reference.view, view)
         result = self.registration.register(
-            self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches
+            self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches, may_be=self.may_move
         )
         if not self._may_be(result):
             return None
@@ -56,7 +56,9 @@ class FrameTracker:
             reference.view = reference.view.turning(turning)
         if is_first or np.linalg.norm(turning - view.turning_rad_s) > UNFORESEEN_RAD_S:
             view = view.turning(turning)
-            refined = self.registration.refine(reference.view, view, result.target_from_source, calibration, matches)
+            refined = self.registration.refine(
+                reference.view, view, result.target_from_source, calibration, matches=matches
+            )
             result = refined if self._may_be(refined) else result
         return view, result
 

@@ -7,7 +7,7 @@ open, as along a bare corridor, features decide it, and the other way round.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,7 +55,8 @@ class IcpResult:
     equations it was solved by, in which the noise of normals counts as if it were shape; overlap, the share of the
     source's points that fall on the target's image; agreement, the share of those with a reading that lie on
     it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
-    sigmas; n_features, inliers among the correspondences; calibration, with what was learnt.
+    sigmas; n_features, inliers among the correspondences; calibration, with what was learnt; last_step, by how many of
+    its sigmas the motion still changed at last: one that had not come to rest was not measured.
     """
 
     target_from_source: Float64Array
@@ -67,6 +68,7 @@ class IcpResult:
     rms: float
     n_features: int
     calibration: ColorCalibration
+    last_step: float = 0.0
 
     @property
     def score(self) -> float:
@@ -126,7 +128,8 @@ def icp(
             calibration_step = calibration_step + step[6:]
             if np.abs(step[:3]).max() < level.min_step_rad and np.abs(step[3:6]).max() < level.min_step_m:
                 break
-    return _result(pose, depth, color, calibration, calibration_step)
+    result = _result(pose, depth, color, calibration, calibration_step)
+    return replace(result, last_step=float(np.sqrt(step[:6] @ result.information @ step[:6])))
 
 
 def _joint(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ SHARP_RMS = 0.7
 # lead to different places are all followed to the end.
 SAME_M, SAME_DEG = 0.003, 0.1
 SAME_FIT = 0.003  # what noise may account for
+ENOUGH_OVERLAP = 0.5  # of a view, for its fit to tell as much as that of all of it; less tells the less
 # RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
 TRIES, MANY_TRIES = 100, 1000
 # What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
@@ -39,6 +40,7 @@ MIN_SCORE, MIN_FEATURES = 0.25, 30
 MIN_AGREEMENT = 0.5  # where views overlap and most readings disagree, one of them is elsewhere
 MAX_RMS = 2.0  # sigmas; surfaces that do not fit each other have more
 MAX_SIGMA_RAD, MAX_SIGMA_M = 0.02, 0.03  # along the least certain axes; tracking goes on from anything better
+MAX_LAST_STEP = 1.0  # sigmas; what still moves by more than it is said to be known is not known
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,7 @@ class ViewRegistration:
         calibration: ColorCalibration,
         wide: bool = False,
         matches: IndexArray | None = None,
+        may_be: Callable[[Float64Array], bool] = lambda _: True,
     ) -> IcpResult | None:
         """The motion target_from_source from the best of the guesses and of what the features alone say; None where
         there is nothing to start from.
@@ -98,17 +101,17 @@ class ViewRegistration:
             wide: whether the views may be far apart: features that match from afar take part, and are tried for
                 longer.
             matches: of the features of both, where they are known.
+            may_be: whether a motion (4, 4) is possible; others compete with none that is.
         """
-        correspondences = [self._correspondences(target, source, matches)]
-        if wide:
-            correspondences.append(_wide_correspondences(target, source))
+        correspondences = self._correspondences(target, source, matches, wide)
         tries = MANY_TRIES if wide else TRIES
         solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
         guesses = [*guesses, *(start for start in solved if start is not None)]
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         results = [pair.fine(start) for start in starts]
-        return _most_plausible(results) if results else None
+        possible = [result for result in results if may_be(result.target_from_source)]
+        return most_plausible(possible or results) if results else None
 
     def refine(
         self,
@@ -116,6 +119,7 @@ class ViewRegistration:
         source: View,
         guess: Float64Array,
         calibration: ColorCalibration,
+        wide: bool = False,
         matches: IndexArray | None = None,
     ) -> IcpResult:
         """The motion target_from_source from a guess that is all but right.
@@ -125,17 +129,24 @@ class ViewRegistration:
             source: the view that is brought to it.
             guess: target_from_source (4, 4).
             calibration: the colour camera as known so far.
+            wide: whether features that match from afar take part.
             matches: of the features of both, where they are known.
         """
-        return self._pair(target, source, self._correspondences(target, source, matches), calibration).fine(guess)
+        correspondences = Correspondences.joined(self._correspondences(target, source, matches, wide))
+        return self._pair(target, source, correspondences, calibration).fine(guess)
 
     def match(self, target: View, source: View) -> IndexArray:
         """Matches (M, 2) of the features of two views, however their cameras turned."""
         return match_features(target.features, source.features, self.config.features)
 
-    def _correspondences(self, target: View, source: View, matches: IndexArray | None) -> Correspondences:
+    def _correspondences(
+        self, target: View, source: View, matches: IndexArray | None, wide: bool
+    ) -> list[Correspondences]:
+        """Those of the usual features, and of those that match from afar."""
         pairs = self.match(target, source) if matches is None else matches
-        return Correspondences.of(target.features, source.features, pairs, target.turning_rad_s, source.turning_rad_s)
+        turning = target.turning_rad_s, source.turning_rad_s
+        usual = Correspondences.of(target.features, source.features, pairs, *turning)
+        return [usual, _wide_correspondences(target, source)] if wide else [usual]
 
     def _pair(
         self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration
@@ -160,12 +171,18 @@ def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:
     return kept
 
 
-def _most_plausible(results: Sequence[IcpResult]) -> IcpResult:
+def most_plausible(results: Sequence[IcpResult]) -> IcpResult:
     """The one whose depth fits best, and the first unless another is better. Features do not decide: where colour is
     not registered they are wrong in consistent sets, and the colour camera bends to explain them at a wrong motion; a
     wrong depth seldom fits."""
-    best = max(results, key=lambda result: result.fit)
-    return best if best.fit > results[0].fit + SAME_FIT else results[0]
+    best = max(results, key=_closeness)
+    return best if _closeness(best) > _closeness(results[0]) + SAME_FIT else results[0]
+
+
+def _closeness(result: IcpResult) -> float:
+    """How well depth fits where both views have it. What overlaps less is no worse for that: depth that slides along a
+    wall slides to where it overlaps most, which is where the other view was."""
+    return result.fit / max(result.overlap, ENOUGH_OVERLAP)
 
 
 def is_trusted(result: IcpResult, min_score: float = MIN_SCORE, min_features: int = MIN_FEATURES) -> bool:
@@ -180,6 +197,12 @@ def leaves_open(result: IcpResult) -> bool:
     """Whether nothing that both views show says how the camera moved along some direction: there the noise of normals
     keeps tracking near where it was, and tells nothing of places."""
     return not _is_certain(*result.sigma)
+
+
+def is_at_rest(result: IcpResult) -> bool:
+    """Whether the motion had come to rest. Where little holds it, it creeps, and is where it was left off: that may be
+    anywhere between where it was started and where it belongs."""
+    return result.last_step <= MAX_LAST_STEP
 
 
 def _is_certain(turn_rad: float, shift_m: float) -> bool:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from razer.frame import Intrinsics
 from razer.geometry import inverse
@@ -11,8 +14,8 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
-from slam.frontend.icp import icp
-from slam.frontend.view_registration import is_trusted, leaves_open
+from slam.frontend.icp import FINE, icp
+from slam.frontend.view_registration import is_at_rest, is_trusted, leaves_open
 from slam.se3 import exp_se3, length_m
 
 
@@ -54,3 +57,41 @@ def test_the_noise_of_normals_does_not_hide_that_a_bare_wall_leaves_the_motion_o
     assert values[:3].max() < 0.02 * values[3]
     assert leaves_open(result)
     assert max(result.solved_sigma) < 0.1 * max(result.sigma)
+
+
+CAMERA = Intrinsics(320, 240, 262.5, 262.5, 159.5, 119.5)
+
+
+def corridor(rng):
+    """Depth of a corridor without an end, under the noise of a Kinect, which reads nothing from walls seen edge-on."""
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    x, y = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
+    z = np.minimum(0.7 / np.abs(x), 1.2 / np.abs(y))
+    read = z + rng.normal(0, DepthNoise(DepthSettings()).at_rest(z.clip(0, 6)))
+    read[(rng.random(z.shape) < 0.3 * (z - 1)) | (z > 6)] = 0
+    return DepthPyramid(*fine_depth(read.astype(np.float32), CAMERA, max_depth_m=4.0)).levels
+
+
+def test_depth_of_a_corridor_without_an_end_pulls_nowhere_along_it(rng):
+    """Where the camera is believed to be it stays: nothing says otherwise. Walls that taper with the distance from the
+    camera would draw it to where the other view was."""
+    none, settings = Correspondences.none(), DepthSettings()
+    moved_m = []
+    for ahead_m in (1.0, 1.0, 1.0, -1.0, -1.0, -1.0):
+        truth = exp_se3(np.array([0, 0, 0, 0, 0, ahead_m]))
+        result = icp(corridor(rng), corridor(rng), truth, none, ColorCalibration.nominal(), DepthNoise(settings))
+        assert result.agreement > 0.9
+        moved_m.append((inverse(truth) @ result.target_from_source)[2, 3] * np.sign(ahead_m))
+    assert abs(np.mean(moved_m)) < 0.015
+    assert np.abs(moved_m).max() < 0.04
+
+
+@pytest.mark.parametrize(("iterations", "is_there"), [(1, False), (8, True)])
+def test_a_motion_that_is_left_off_on_its_way_says_so(views, iterations, is_there):
+    """By the sigmas of what it is said to be known by; the truth is no motion."""
+    levels, level = views[10].pyramid.levels[1:], replace(FINE, iterations=iterations)
+    guess = exp_se3(np.array([0.01, 0.0, 0.0, 0.03, 0.0, 0.02]))
+    noise, none, nominal = DepthNoise(DepthSettings()), Correspondences.none(), ColorCalibration.nominal()
+    result = icp(levels, levels, guess, none, nominal, noise, (level,))
+    assert is_at_rest(result) == is_there
+    assert (length_m(result.target_from_source) < 0.001) == is_there

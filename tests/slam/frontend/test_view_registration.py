@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.view_registration import ViewRegistration, is_trusted
+from slam.frontend.icp import IcpResult
+from slam.frontend.view_registration import ViewRegistration, is_trusted, most_plausible
 from slam.se3 import angle_deg, exp_se3, length_m
 
 
@@ -22,3 +24,41 @@ def test_two_views_of_a_room_are_brought_together_from_any_guess_nearby(room, vi
         off = inverse(truth) @ result.target_from_source
         assert length_m(off) < 0.006
         assert angle_deg(off) < 0.15
+
+
+def result(overlap, fit_where_shared):
+    information = np.eye(6)
+    shares = overlap, 0.99, overlap * fit_where_shared
+    return IcpResult(np.eye(4), information, information, *shares, 0.6, 30, ColorCalibration.nominal())
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "chosen"),
+    [
+        # A turn in front of a wall: to lie on each other is no sign that views show the same.
+        (result(1.0, 0.905), result(0.93, 0.914), 1),
+        (result(1.0, 0.914), result(0.93, 0.905), 0),
+        (result(0.93, 0.914), result(1.0, 0.905), 0),
+        (result(0.9, 0.912), result(0.9, 0.914), 0),  # noise: the motion so far is taken
+        (result(0.9, 0.90), result(0.1, 1.0), 0),  # a corner of the view fits anywhere
+    ],
+)
+def test_the_start_is_taken_whose_depth_fits_best_where_both_views_have_it(first, second, chosen):
+    assert most_plausible([first, second]) is (first, second)[chosen]
+
+
+def test_a_motion_that_cannot_be_competes_with_none_that_can(room, views):
+    truth = inverse(room[10].pose) @ room[12].pose
+    registration, nominal = ViewRegistration(SlamConfig()), ColorCalibration.nominal()
+    guesses = [exp_se3(np.array([0, 0.5, 0, 0.4, 0, 0])) @ truth, truth]
+    asked = []
+
+    def may_be(motion):
+        asked.append(motion)
+        return length_m(inverse(truth) @ motion) > 0.05
+
+    free = registration.register(views[10], views[12], guesses, nominal)
+    assert length_m(inverse(truth) @ free.target_from_source) < 0.006
+    held = registration.register(views[10], views[12], guesses, nominal, may_be=may_be)
+    assert len(asked) > 1
+    assert length_m(inverse(truth) @ held.target_from_source) > 0.05

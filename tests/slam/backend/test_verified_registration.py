@@ -1,0 +1,64 @@
+"""What is believed of a view in front of a keyframe."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam.backend.verified_registration import VerifiedRegistration
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.icp import IcpResult
+from slam.frontend.keyframes import Keyframes
+
+NOMINAL = ColorCalibration.nominal()
+KNOWN = IcpResult(np.eye(4), 1e6 * np.eye(6), 1e6 * np.eye(6), 1.0, 0.9, 0.9, 0.6, 100, NOMINAL)
+
+
+class Creeping:
+    """Registrations whose last steps are given, one after the other; how many were asked for is counted."""
+
+    def __init__(self, *last_steps):
+        self.results = [replace(KNOWN, last_step=step) for step in last_steps]
+        self.n_asked = 0
+
+    def register(self, *_):
+        self.n_asked += 1
+        return self.results[min(self.n_asked, len(self.results)) - 1]
+
+    refine = register
+
+
+def verified(view, *last_steps):
+    keyframes = Keyframes()
+    keyframe = keyframes.add(view, np.eye(4), 0, 0.0)
+    registration = VerifiedRegistration(keyframes, SlamConfig())
+    registration._registration = Creeping(*last_steps)
+    return registration.register(keyframe, view, [np.eye(4)], NOMINAL), registration._registration.n_asked
+
+
+@pytest.mark.parametrize(("last_steps", "n_asked"), [((0.1,), 1), ((3.0, 0.2), 2), ((4.0, 3.0, 2.0, 0.9), 4)])
+def test_a_registration_is_gone_on_with_until_it_rests(views, last_steps, n_asked):
+    result, asked = verified(views[10], *last_steps)
+    assert result is not None
+    assert result.last_step == last_steps[-1]
+    assert asked == n_asked
+
+
+def test_a_registration_that_never_rests_measured_nothing(views):
+    result, asked = verified(views[10], 3.0)
+    assert result is None
+    assert asked < 10
+
+
+def test_nothing_is_gone_on_with_that_is_not_believed_anyhow(views):
+    keyframes = Keyframes()
+    keyframe = keyframes.add(views[10], np.eye(4), 0, 0.0)
+    registration = VerifiedRegistration(keyframes, SlamConfig())
+    creeping = Creeping(3.0)
+    creeping.results = [replace(creeping.results[0], agreement=0.2)]
+    registration._registration = creeping
+    assert registration.recognise(keyframe, views[10], [], NOMINAL) is None
+    assert creeping.n_asked == 1
