@@ -23,7 +23,7 @@ USUAL, USUAL_COUNTS = 0.1, 10
 # Poses differ from the truth by so many times as much as if each registration erred by itself: neighbours share views,
 # and their errors do not average out. By such a share, times the unit, all shifts err alike: noise that stays at its
 # pixel pulls towards no motion. Both were fitted on simulated runs, see docs/method.md.
-POSES_IN_COMMON, SHIFT_IN_COMMON = 3.8, 0.0065
+POSES_IN_COMMON, SHIFT_IN_COMMON = 3.1, 0.0065
 # An open direction is known no better than to a few hundredths, and in all others that much of the decimetres by which
 # a camera may have slid along it is open as well: the standard deviation, metres, that an edge has there at least.
 BESIDE_OPEN_M = 0.01
