@@ -194,12 +194,22 @@ class LanceTable:
     def tidy(self, keep: timedelta) -> None:
         """Write small files together, remove versions that are older than `keep`, let indexes take in what is new, and
         make those that are lacking, last, as files that are written together would be indexed twice; readers go on."""
+        self._optimize(keep)
+        if self._has_made_indexes():
+            self._optimize(keep)  # each index that is made leaves a version behind
+
+    def _optimize(self, keep: timedelta) -> None:
         persistent(partial(self._table.optimize, cleanup_older_than=keep))
-        for column, config in _OF_FILTERS.items():
-            if column in self.schema.names and not self.has_index(column):
-                persistent(partial(self._table.create_index, column, config=config))
-        if self.count() >= INDEX_FROM and VECTOR in self.schema.names and not self.has_index():
-            self._index_vectors()
+
+    def _has_made_indexes(self) -> bool:
+        """Make the indexes that are lacking; whether there was one."""
+        lacking = [name for name in _OF_FILTERS if name in self.schema.names and not self.has_index(name)]
+        for column in lacking:
+            persistent(partial(self._table.create_index, column, config=_OF_FILTERS[column]))
+        if self.count() < INDEX_FROM or VECTOR not in self.schema.names or self.has_index():
+            return bool(lacking)
+        self._index_vectors()
+        return True
 
     def _index_vectors(self) -> None:
         config = IvfRq(
