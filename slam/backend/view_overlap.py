@@ -8,6 +8,7 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from slam.config import LoopClosureSettings
 from slam.frontend.keyframes import View
+from slam.se3 import angle_deg, length_m
 
 REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
@@ -56,3 +57,20 @@ def near_poses(world_from_camera: Float64Array, poses: Float64Array, settings: L
     least = np.cos(np.radians(settings.max_angle_deg))
     near = np.flatnonzero((away < 1) & (cosine > least))
     return near[np.argsort(away[near] - cosine[near], kind="stable")]
+
+
+def separation(view: View, other: View, view_from_other: Float64Array) -> float:
+    """How far apart two views were taken: the baseline in units of the depth that they see, plus the angle in radians.
+
+    Args:
+        view: one view.
+        other: the other.
+        view_from_other: (4, 4) the motion between the two.
+    """
+    depth_m = (_median_depth_m(view) + _median_depth_m(other)) / 2
+    return length_m(view_from_other) / depth_m + float(np.radians(angle_deg(view_from_other)))
+
+
+def _median_depth_m(view: View) -> float:
+    read = view.sparse_depth[view.sparse_depth > 0].astype(np.float32)
+    return float(np.median(read)) if len(read) else 1.0

@@ -23,12 +23,14 @@ LAST_RANK = 6  # times the usual share of other colours, from which all pairs ar
 @dataclass(frozen=True)
 class MeasuredPair:
     """The edge between two pictures, the features that agree, the share of points that do (score), what share of
-    colours differs, and whether the one was taken next after the other, of a camera that was carried about."""
+    colours differs, how far apart they were taken (see `separation`), and whether the one was taken next after the
+    other, of a camera that was carried about."""
 
     edge: PoseEdge
     n_features: int
     score: float
     other_colors: float = 0.0
+    separation: float = 0.5
     is_next: bool = False
 
     def motion(self, start: int) -> Float64Array:
@@ -46,11 +48,6 @@ def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPai
     for pair in pairs:
         result[pair.edge.a][pair.edge.b] = result[pair.edge.b][pair.edge.a] = pair
     return dict(result)
-
-
-def usual_other_colors(pairs: Sequence[MeasuredPair]) -> float:
-    """What share of colours differs between two pictures of one place: the median of all pairs, as most are."""
-    return float(np.median([pair.other_colors for pair in pairs])) if pairs else 0.0
 
 
 def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:

@@ -3,7 +3,7 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,19 +11,19 @@ from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
-from slam.backend.submaps.placement_check import PlacedPair, color_differences, contradict
-from slam.backend.view_overlap import near_poses
+from slam.backend.submaps.placement_check import PlacedPair, contradict
+from slam.backend.view_overlap import near_poses, separation
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
-from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first, usual_other_colors
+from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
+from slam.sparse.usual_colors import LEAST_PAIRS, UsualColors
 
 ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
+FIRST_DIFFER_LESS = 1.5  # times as many colours differ between any pictures as between those that are joined early
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
-ENOUGH = 3  # pairs within a part, to tell what is usual there
-LEAST_USUAL = 0.003  # share of other colours that is noise, in a part where there are none
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 
@@ -33,7 +33,7 @@ class Parts:
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
         self._pairs = surest_first(pairs)
-        self._table, self._usual_of_pairs = by_picture(self._pairs), usual_other_colors(self._pairs)
+        self._table, self._usual_colors = by_picture(self._pairs), UsualColors(self._pairs)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -101,17 +101,27 @@ class Parts:
         return None
 
     def _have_other_colors(self, home: int, away: int, ties: Sequence[MeasuredPair]) -> bool:
-        """Whether pictures that ties put on each other differ in colour more than those within the parts do."""
-        within = [inside for part in (home, away) if len(inside := self.agreeing(part)) >= ENOUGH]
-        usual = max((usual_other_colors(inside) for inside in within or [self._pairs]), default=0.0)
+        """Whether pictures that ties put on each other differ in colour more than pictures so far apart do."""
         differ = float(np.mean([tie.other_colors for tie in ties]))
-        return differ > self._config.submaps.max_color_excess * max(usual, LEAST_USUAL)
+        usual = self._usual_other_colors(home, away, [tie.separation for tie in ties])
+        return differ > self._config.submaps.max_color_excess * usual
+
+    def _usual_other_colors(self, home: int, away: int, separations: Sequence[float]) -> float:
+        """As of all pairs; but as most of these may be false where places repeat, not much more than within the parts,
+        where these have pairs enough to tell."""
+        usual = self._usual_colors.mean(separations)
+        inside = [*self.agreeing(home), *self.agreeing(away)]
+        if len(inside) < LEAST_PAIRS:
+            return usual
+        return min(usual, FIRST_DIFFER_LESS * UsualColors(inside).mean(separations))
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
         through, or has other colours."""
         pairs = self._near_pairs(home, away, home_from_away)
-        return contradict(pairs, lambda: self._usual_other_colors((home, away)), self._config)
+        return contradict(
+            pairs, lambda shared: self._usual_colors.mean([separation(*pair) for pair in shared]), self._config
+        )
 
     def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:
         """Pictures of two parts that would be near each other; of many, some."""
@@ -123,13 +133,6 @@ class Parts:
             for other in near[near != number].tolist():
                 pairs.append(self._placed(other, number, inverse(self.poses[other]) @ moved))
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
-
-    def _usual_other_colors(self, parts: Iterable[int]) -> float:
-        """What share of colours differs between pictures of one place: the median of all measured pairs, as most are,
-        or the mean within a part."""
-        inside = (self._near_pairs(part, part, np.eye(4)) for part in parts)
-        means = [float(np.mean(color_differences(pairs, self._config) or [0.0])) for pairs in inside]
-        return max(self._usual_of_pairs, *means)
 
     def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
         return self._keyframes[a].view, self._keyframes[b].view, a_from_b

@@ -13,6 +13,7 @@ from razer.arrays import Float64Array, IndexArray
 from slam.backend.color_check import other_colors
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import MIN_INLIERS
@@ -106,7 +107,8 @@ class PictureMatching:
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
         colors = other_colors(*views, motion, self._config.free_space) or 0.0
-        self._measured.append(MeasuredPair(edge, result.n_features, result.score, colors))
+        pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
+        self._measured.append(pair)
         quality = TrackingQuality.of(result)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:

@@ -58,22 +58,25 @@ class PlacementCheck:
                 pairs.append((self.keyframes[other].view, self.keyframes[number].view, motion))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
-    def _usual_other_colors(self) -> float:
+    def _usual_other_colors(self, _: Sequence[PlacedPair]) -> float:
         """What share of colours differs between keyframes of one odometry chain: exposure, light, the camera."""
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
         pairs = [(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
-        shares = color_differences(pairs, self.config)
+        shares = list(_color_differences(pairs, self.config).values())
         return float(np.mean(shares)) if shares else 0.0
 
 
-def contradict(pairs: Sequence[PlacedPair], usual_other_colors: Callable[[], float], config: SlamConfig) -> bool:
+def contradict(
+    pairs: Sequence[PlacedPair], usual_other_colors: Callable[[Sequence[PlacedPair]], float], config: SlamConfig
+) -> bool:
     """Whether pairs of views, all taken together, contradict each other; not, where there are none.
 
     Args:
         pairs: views as they would lie.
-        usual_other_colors: what share of colours differs between views of one place in this recording.
+        usual_other_colors: what share of colours differs, of one place in this recording, between views placed to each
+            other like some of the pairs, of which there is one at least.
         config: the settings.
     """
     if not pairs:
@@ -81,13 +84,14 @@ def contradict(pairs: Sequence[PlacedPair], usual_other_colors: Callable[[], flo
     space = np.mean([contradiction(*pair, config.free_space) for pair in pairs])
     if space > config.submaps.max_contradiction:
         return True
-    colors = color_differences(pairs, config)
+    colors = _color_differences(pairs, config)
     if not colors:
         return False
-    return bool(np.mean(colors) > max(config.submaps.max_color_excess * usual_other_colors(), UNNOTICED))
+    usual = usual_other_colors([pairs[n] for n in colors])
+    return bool(np.mean(list(colors.values())) > max(config.submaps.max_color_excess * usual, UNNOTICED))
 
 
-def color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> list[float]:
-    """What share of colours differs, of those pairs that share a surface."""
-    shares = (other_colors(*pair, config.free_space) for pair in pairs)
-    return [share for share in shares if share is not None]
+def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:
+    """What share of colours differs, by number, of those pairs that share a surface."""
+    shares = ((n, other_colors(*pair, config.free_space)) for n, pair in enumerate(pairs))
+    return {n: share for n, share in shares if share is not None}

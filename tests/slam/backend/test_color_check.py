@@ -96,6 +96,6 @@ def test_views_that_share_nothing_thin_out_no_contradiction():
     board[60:120, 80:200] = (10, 40, 30)
     pair = view(rgb, depth), view(board, depth), HERE
     apart = view(rgb, depth), view(rgb, depth), np.diag([-1.0, 1, -1, 1])  # back to back
-    assert contradict([pair, *[apart] * 20], lambda: 0.02, CONFIG)
-    assert not contradict([pair, *[apart] * 20], lambda: 0.05, CONFIG)
-    assert not contradict([apart], lambda: 0.0, CONFIG)
+    assert contradict([pair, *[apart] * 20], lambda _: 0.02, CONFIG)
+    assert not contradict([pair, *[apart] * 20], lambda _: 0.05, CONFIG)
+    assert not contradict([apart], lambda _: 0.0, CONFIG)
