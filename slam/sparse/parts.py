@@ -12,13 +12,13 @@ from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
+from slam.backend.usual_colors import LEAST_PAIRS, UsualColors
 from slam.backend.view_overlap import near_poses, separation
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
-from slam.sparse.usual_colors import LEAST_PAIRS, UsualColors
 
 ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
@@ -33,7 +33,7 @@ class Parts:
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
         self._pairs = surest_first(pairs)
-        self._table, self._usual_colors = by_picture(self._pairs), UsualColors(self._pairs)
+        self._table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -113,7 +113,7 @@ class Parts:
         inside = [*self.agreeing(home), *self.agreeing(away)]
         if len(inside) < LEAST_PAIRS:
             return usual
-        return min(usual, FIRST_DIFFER_LESS * UsualColors(inside).mean(separations))
+        return min(usual, FIRST_DIFFER_LESS * _usual_colors(inside).mean(separations))
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
@@ -158,6 +158,10 @@ def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Ma
     for edge in edges:
         graph.add_edge(edge)
     return graph.smooth()
+
+
+def _usual_colors(pairs: Sequence[MeasuredPair]) -> UsualColors:
+    return UsualColors([pair.separation for pair in pairs], [pair.other_colors for pair in pairs])
 
 
 def _is_sure(ties: Sequence[MeasuredPair]) -> bool:

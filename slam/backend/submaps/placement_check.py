@@ -16,7 +16,8 @@ from razer.geometry import inverse
 from slam.backend.color_check import other_colors
 from slam.backend.free_space_check import contradiction
 from slam.backend.pose_graph import PoseGraph
-from slam.backend.view_overlap import near_poses
+from slam.backend.usual_colors import UsualColors
+from slam.backend.view_overlap import near_poses, separation
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes, View
 
@@ -58,14 +59,16 @@ class PlacementCheck:
                 pairs.append((self.keyframes[other].view, self.keyframes[number].view, motion))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
-    def _usual_other_colors(self, _: Sequence[PlacedPair]) -> float:
-        """What share of colours differs between keyframes of one odometry chain: exposure, light, the camera."""
+    def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> float:
+        """What share of colours differs between keyframes of one odometry chain as far apart as those of pairs:
+        exposure, light, the camera."""
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
-        pairs = [(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
-        shares = list(_color_differences(pairs, self.config).values())
-        return float(np.mean(shares)) if shares else 0.0
+        known = [(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
+        shares = _color_differences(known, self.config)
+        usual = UsualColors([separation(*known[n]) for n in shares], list(shares.values()))
+        return usual.mean([separation(*pair) for pair in pairs])
 
 
 def contradict(

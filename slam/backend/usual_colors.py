@@ -1,0 +1,51 @@
+"""Usual colours: what share of colours differs between two views of one place, learnt from a recording.
+
+It grows with how far apart views were taken, as exposure, reflections and edges differ the more, and from camera to
+camera. Look-alikes differ the same from wherever they are seen: what tells them is that views taken as if from one
+place do not go together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from razer.arrays import Float64Array
+
+MOST_BINS, LEAST_PAIRS = 8, 12  # of pairs by how far apart they are, and in each
+LEAST_USUAL = 0.003  # share of other colours that is noise
+# Times the square of the separation: the share of a hand-held camera with automatic exposure (7-Scenes' redkitchen),
+# which is not held against a recording before it has told how much its own is.
+HAND_HELD = 0.35
+
+
+class UsualColors:
+    """The share of other colours of views as far apart as a separation: between medians of pairs of all separations,
+    none of which is more than one farther out, so that look-alikes at few separations do not count.
+
+    Args:
+        separations: (N,) of pairs, most of which are of one place, see `separation`; fewer than LEAST_PAIRS do not tell.
+        shares: (N,) their shares of other colours, see `other_colors`.
+    """
+
+    def __init__(self, separations: Sequence[float], shares: Sequence[float]) -> None:
+        order = np.argsort(separations, kind="stable")
+        bins = np.array_split(order, max(1, min(MOST_BINS, len(order) // LEAST_PAIRS)))
+        medians = [np.median(np.asarray(shares)[one]) if len(one) else 0.0 for one in bins]
+        middles = [np.median(np.asarray(separations)[one]) if len(one) else 1.0 for one in bins]
+        self._separations = np.array([0.0, *middles])
+        self._is_told = len(order) >= LEAST_PAIRS
+        self._shares = np.array([0.0, *np.minimum.accumulate(medians[::-1])[::-1]])
+
+    def mean(self, separations: Sequence[float]) -> float:
+        """Mean of the usual shares at separations, of which there is one at least; farther out than any pair they grow
+        with the square."""
+        asked = np.asarray(separations, np.float64)
+        return float(np.maximum(self._at(asked), LEAST_USUAL).mean())
+
+    def _at(self, separations: Float64Array) -> Float64Array:
+        farthest = self._separations[-1]
+        within = np.interp(separations, self._separations, self._shares)
+        learnt = within * np.maximum(separations / max(farthest, 1e-9), 1.0) ** 2
+        return learnt if self._is_told else np.maximum(learnt, HAND_HELD * separations**2)
