@@ -25,7 +25,8 @@ class UsualColors:
     none of which is more than one farther out, so that look-alikes at few separations do not count.
 
     Args:
-        separations: (N,) of pairs, most of which are of one place, see `separation`; fewer than LEAST_PAIRS do not tell.
+        separations: (N,) of pairs, most of which are of one place, see `separation`; fewer than LEAST_PAIRS do not
+            tell that little differs.
         shares: (N,) their shares of other colours, see `other_colors`.
     """
 

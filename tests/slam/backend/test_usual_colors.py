@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slam.backend.usual_colors import LEAST_USUAL, UsualColors
+from slam.backend.usual_colors import HAND_HELD, LEAST_USUAL, UsualColors
 
 
 def joined(*pairs):
@@ -53,9 +53,11 @@ def test_farther_apart_than_any_it_grows_with_the_square(true_pairs):
 
 def test_no_share_is_less_than_noise(true_pairs):
     assert joined(true_pairs).mean([0.0]) == LEAST_USUAL
-    assert UsualColors([], []).mean([0.5]) == LEAST_USUAL
-    assert UsualColors([0.5], [0.0]).mean([0.5, 2.0]) == LEAST_USUAL
+    assert UsualColors([0.5] * 20, [0.0] * 20).mean([0.5, 2.0]) == LEAST_USUAL
 
 
-def test_a_single_pair_is_as_usual():
-    assert UsualColors([0.5], [0.2]).mean([0.5]) == pytest.approx(0.2)
+def test_few_pairs_say_how_much_differs_but_not_how_little():
+    """What a hand-held camera does is allowed for until a recording has told what its own does."""
+    few, none = UsualColors([0.5] * 3, [0.2] * 3), UsualColors([], [])
+    assert few.mean([0.5]) == pytest.approx(0.2)
+    assert UsualColors([0.5] * 3, [0.0] * 3).mean([0.4]) == none.mean([0.4]) == pytest.approx(HAND_HELD * 0.4**2)
