@@ -24,9 +24,6 @@ from slam.frontend.keyframes import Keyframe, Keyframes, LocatedView, View
 from slam.pose_edge import PoseEdge, PosePrior
 from slam.se3 import orthonormal
 
-# So many views are each compared with the other submaps, after a submap was begun and after each that fitted; else
-# each third is.
-ALERT_VIEWS, RELAXED_STRIDE = 20, 3
 FINAL_SHORTLIST = 8  # places that a keyframe still unanchored at the end is compared with; the camera waits no more
 LOCAL_MAP = 2  # keyframes besides the last that a camera that was just lost is looked for in front of
 FINAL_ROUNDS = 2  # of closing loops and finding new neighbours at the poses that follow; a third finds none
@@ -50,7 +47,6 @@ class KeyframeMap:
         placement = PlacementCheck(self.keyframes, self.graph, config)
         self._merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
         self._n_submaps = self._chain = 0
-        self._alert = 0  # views still to be compared one after the other; below 0, views since then
 
     def pose(self, keyframe: int, keyframe_from_camera: Float64Array) -> Float64Array:
         """world_from_camera of a camera in front of a keyframe."""
@@ -63,7 +59,6 @@ class KeyframeMap:
         keyframe = self.keyframes.add(view, pose, self._n_submaps, travelled_m, self._chain)
         self.graph.add_keyframe(keyframe.number, pose, unanchored=self._n_submaps > 0)
         self._n_submaps += 1
-        self._alert = ALERT_VIEWS
         self._loops.add(keyframe)
         self._optimise()
         return keyframe
@@ -175,10 +170,7 @@ class KeyframeMap:
         return np.flatnonzero(self.keyframes.submaps() == submap)
 
     def search_submaps(self, located: LocatedView, calibration: ColorCalibration) -> None:
-        """Compare a view of an unanchored submap with places of other submaps, now and then."""
-        self._alert -= 1
-        if self._alert < 0 and self._alert % RELAXED_STRIDE:
-            return
+        """Compare a view of an unanchored submap with places of other submaps."""
         self._compare(located, calibration, self._config.loop_closure.shortlist)
 
     def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
@@ -216,8 +208,6 @@ class KeyframeMap:
     def _add_hypothesis(self, edge: PoseEdge, frame: int, strength: float) -> bool:
         """Take in that a view of one chain fits into another; whether that moved one of them."""
         outcome = self._merging.add(edge, frame, strength)
-        if self.keyframes[edge.a].submap != self.keyframes[edge.b].submap:
-            self._alert = 0 if outcome is Outcome.REFUTED else ALERT_VIEWS
         if outcome is Outcome.MOVED:
             self._optimise()
         return outcome is Outcome.MOVED
@@ -226,7 +216,6 @@ class KeyframeMap:
         """Part the chain of a keyframe, if it was placed by what it looks like, from what it contradicts."""
         if keyframe.chain and self._merging.review(keyframe.chain, self._n_submaps):
             self._n_submaps += 1
-            self._alert = ALERT_VIEWS
             self._optimise()
 
     def _optimise(self) -> None:

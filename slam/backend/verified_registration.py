@@ -10,8 +10,10 @@ from slam.backend.color_check import color_correlation
 from slam.backend.free_space_check import contradiction
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.rigid_matches import RigidMatches
 from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
@@ -53,6 +55,10 @@ class VerifiedRegistration:
         """
         result = self._verified(keyframe, view, guesses, calibration, wide=True)
         return None if result is None or result.n_features < MIN_FEATURES else result
+
+    def may_share(self, keyframe: Keyframe, view: View) -> bool:
+        """Whether a keyframe and a view may show the same, by a tenth of what a registration costs."""
+        return RigidMatches(keyframe.view.wide.features, view.wide.features).n_agreeing >= MIN_INLIERS
 
     def _verified(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool

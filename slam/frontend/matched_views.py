@@ -14,6 +14,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import Features
+from slam.frontend.rigid_matches import absolute_orientations
 from slam.frontend.wide_features import WideFeatures, match_wide_features
 
 REACH_PX = 2  # depth is the median of so many pixels round a feature each way, of an image 640 wide
@@ -126,17 +127,6 @@ def rigid_start(matches: ViewMatches, camera: Float64Array, noise: DepthNoise) -
         motions = absolute_orientations(first[explained][None], second[explained][None])
         errors, best = _squared_errors(matches, camera, noise, motions), 0
     return RigidStart(motions[best], errors[best] < 1, float(errors[best].sum()))
-
-
-def absolute_orientations(first: Float64Array, second: Float64Array) -> Float64Array:
-    """The rigid motions (K, 4, 4) that bring points (K, N, 3) closest to others."""
-    from_mean, to_mean = first.mean(axis=1, keepdims=True), second.mean(axis=1, keepdims=True)
-    left, _, right = np.linalg.svd((second - to_mean).transpose(0, 2, 1) @ (first - from_mean))
-    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-    motions = np.tile(np.eye(4), (len(first), 1, 1))
-    motions[:, :3, :3] = left @ right
-    motions[:, :3, 3] = (to_mean - from_mean @ motions[:, :3, :3].transpose(0, 2, 1))[:, 0]
-    return motions
 
 
 def _squared_errors(

@@ -11,11 +11,12 @@ from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import Correspondences, solve_pnp
+from slam.frontend.correspondences import MIN_INLIERS, Correspondences, solve_pnp
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import match_features
 from slam.frontend.icp import COARSE, FINE, IcpResult, icp
 from slam.frontend.keyframes import View
+from slam.frontend.rigid_matches import RigidMatches
 from slam.frontend.wide_features import match_wide_features
 from slam.se3 import angle_deg, length_m
 
@@ -98,14 +99,15 @@ class ViewRegistration:
             source: the view that is brought to it.
             guesses: target_from_source (4, 4) to start from, possibly none.
             calibration: the colour camera as known so far.
-            wide: whether the views may be far apart: features that match from afar take part, and are tried for
-                longer.
+            wide: whether the views may be far apart: features that match from afar take part, are tried for longer,
+                and say where to start by their distances, too.
             matches: of the features of both, where they are known.
             may_be: whether a motion (4, 4) is possible; others compete with none that is.
         """
         correspondences = self._correspondences(target, source, matches, wide)
         tries = MANY_TRIES if wide else TRIES
         solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
+        solved += [_rigid(target, source)] if wide else []
         guesses = [*guesses, *(start for start in solved if start is not None)]
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
@@ -159,6 +161,12 @@ def _wide_correspondences(target: View, source: View) -> Correspondences:
     there, here = target.wide.features, source.wide.features
     matches = match_wide_features(there, here)
     return Correspondences.of(there, here, matches, target.turning_rad_s, source.turning_rad_s)
+
+
+def _rigid(target: View, source: View) -> Float64Array | None:
+    """target_from_source by features that lie as far from each other in both views; None where too few do."""
+    matches = RigidMatches(target.wide.features, source.wide.features)
+    return matches.motion() if matches.n_agreeing >= MIN_INLIERS else None
 
 
 def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:

@@ -9,18 +9,17 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float64Array
 from slam.backend.color_check import other_colors
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.features import Features, depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
-from slam.frontend.wide_features import WideFeatures, match_wide_features
+from slam.frontend.wide_features import WideFeatures
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair
@@ -30,9 +29,6 @@ SHORTLIST = 20  # of these
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
-# Matched features whose distance is the same in both views but for so much, some of it for each metre of depth, may
-# belong to one scene.
-SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
 Numbers = tuple[int, int]
@@ -118,31 +114,9 @@ class PictureMatching:
         target, source = self.keyframes[a], self.keyframes[b]
         # Pictures that follow each other may show the same where nothing has texture.
         guesses: list[Float64Array] = [np.eye(4)] if (a, b) in self._consecutive else []
-        if not guesses and n_rigid_matches(target.view, source.view) < MIN_INLIERS:
+        if not guesses and not self.registration.may_share(target, source.view):
             return None
         return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
-
-
-def n_rigid_matches(a: View, b: View) -> int:
-    """How many matched features lie as far from each other in one view as in the other, whatever moved between the two:
-    those that agree with the one that most agree with. Far cheaper than registration; of
-    views that share nothing hardly any have a dozen."""
-    there, here = a.wide.features, b.wide.features
-    t, s = match_wide_features(there, here).T
-    t, s = (numbers[here.depth_m[s] > 0] for numbers in (t, s))
-    if len(t) == 0:
-        return 0
-    apart_a, apart_b = _distances(there, t), _distances(here, s)
-    depth_m = np.maximum(there.depth_m[t], here.depth_m[s])
-    agree = np.abs(apart_a - apart_b) < SAME_DISTANCE_M + SAME_DISTANCE_SHARE * np.maximum(depth_m, depth_m[:, None])
-    return int(agree.sum(axis=1).max())
-
-
-def _distances(features: Features, numbers: IndexArray) -> Float64Array:
-    """Between points (M, M), metres."""
-    points = np.column_stack([features.rays[numbers], np.ones(len(numbers))]) * features.depth_m[numbers, None]
-    result: Float64Array = np.linalg.norm(points[:, None] - points, axis=2)
-    return result
 
 
 def _seen_by(view: View, calibration: ColorCalibration) -> View:

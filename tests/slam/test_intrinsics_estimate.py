@@ -13,7 +13,8 @@ from razer.geometry import transform_points
 from slam.config import DepthSettings
 from slam.frontend.camera_adjustment import ViewPair
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.matched_views import ViewMatches, absolute_orientations, rigid_start
+from slam.frontend.matched_views import ViewMatches, rigid_start
+from slam.frontend.rigid_matches import absolute_orientations
 from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
 from slam.se3 import exp_se3
 

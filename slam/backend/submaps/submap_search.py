@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,11 @@ from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import SlamConfig
+from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.keyframes import Keyframes, LocatedView, View
+from slam.frontend.rigid_matches import RigidMatches
+
+LOOKED_AT = 12  # places of similar looks whose features are held against a view's, some 4 ms each
 
 
 @dataclass
@@ -26,7 +31,8 @@ class SubmapSearch:
 
     def candidates(self, located: LocatedView, shortlist: int) -> list[tuple[int, list[Float64Array]]]:
         """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
-        is foreseen: those that hypotheses lead to, then those that look alike, at most `shortlist`."""
+        is foreseen: those that hypotheses lead to, then those that look alike and whose features lie as far from each
+        other as the view's, at most `shortlist`, those with most first."""
         submap = located.reference.submap
         candidates: list[tuple[int, list[Float64Array]]] = []
         for other, other_from_submap in self.hypotheses.expected(submap):
@@ -36,8 +42,16 @@ class SubmapSearch:
                 candidates.append((number, [inverse(self.keyframes[number].world_from_camera) @ moved]))
         foreseen = {number for number, _ in candidates}
         others = np.flatnonzero(self.keyframes.submaps() != submap)
-        alike = self.places.lookalikes(located.view, others, 0.0, shortlist)
-        return candidates + [(number, []) for number in alike if number not in foreseen]
+        alike = self.places.lookalikes(located.view, others, 0.0, max(LOOKED_AT, shortlist))
+        rigid = self._rigid(located.view, [number for number in alike if number not in foreseen])
+        return candidates + [(number, []) for number in rigid[:shortlist]]
+
+    def _rigid(self, view: View, numbers: Sequence[int]) -> list[int]:
+        """Those of keyframes in which enough features lie as far from each other as in a view, the most first."""
+        n_agreeing = {
+            n: RigidMatches(self.keyframes[n].view.wide.features, view.wide.features).n_agreeing for n in numbers
+        }
+        return sorted((n for n in numbers if n_agreeing[n] >= MIN_INLIERS), key=lambda n: -n_agreeing[n])
 
     def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> int | None:
         """The keyframe of a submap that sees most of a view at a pose in it, if it is enough."""
