@@ -9,8 +9,9 @@ import numpy as np
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.loop_closure import RECENT, LoopClosure
+from slam.backend.outlier_edges import is_outlier
 from slam.backend.place_recognition import PlaceRecognition
-from slam.backend.pose_graph import PoseGraph, mahalanobis
+from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
@@ -27,7 +28,6 @@ from slam.se3 import orthonormal
 FINAL_SHORTLIST = 8  # places that a keyframe still unanchored at the end is compared with; the camera waits no more
 LOCAL_MAP = 2  # keyframes besides the last that a camera that was just lost is looked for in front of
 FINAL_ROUNDS = 2  # of closing loops and finding new neighbours at the poses that follow; a third finds none
-MAX_MAHALANOBIS = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 
 
 class KeyframeMap:
@@ -241,7 +241,7 @@ class KeyframeMap:
     def _smooth_without_outliers(self) -> Mapping[int, Float64Array]:
         """The smoothed poses, once more where they contradict loop closures, without these."""
         poses, edges = self.graph.smooth(), self.graph.edges
-        consistent = [edge for edge in edges if edge.is_odometry or mahalanobis(edge, poses) <= MAX_MAHALANOBIS]
+        consistent = [edge for edge in edges if edge.is_odometry or not is_outlier(edge, poses)]
         if len(consistent) == len(edges):
             return poses
         self.graph.replace(consistent)

@@ -13,7 +13,8 @@ from razer.arrays import Float64Array, IndexArray, Pose
 from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.loop_closure import LoopClosure
-from slam.backend.pose_graph import PoseGraph, mahalanobis
+from slam.backend.outlier_edges import is_outlier
+from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
@@ -27,7 +28,6 @@ from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
 LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more
 ROUNDS = 2  # of measuring neighbours at the poses that follow
-MAX_MAHALANOBIS = 15.0  # sigmas; an edge that the finished graph contradicts so much is false
 NOWHERE = PoseReport(None, None, None)
 
 
@@ -129,7 +129,7 @@ class SparseSystem:
 
     def _drop_outliers(self) -> None:
         poses, edges = self.graph.poses, self.graph.edges
-        consistent = [edge for edge in edges if mahalanobis(edge, poses) <= MAX_MAHALANOBIS]
+        consistent = [edge for edge in edges if not is_outlier(edge, poses)]
         if len(consistent) == len(edges):
             return
         self.graph.replace(consistent)
