@@ -1,18 +1,30 @@
-"""Hard walk: frames of a rendered recording in an order of their own, some of them dark, with poses known exactly."""
+"""Hard walk: frames of a recording in an order of their own, some of them dark, with poses known exactly."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from data_tools.synthetic.rendered_frames import RenderedFrames
-from razer.arrays import Pose
-from razer.frame import Frame
+from data_tools.recordings.sequence import IndexedFrames
+from razer.arrays import Float64Array, Pose
+from razer.frame import Frame, Intrinsics
 
 Change = Callable[[Frame], Frame]
+
+
+class PosedFrames(IndexedFrames, Protocol):
+    """Frames by index, whose poses are known."""
+
+    @property
+    def poses(self) -> Float64Array:
+        """world_from_camera (N, 4, 4)."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """The pinhole camera of every frame."""
 
 
 class Shot(NamedTuple):
@@ -33,7 +45,7 @@ class HardWalk:
         change: what befalls each frame that shows something; its index is still that in the recording.
     """
 
-    recording: RenderedFrames
+    recording: PosedFrames
     order: tuple[int | None, ...]
     frames_per_s: float
     change: Change = lambda frame: frame
@@ -42,7 +54,7 @@ class HardWalk:
         return len(self.order)
 
     def __iter__(self) -> Iterator[Shot]:
-        """The shots, numbered and timed in the order in which they are shown, rendered as they are asked for."""
+        """The shots, numbered and timed in the order in which they are shown, read as they are asked for."""
         for number, index in enumerate(self.order):
             frame = self._blind() if index is None else self.change(self.recording[index])
             pose = None if index is None else self.recording.poses[index]

@@ -23,6 +23,7 @@ from app.verbs import named
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
+    from app.benchmark.poses.hard_worlds import HardWorld
     from app.settings.run_config import RunConfig
 
 
@@ -132,6 +133,8 @@ def _measure_serving(json: bool) -> None:
 
 
 def poses(
+    recording: Path | None = None,
+    /,
     *,
     worlds: Annotated[str, Parameter(show_default=False)] = "",
     frames: int = 0,
@@ -139,7 +142,7 @@ def poses(
     calibration: Flag = False,
     json: Flag = False,
 ) -> None:
-    """Measure pose estimation in synthetic worlds that make it hard.
+    """Measure pose estimation in synthetic worlds that make it hard, or on a recording that is blinded, cut and turned.
 
     What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
     right their covariances.
@@ -148,6 +151,9 @@ def poses(
 
     Parameters
     ----------
+    recording:
+        In place of worlds a recording with poses, which count as true: recorded, backwards, blinded, blinking, cut,
+        jumping.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
         blind-1s, blind-10s, people, dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms,
@@ -170,7 +176,7 @@ def poses(
         from app.benchmark.poses.report import poses_table
         from app.benchmark.poses.run_poses import chosen_worlds, measure_poses
 
-    chosen = chosen_worlds(worlds.split(",") if worlds else (), calibration=calibration)
+    chosen = chosen_worlds(worlds.split(",") if worlds else (), _worlds(recording, calibration))
     rows = measure_poses(chosen, seeds, frames or None, progress_console())
     together = {"calibration": summary(rows)} if calibration else {}
     if json:
@@ -180,6 +186,23 @@ def poses(
     if calibration:
         result_console().print(described(summary(rows)), soft_wrap=True, highlight=False)
     print_next(("config",))  # the settings of the pose estimation are among them
+
+
+def _worlds(recording: Path | None, calibration: bool) -> dict[str, HardWorld]:
+    """All that there are to choose from; raises BadInput for a recording without poses."""
+    from app.benchmark.poses.calibration_worlds import CALIBRATION_WORLDS
+    from app.benchmark.poses.hard_worlds import WORLDS
+
+    if recording is None:
+        return CALIBRATION_WORLDS if calibration else WORLDS
+    if calibration:
+        raise BadInput("--calibration is of synthetic worlds, whose poses are exact: leave the recording out")
+    from app.benchmark.poses.recorded_walks import PosedRecording, recorded_worlds
+    from app.frames.open_recording import open_unchecked
+    from app.settings.run_config import InputSettings
+
+    with waiting_for("reading the poses"):
+        return recorded_worlds(PosedRecording.of(open_unchecked(recording, InputSettings())))
 
 
 def library(*, instances: int = 100_000, vectors: Path | None = None, queries: int = 100, json: Flag = False) -> None:

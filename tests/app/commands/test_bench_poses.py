@@ -54,6 +54,23 @@ def test_what_cannot_be_measured_is_refused_in_a_line(arguments, message, capsys
     assert message in err.splitlines()[-1]
 
 
+def test_a_recording_takes_the_place_of_worlds(capsys, tmp_path):
+    folder = tmp_path / "clip"
+    assert razer(capsys, "synth", str(folder), "--frames", "40", "--size", "160x120")[0] == 0
+    code, out, _ = razer(capsys, "bench", "poses", str(folder), "--worlds", "cut,recorded", "--seed", "1", "--json")
+    assert code == 0
+    runs = json.loads(out.splitlines()[-1])["runs"]
+    assert [run["world"] for run in runs] == ["cut", "recorded"]
+    assert (runs[1]["frames"], runs[1]["share_tracked"]) == (40, 1)
+    for arguments, message in (
+        (("--worlds", "dark"), "no world 'dark': choose from recorded"),
+        (("--calibration",), "--calibration is of synthetic worlds"),
+    ):
+        code, out, err = razer(capsys, "bench", "poses", str(folder), *arguments)
+        assert (code, out) == (2, "")
+        assert message in err.splitlines()[-1]
+
+
 def test_a_folder_is_still_measured_and_poses_is_a_command_beside(capsys):
     folder, *_ = app.parse_args(["bench", "./poses", "--frames", "3"], exit_on_error=False, print_error=False)
     world, *_ = app.parse_args(["bench", "poses", "--frames", "3"], exit_on_error=False, print_error=False)

@@ -1,0 +1,113 @@
+"""Recorded walks: a recording with poses, shown backwards, with the lens covered, or cut.
+
+Rendered worlds have one exposure. What an automatic camera does between two views of one place is in recordings alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from app.benchmark.poses.hard_walk import HardWalk
+from app.benchmark.poses.hard_worlds import HardWorld
+from app.frames.open_recording import require_poses
+from data_tools.recordings.sequence import RgbdSequence, usable_frames
+from razer.arrays import Float64Array
+from razer.errors import BadInput
+from razer.frame import Frame, Intrinsics
+
+LEAST_FRAMES = 30
+BLIND_S, GAPS = 2.0, (0.2, 0.45, 0.7)  # how long the lens is covered, and at which shares of the way
+BLINK, BLINK_EVERY = 3, 60  # frames
+JITTER = 0.05  # share of the way by which seeds shift the gaps
+
+Order = tuple[int | None, ...]
+
+
+@dataclass(frozen=True)
+class PosedRecording:
+    """The frames of a recording that have poses (N, 4, 4), by their number among these."""
+
+    sequence: RgbdSequence
+    indices: tuple[int, ...]
+    poses: Float64Array
+    frames_per_s: float
+
+    @classmethod
+    def of(cls, sequence: RgbdSequence) -> PosedRecording:
+        """All that can be used; raises BadInput where it is too little."""
+        require_poses(sequence)
+        posed = [(f.index, f.stamp, f.pose) for f in _usable(sequence) if f.world_from_camera is not None]
+        if len(posed) < LEAST_FRAMES:
+            raise BadInput(f"{sequence.name}: {len(posed)} frames with poses, {LEAST_FRAMES} are needed")
+        indices, stamps, poses = zip(*posed, strict=True)
+        return cls(sequence, indices, np.stack(poses), 1 / max(float(np.median(np.diff(stamps))), 1e-3))
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Those of the recording."""
+        return self.sequence.intrinsics
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def __getitem__(self, number: int) -> Frame:
+        return self.sequence[self.indices[number]]
+
+
+def _usable(sequence: RgbdSequence) -> Iterator[Frame]:
+    return usable_frames(sequence, lambda *_: None)
+
+
+def _gaps(n: int, long: int, seed: int) -> list[range]:
+    """Stretches of the way, each of so many frames."""
+    shift = np.random.default_rng([seed, 107]).uniform(-JITTER, JITTER, len(GAPS))
+    return [range(int(at * n), min(int(at * n) + long, n)) for at in np.array(GAPS) + shift]
+
+
+def _blinded(n: int, long: int, seed: int) -> Order:
+    dark = {index for gap in _gaps(n, long, seed) for index in gap}
+    return tuple(None if index in dark else index for index in range(n))
+
+
+def _blinking(n: int, _: int, seed: int) -> Order:
+    """From half of the first interval on, as a recording begins with something."""
+    first = BLINK_EVERY // 2 + seed % (BLINK_EVERY // 2)
+    return tuple(None if index >= first and (index - first) % BLINK_EVERY < BLINK else index for index in range(n))
+
+
+def _cut(n: int, long: int, seed: int) -> Order:
+    return tuple(index for index in _blinded(n, long, seed) if index is not None)
+
+
+def _jumping(n: int, _: int, seed: int) -> Order:
+    """A quarter, then what comes after two thirds, then what lies between."""
+    first, second = n // 4 + seed % 10, 2 * n // 3
+    return (*range(first), *range(second, n), *range(first, second))
+
+
+_ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
+    "recorded": ("as it was recorded", lambda n, *_: tuple(range(n))),
+    "backwards": ("from its end", lambda n, *_: tuple(range(n - 1, -1, -1))),
+    "blinded": ("blind for two seconds, thrice", _blinded),
+    "blinking": ("blind for three frames of every sixty", _blinking),
+    "cut": ("without these two seconds", _cut),
+    "jumping": ("a quarter, then the end, then what lies between", _jumping),
+}
+"""What is shown, and the order of its n frames by n, the frames of two seconds, and the seed."""
+
+
+def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
+    """The walks through a recording by name, of its first frames where they are bounded."""
+    return {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()}
+
+
+def _walk(
+    recording: PosedRecording, order: Callable[[int, int, int], Order], seed: int, n_frames: int | None
+) -> HardWalk:
+    n = min(n_frames or len(recording), len(recording))
+    long = max(1, round(BLIND_S * recording.frames_per_s))
+    return HardWalk(recording, order(n, long, seed), recording.frames_per_s)

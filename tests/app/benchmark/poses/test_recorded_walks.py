@@ -1,0 +1,91 @@
+"""Walks through a recording: what is shown, in which order, and that a real camera that was blind comes back."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+import numpy as np
+import pytest
+
+from app.benchmark.poses.followed_walk import follow
+from app.benchmark.poses.recorded_walks import BLINK, BLINK_EVERY, GAPS, PosedRecording, recorded_worlds
+from data_tools import open_sequence
+from data_tools.synthetic.synthetic_room import SyntheticRoom
+from razer.errors import BadInput
+from slam.system import SlamSystem
+
+N = 300
+
+
+@pytest.fixture(scope="module")
+def orders():
+    room = SyntheticRoom(0, N, 32, 24)
+    recording = PosedRecording(room, tuple(range(N)), room.poses, 15.0)
+    return {name: world.walk(3, None).order for name, world in recorded_worlds(recording).items()}
+
+
+def dark_stretches(order):
+    return [len(list(run)) for is_dark, run in groupby(index is None for index in order) if is_dark]
+
+
+def test_a_recording_is_shown_as_it_is_and_from_its_end(orders):
+    assert orders["recorded"] == tuple(range(N))
+    assert orders["backwards"] == tuple(reversed(range(N)))
+    assert sorted(orders["jumping"]) == list(range(N))
+    assert int((np.diff(orders["jumping"]) != 1).sum()) == 2
+
+
+def test_the_lens_is_covered_for_two_seconds_thrice_and_for_moments_again_and_again(orders):
+    assert dark_stretches(orders["blinded"]) == [30] * len(GAPS)
+    assert set(dark_stretches(orders["blinking"])) == {BLINK}
+    assert len(dark_stretches(orders["blinking"])) in (N // BLINK_EVERY, N // BLINK_EVERY - 1)
+    assert orders["blinking"][0] is not None
+    for name in ("blinded", "blinking"):
+        assert all(index in (None, n) for n, index in enumerate(orders[name]))
+
+
+def test_what_is_cut_is_what_is_not_seen_otherwise(orders):
+    assert orders["cut"] == tuple(index for index in orders["blinded"] if index is not None)
+
+
+def test_seeds_move_the_gaps():
+    room = SyntheticRoom(0, N, 32, 24)
+    world = recorded_worlds(PosedRecording(room, tuple(range(N)), room.poses, 15.0))["blinded"]
+    assert world.walk(1, None).order != world.walk(2, None).order
+    assert world.walk(1, None).order == world.walk(1, None).order
+    assert len(world.walk(1, 60)) == 60
+
+
+def test_frames_are_those_of_the_recording_with_their_poses_beside_them():
+    room = SyntheticRoom(0, 40, 32, 24)
+    recording = PosedRecording.of(room)
+    shots = list(recorded_worlds(recording)["backwards"].walk(1, None))
+    assert recording.frames_per_s == pytest.approx(15, rel=0.01)
+    for shot, index in zip(shots, reversed(range(40)), strict=True):
+        np.testing.assert_array_equal(shot.frame.depth, room[index].depth)
+        np.testing.assert_array_equal(shot.world_from_camera, room[index].pose)
+        assert shot.frame.world_from_camera is None
+
+
+def test_a_recording_too_short_or_without_poses_is_refused():
+    with pytest.raises(BadInput, match="12 frames with poses, 30 are needed"):
+        PosedRecording.of(SyntheticRoom(0, 12, 32, 24))
+
+    class Unposed(SyntheticRoom):
+        has_poses = False
+
+    with pytest.raises(BadInput, match="no camera poses found"):
+        PosedRecording.of(Unposed(0, 40, 32, 24))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("name", "least"), [("blinded", 0.98), ("blinking", 0.99), ("cut", 0.98), ("jumping", 0.98)])
+def test_a_hand_held_camera_with_automatic_exposure_comes_back(name, least, real_data):
+    """As exposure differs between the views before and after, these were taken for other places: half stayed lost."""
+    recording = PosedRecording.of(open_sequence(real_data / "redkitchen"))
+    walk = recorded_worlds(recording)[name].walk(2, None)
+    figures = follow(walk, SlamSystem()).figures(walk.frames_per_s)
+    assert figures["share_tracked"] >= least
+    assert figures["frames_to_recover"] <= 12
+    assert figures["false_ties"] == 0
+    assert figures["ate_cm"] < 3.5
