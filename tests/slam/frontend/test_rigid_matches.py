@@ -1,0 +1,66 @@
+"""Rigid matches of made-up features: the motion between two views, whatever else was matched."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from razer.geometry import inverse
+from slam.frontend.features import Features
+from slam.frontend.rigid_matches import RigidMatches, absolute_orientations
+from slam.frontend.wide_features import packed
+from slam.se3 import angle_deg, exp_se3, length_m
+
+TARGET_FROM_SOURCE = exp_se3(np.array([0.1, -0.7, 0.05, 0.6, 0.1, -0.2]))
+N_TRUE, N_FALSE = 14, 40
+
+
+def features(points, descriptors):
+    n = len(points)
+    rays = (points[:, :2] / points[:, 2:]).astype(np.float32)
+    sigma, times = np.full(n, 0.001, np.float32), np.zeros(n, np.float32)
+    return Features.of(rays, descriptors, points[:, 2].astype(np.float32), sigma, times)
+
+
+def views(rng, n_true, n_false, noise_m=0.004):
+    """Features of two views that match one to one, the first of which are of one scene."""
+    seen = rng.uniform((-1, -1, 1.5), (1, 1, 3), (n_true + n_false, 3))
+    source = seen @ inverse(TARGET_FROM_SOURCE)[:3, :3].T + inverse(TARGET_FROM_SOURCE)[:3, 3]
+    source[:, 2] = np.maximum(source[:, 2], 0.3)
+    source[n_true:] = rng.uniform((-1, -1, 1), (1, 1, 3), (n_false, 3))
+    descriptors = packed(rng.uniform(0, 200, (n_true + n_false, 128)).astype(np.float32))
+    source += rng.normal(0, noise_m, source.shape)
+    return features(seen, descriptors), features(source, descriptors)
+
+
+def test_features_of_one_scene_agree_and_say_how_the_camera_moved(rng):
+    matches = RigidMatches(*views(rng, N_TRUE, N_FALSE))
+    assert N_TRUE - 1 <= matches.n_agreeing <= N_TRUE + 8
+    off = inverse(TARGET_FROM_SOURCE) @ matches.motion()
+    assert length_m(off) < 0.1
+    assert angle_deg(off) < 3
+
+
+def test_of_views_that_share_nothing_hardly_any_agree(rng):
+    counts = [RigidMatches(*views(rng, 0, N_FALSE)).n_agreeing for _ in range(20)]
+    assert max(counts) < 12
+
+
+def test_features_without_depth_take_no_part(rng):
+    target, source = views(rng, N_TRUE, 0)
+    blind = features(np.tile([0.0, 0.0, 1.0], (N_TRUE, 1)), source.descriptors)
+    blind.depth_m[:] = 0
+    assert RigidMatches(target, blind).n_agreeing == 0
+    assert RigidMatches(blind, source).n_agreeing == 0
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_hardly_any_features_match_nothing(rng, n):
+    target, source = views(rng, n, 0)
+    assert RigidMatches(target, source).n_agreeing <= n
+
+
+def test_absolute_orientation_is_the_motion_of_points_that_moved(rng):
+    here = rng.normal(0, 1, (5, 3))
+    there = here @ TARGET_FROM_SOURCE[:3, :3].T + TARGET_FROM_SOURCE[:3, 3]
+    np.testing.assert_allclose(absolute_orientations(here[None], there[None])[0], TARGET_FROM_SOURCE, atol=1e-9)
