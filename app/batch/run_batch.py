@@ -16,6 +16,7 @@ from app.batch.report import BatchReport
 from app.batch.scenes import Scene
 from app.console.progress import show_progress
 from app.console.waiting import waiting_for
+from app.engines.child_notes import tell_notes
 from app.engines.engine import Engine
 from app.engines.task import Needs, Outcome
 from app.engines.work_queue import Ended, WorkQueue
@@ -120,6 +121,7 @@ class Batch:
             self._report.scenes[name].status = "failed"
 
     def _keep_evaluation(self, outcome: Outcome) -> None:
+        tell_notes(outcome.name, outcome.notes)
         if outcome.result is not None:
             self.evaluations[outcome.name] = outcome.result
         elif outcome.no_result:

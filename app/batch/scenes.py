@@ -135,10 +135,16 @@ def _checked(scenes: list[Scene]) -> list[Scene]:
     counts = Counter(scene.name for scene in scenes)
     double = [name for name, count in counts.items() if count > 1]
     if double:
-        raise BadInput(
-            f"{counts[double[0]]} recordings are called {double[0]}: rename all but one, as runs bear the name"
-        )
+        raise BadInput(_said_of_double([scene for scene in scenes if scene.name == double[0]]))
     for scene in scenes:
         if scene.name in RESERVED or scene.name.startswith(".") or not scene.name:
             raise BadInput(f"a scene cannot be called '{scene.name}': the batch keeps that name for itself")
     return sorted(scenes, key=lambda scene: scene.name)
+
+
+def _said_of_double(scenes: list[Scene]) -> str:
+    """Of scenes with one name: one recording listed twice, or several that are called alike."""
+    first = scenes[0]
+    if (count := scenes.count(first)) > 1:
+        return f"{first.recording} is listed {count} times: leave all but one out"
+    return f"{len(scenes)} recordings are called {first.name}: rename all but one, as runs bear the name"

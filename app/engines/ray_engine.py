@@ -91,17 +91,15 @@ class RayEngine:
 
 
 def _outcome(reference: ray.ObjectRef, task: Task) -> Outcome:
-    name, number = task.name, task.number
+    name = task.name
     try:
         return ray.get(reference, timeout=60.0)
     except OutOfMemoryError as error:
-        return Outcome(name, number, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
+        return Outcome(name, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
     except RayTaskError as error:
-        return Outcome(
-            name, number, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error)
-        )
+        return Outcome(name, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error))
     except (RayError, GetTimeoutError) as error:
-        return Outcome(name, number, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
+        return Outcome(name, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
 
 
 def _first_line(error: Exception) -> str:

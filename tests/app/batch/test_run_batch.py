@@ -24,7 +24,7 @@ Answer = Callable[[SceneTask], Outcome]
 
 
 def ended(task: SceneTask, *what: str, **more: object) -> Outcome:
-    return Outcome(task.name, task.number, *what, **more)
+    return Outcome(task.name, *what, **more)
 
 
 def made(task: SceneTask) -> Outcome:
@@ -160,6 +160,12 @@ def test_a_run_folder_that_does_not_arrive_is_no_result(tmp_path):
     _, report, _ = run(folder, tmp_path / "out", lambda task: ended(task, node="far"))
     assert report.scenes["a"].status == "failed"
     assert "far wrote it where" in report.scenes["a"].reason
+
+
+def test_what_an_evaluation_remarks_is_told_with_its_scene(tmp_path, capsys):
+    folder = recordings(tmp_path / "scans", a=9)
+    run(folder, tmp_path / "out", lambda task: replace(made(task), result=b"", notes=("note: a name is unknown",)))
+    assert capsys.readouterr().err == "note: a: a name is unknown\n"
 
 
 def test_needs_are_learnt_from_finished_scenes():

@@ -67,6 +67,7 @@ def test_a_store_is_searched_by_names():
         ("nowhere", "does not exist"),
         ("empty", "no recording"),
         ("double.txt", "2 recordings are called a"),
+        ("twice.txt", "x/a is listed 2 times"),
         ("reserved.txt", "keeps that name"),
         ("s3://key:secret@bucket/scans", "come from the environment"),
         ("gopher9://host/scans", "no store that fsspec knows"),
@@ -76,6 +77,7 @@ def test_what_cannot_be_is_said(tmp_path, monkeypatch, text, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
     (tmp_path / "double.txt").write_text("x/a\ny/a\n")
+    (tmp_path / "twice.txt").write_text("x/a\nb\n./x/a/  # again\n")
     (tmp_path / "reserved.txt").write_text("x/batch_logs\n")
     with pytest.raises(BadInput, match=said) as caught:
         scenes_of(text)
