@@ -25,8 +25,10 @@ class Place:
 
     @classmethod
     def of(cls, text: str) -> Place:
-        """The place that a user names; raises BadInput for a URI with a password in it, or of which there is no
-        library."""
+        """The place that a user names; raises BadInput for an empty text, as of a variable that is not set, for a URI
+        without a bucket, or with a password in it, and where there is no library for it."""
+        if not text.strip():
+            raise BadInput("an empty text names no place: give a folder or a URI")
         if "://" not in text:
             return cls(os.path.abspath(text))
         parts = urlsplit(text)
@@ -35,6 +37,8 @@ class Place:
         if parts.username is not None or parts.password is not None or parts.query:
             where = f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
             raise BadInput(f"{where}: leave user, password and keys out of it; they come from the environment")
+        if not parts.netloc:
+            raise BadInput(f"{text} names no bucket: write it as {parts.scheme}://BUCKET/PATH")
         _require_library(parts.scheme)
         return cls(text.rstrip("/"))
 

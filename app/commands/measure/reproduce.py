@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.batch.report import REPORT
 from app.console.outputs import print_next, print_outputs
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
@@ -66,7 +67,7 @@ def reproduce(
     results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
-        with writing(folder):
+        with writing(folder / REPORT):
             results[name] = reproduction.run(placing, progress_console())
     if json:
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}

@@ -83,7 +83,7 @@ def test_what_is_mapped_is_not_mapped_again_and_what_is_not_is(data, tmp_path, c
     (out / "report.json").unlink()
     code, said, _ = reproduce(capsys, "scenenn", data, out)
     assert code == 2
-    assert "is not of a `razer reproduce`" in said
+    assert "is there, and of no batch" in said
 
 
 def written(out):
