@@ -34,9 +34,7 @@ class Place:
         parts = urlsplit(text)
         if parts.scheme == "file":
             return cls(os.path.abspath(unquote(parts.path)))
-        if parts.username is not None or parts.password is not None or parts.query:
-            where = f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
-            raise BadInput(f"{where}: leave user, password and keys out of it; they come from the environment")
+        refuse_keys(text, with_query=True)
         if not parts.netloc:
             raise BadInput(f"{text} names no bucket: write it as {parts.scheme}://BUCKET/PATH")
         _require_library(parts.scheme)
@@ -78,6 +76,15 @@ class Place:
             return url_to_fs(self.text, **_OPTIONS.get(scheme, {}))
         except (ImportError, ValueError) as error:
             raise BadInput(f"{self.text}: {error}") from error
+
+
+def refuse_keys(uri: str, *, with_query: bool) -> None:
+    """Raise BadInput, which does not repeat them, for a URI with a user, a password or, as some have keys there, with a
+    query."""
+    parts = urlsplit(uri)
+    if parts.username is not None or parts.password is not None or (with_query and parts.query):
+        where = f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
+        raise BadInput(f"{where}: leave user, password and keys out of it; they come from the environment")
 
 
 def _require_library(scheme: str) -> None:
