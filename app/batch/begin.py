@@ -50,9 +50,6 @@ class BatchPlan:
             raise BadInput("--poses both means two runs: make a batch with --poses given, and one with slam")
         if preset and preset not in PRESETS:
             raise BadInput(f"--eval {preset}: choose from {', '.join(PRESETS)}")
-        for option, number in (("--cores", cores), ("--gpus", gpus or 0.0)):
-            if not number >= 0:  # no number is that of a GPU, either
-                raise BadInput(f"{option} {number}: give 0 or more")
         settings = options.read()
         config = None if options.config is None else read_text(options.config)
         words = run_words(replace(options, config=None))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from logging import ERROR
@@ -36,7 +37,9 @@ class RayEngine:
     def __init__(self, address: str, workers: int | None = None) -> None:
         """Join a cluster; raises BadInput where there is none. workers: at most so many tasks at once."""
         try:
-            ray.init(address=address, log_to_driver=False, logging_level=ERROR)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # what keeps it from joining is told by the error that follows
+                ray.init(address=address, log_to_driver=False, logging_level=ERROR)
         except (ConnectionError, RuntimeError, ValueError, TimeoutError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise BadInput(f"--address {address}: no Ray cluster answers ({why})") from error

@@ -59,6 +59,7 @@ def test_strides_share_the_walk_and_the_truth(capsys):
     ("arguments", "message"),
     [
         (("--seeds", "one"), "whole numbers"),
+        (("--seeds", "1,1", "--workers", "0"), "--workers 0: give at least 1"),
         (("--stride", "2,0"), "whole numbers from 1"),
         (("--stride", "fast"), "--stride fast"),
         (("--variants", "no walls"), "choose from"),

@@ -186,9 +186,13 @@ def test_scenes_that_are_missing_are_named_and_left_out(room, run, tmp_path, cap
     assert "nowhere" in capsys.readouterr().err
 
 
-def test_a_scene_that_is_listed_twice_would_count_twice(room, run, tmp_path, capsys):
+def test_a_list_without_scenes_or_with_one_twice_is_refused(room, run, tmp_path, capsys):
+    many = ("--scenes", tmp_path / "list.txt", "--runs", run.parent, "--truth", room.parent)
+    (tmp_path / "list.txt").write_text("\n")
+    assert call("eval", *many) == 2
+    assert "lists no scene" in capsys.readouterr().err
     (tmp_path / "list.txt").write_text("room\nother\nroom\n")
-    assert call("eval", "--scenes", tmp_path / "list.txt", "--runs", run.parent, "--truth", room.parent) == 2
+    assert call("eval", *many) == 2
     assert capsys.readouterr().err == f"razer: {tmp_path / 'list.txt'} lists room 2 times: leave all but one out\n"
 
 
