@@ -22,7 +22,7 @@ from razer.panoptic_map import PanopticMap
 from razer.plugins import FULL_TRUST, NO_TRUST, EmbedderSettings, Trust
 from razer.query.text_queries import TextQueryEncoder
 from razer.storage.embeddings_npz import read_embeddings_npz
-from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS, is_map_folder
+from razer.storage.file_names import CONFIG, EMBEDDINGS, INSTANCES, MESH_PLY, PARTS, VOXELS, require_map_folder
 from razer.storage.instances_json import read_instances_json, read_parts_json
 from razer.storage.parts_npz import read_parts_npz
 from razer.storage.ply import read_mesh_ply
@@ -57,9 +57,7 @@ def load_map(
     """
     folder = Path(folder)
     with plain_os_errors(folder):
-        is_map = is_map_folder(folder)
-    if not is_map:
-        raise BadInput(f"{folder} is no run folder and no saved map (no {INSTANCES} or no {MESH_PLY})")
+        require_map_folder(folder)
     trust = FULL_TRUST if trust_plugins else NO_TRUST
     encoder = TextQueryEncoder.deferred(partial(_embedder, folder, embedder, embedder_options or {}, trust))
     panoptic = replace(_as_saved(folder), text_queries=encoder, open_volume=partial(_open_volume, folder, device))

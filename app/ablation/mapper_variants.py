@@ -21,6 +21,7 @@ from app.settings.presets import DEPARTURES, PAPER
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from data_tools.truth.ground_truth import GroundTruth
+from razer.errors import BadInput
 from razer.mapper import Mapper
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import evaluate
@@ -109,6 +110,8 @@ def _row(mapper: Mapper, truth: GroundTruth) -> Row:
     )
     predicted = _predicted(mapper.snapshot(), truth)
     result = evaluate([("scene", ground_truth, predicted)], PRESETS["default"]).as_json()
+    if result["class_aware"] is None:
+        raise BadInput("a map has no instance with a name: give more --frames")
     return {
         "ap50": result["class_agnostic"]["ap50"],
         "aware_ap50": result["class_aware"]["ap50"],

@@ -12,7 +12,7 @@ from rich.console import Console
 from app.batch.estimate import Estimator
 from app.batch.one_scene import SceneTask
 from app.batch.report import BatchReport, begun_report
-from app.batch.run_batch import Batch
+from app.batch.run_batch import Batch, maps_there
 from app.batch.scenes import Scene
 from app.engines.engine import Engine
 from app.engines.task import Needs
@@ -50,8 +50,6 @@ class BatchPlan:
             raise BadInput("--poses both means two runs: make a batch with --poses given, and one with slam")
         if preset and preset not in PRESETS:
             raise BadInput(f"--eval {preset}: choose from {', '.join(PRESETS)}")
-        if cores < 0 or (gpus is not None and gpus < 0):
-            raise BadInput(f"--cores {cores} --gpus {gpus}: give 0 or more")
         settings = options.read()
         config = None if options.config is None else read_text(options.config)
         words = run_words(replace(options, config=None))
@@ -108,7 +106,7 @@ def begin(
         console: where progress is shown.
         resume: go on with a batch that is there.
     """
-    report = begun_report(out, plan.as_json(), [scene.name for scene in scenes], resume=resume)
+    report = begun_report(out, plan.as_json(), maps_there(scenes, out), resume=resume)
     estimator = Estimator(plan.settings.voxels.voxel_size_m, plan.cpus, plan.gpus, learns_cpus=not plan.cores)
     return Batch(scenes, plan.template, plan.settings, make_engine(), estimator, report, console), report
 

@@ -7,6 +7,7 @@ import socket
 import sys
 import traceback
 from dataclasses import dataclass, replace
+from glob import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event
@@ -16,6 +17,7 @@ from typing import TypedDict
 from app.batch.scene_evaluation import evaluated_scene
 from app.engines.called_function import LOG_BYTES, Call
 from app.engines.child_failure import GIVEN_UP, failure, last_words
+from app.engines.child_notes import notes_of
 from app.engines.child_process import ChildEnd, run_child
 from app.engines.task import Needs, Outcome, Remedy
 from app.object_store.place import Place
@@ -97,7 +99,7 @@ class _Attempt:
     @property
     def nothing(self) -> Outcome:
         """What is answered where nothing was done."""
-        return Outcome(self.task.name, self.task.number)
+        return Outcome(self.task.name)
 
     def make(self, scratch: Path) -> Outcome:
         """Stage, map, evaluate, publish."""
@@ -126,9 +128,8 @@ class _Attempt:
         trusts = "--trust-plugins" in self.task.words
         call = Call(evaluated_scene, (self.task.name, *folders, self.task.truth_preset, trusts))
         end, said, result = call.run(scratch, folder=self.task.working_folder, **self._bounds)
-        if result is not None:
-            return replace(outcome, result=result, cpu_s=outcome.cpu_s + end.cpu_s)
-        return replace(outcome, no_result=last_words(said), log=outcome.log + said)
+        outcome = replace(outcome, cpu_s=outcome.cpu_s + end.cpu_s, log=outcome.log + said, notes=notes_of(said))
+        return replace(outcome, result=result, no_result="" if result is not None else last_words(said))
 
     def _map(self, recording: Path, run: Path, scratch: Path) -> tuple[ChildEnd, str]:
         log, command = scratch / "log", self._command(recording, run, scratch)
@@ -145,7 +146,7 @@ class _Attempt:
         program = [sys.executable, "-m", "app", "run"]
         if _has_checkpoint(run):
             return [*program, "--resume", str(run), *[word for word in self.task.words if word == "--trust-plugins"]]
-        for leftover in run.parent.glob(f".{run.name}.partial-*"):
+        for leftover in run.parent.glob(f".{escape(run.name)}.partial-*"):
             shutil.rmtree(leftover, ignore_errors=True)
         words = list(self.task.words)
         if self.task.config is not None:

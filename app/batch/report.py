@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -91,12 +91,24 @@ class BatchReport:
         write_text(place, text)
 
 
-def begun_report(out: Place, settings: Mapping[str, Any], names: Iterable[str], *, resume: bool) -> BatchReport:
-    """The report of a batch that begins, or goes on with what an earlier one left; raises BadInput where one is there
-    and is not to be resumed, or was made with other settings."""
-    report = BatchReport(out, settings, {name: SceneRecord(name) for name in names})
+def begun_report(out: Place, settings: Mapping[str, Any], scenes: Mapping[str, bool], *, resume: bool) -> BatchReport:
+    """The report of a batch that begins, or goes on with what an earlier one left.
+
+    Args:
+        out: where it goes.
+        settings: what the runs are asked for.
+        scenes: by name, whether their map is there.
+        resume: go on with a batch that is there.
+
+    Raises:
+        BadInput: where a batch is there and is not to be resumed, or was made with other settings, and where maps are
+            there that are of no batch.
+    """
+    report = BatchReport(out, settings, {name: SceneRecord(name) for name in scenes})
     text = read_text(out / REPORT)
     if text is None:
+        if others := [name for name, is_there in scenes.items() if is_there]:
+            raise BadInput(f"{out / others[0]} is there, and of no batch: choose another place with -o")
         return report
     if not resume:
         raise BadInput(f"{out} holds a batch: go on with it by --resume, or choose another place with -o")
@@ -108,16 +120,22 @@ def begun_report(out: Place, settings: Mapping[str, Any], names: Iterable[str], 
     for entry in old.get("scenes", ()):
         if isinstance(entry, dict) and (name := entry.get("name")) in report.scenes:
             report.scenes[name] = _record(entry, str(out / REPORT))
+    for name, record in report.scenes.items():
+        record.status = "done" if scenes[name] else "unfinished"
+        record.reason = "" if scenes[name] else record.reason
     return report
 
 
 def _record(entry: dict[str, Any], where: str) -> SceneRecord:
-    try:
-        record = SceneRecord(**entry)
-    except TypeError as error:
-        raise BadInput(f"{where}: an entry of a scene is damaged") from error
-    record.status = "done" if record.status == "done" else "unfinished"
-    return record
+    blank = vars(SceneRecord(""))
+    if entry.keys() != blank.keys() or any(not _is_like(entry[name], value) for name, value in blank.items()):
+        raise BadInput(f"{where}: an entry of a scene is damaged")
+    return SceneRecord(**entry)
+
+
+def _is_like(value: object, other: object) -> bool:
+    """Whether a value is of the type of another; whole numbers pass for others."""
+    return isinstance(value, (int, float) if isinstance(other, float) else type(other))
 
 
 def print_report(report: BatchReport, console: Console) -> None:

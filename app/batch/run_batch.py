@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -16,6 +17,7 @@ from app.batch.report import BatchReport
 from app.batch.scenes import Scene
 from app.console.progress import show_progress
 from app.console.waiting import waiting_for
+from app.engines.child_notes import tell_notes
 from app.engines.engine import Engine
 from app.engines.task import Needs, Outcome
 from app.engines.work_queue import Ended, WorkQueue
@@ -50,7 +52,7 @@ class Batch:
         self._written_s = self._begun_s = monotonic()
         self._begun_cpu_s = process_time()
         with waiting_for("looking at the recordings", console):
-            left = [scene for scene in scenes if not self._is_done(scene)]
+            left = [scene for scene in scenes if template.truth_preset or not self._is_done(scene.name)]
             works = [self._work(scene, size) for scene, size in zip(left, _sizes(left, config), strict=True)]
         self._queue = WorkQueue(works, engine)
 
@@ -76,18 +78,13 @@ class Batch:
             for ended in last:
                 self._take(ended)
             for work in self._queue.not_done:
-                if (record := self._report.scenes[work.name]).status != "done":
-                    record.reason = "the batch was ended before"
+                if not self._is_done(work.name):
+                    self._report.scenes[work.name].reason = "the batch was ended before"
             _remove_if_empty(self._report.out)
             self._write_report()
 
-    def _is_done(self, scene: Scene) -> bool:
-        record = self._report.scenes[scene.name]
-        if is_finished(self._report.out / scene.name):
-            record.status = "done"
-            return not self._template.truth_preset
-        record.status = "unfinished"
-        return False
+    def _is_done(self, name: str) -> bool:
+        return self._report.scenes[name].status == "done"
 
     def _work(self, scene: Scene, size: RecordingSize) -> _SceneWork:
         out = self._report.out / scene.name
@@ -109,7 +106,7 @@ class Batch:
         outcome, name = ended.outcome, ended.work.name
         if outcome.is_done:
             self._keep_evaluation(outcome)
-            if self._report.scenes[name].status == "done":  # it was there: no map was made
+            if self._is_done(name):  # it was there: no map was made
                 return
             if outcome.cpu_s:  # one that was there already teaches nothing
                 self._estimator.learn(ended.work.size, outcome)
@@ -120,6 +117,7 @@ class Batch:
             self._report.scenes[name].status = "failed"
 
     def _keep_evaluation(self, outcome: Outcome) -> None:
+        tell_notes(outcome.name, outcome.notes)
         if outcome.result is not None:
             self.evaluations[outcome.name] = outcome.result
         elif outcome.no_result:
@@ -171,6 +169,18 @@ class _SceneWork:
             shared = f"{outcome.node} wrote it where this machine does not see it: give a shared folder, or a URI"
             return replace(outcome, reason=shared, remedy="none")
         return outcome
+
+
+def maps_there(scenes: list[Scene], out: Place) -> dict[str, bool]:
+    """By name, whether the map of a scene is in `out`; raises BadInput where something else is in its place."""
+    with ThreadPoolExecutor(_LISTED_AT_ONCE) as pool:
+        found = dict(
+            zip([one.name for one in scenes], pool.map(lambda one: is_finished(out / one.name), scenes), strict=True)
+        )
+    for name, is_there in found.items():
+        if not is_there and not out.is_remote and os.path.lexists(out.path / name):
+            raise BadInput(f"{out / name} is in the way, and no run: choose another place with -o")
+    return found
 
 
 def _sizes(scenes: list[Scene], config: RunConfig) -> list[RecordingSize]:

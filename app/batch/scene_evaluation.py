@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.console.streams import print_notes
 from app.object_store.place import Place
 from app.object_store.publishing import write_text
 from app.run_folder.run_folder import METRICS
@@ -41,7 +42,9 @@ def evaluated_scene(name: str, run: str, recording: str, preset: str, trusts: bo
     if not has_truth(Path(recording)):
         raise BadInput("the recording has no truth")
     reading = Reading(trust=FULL_TRUST if trusts else NO_TRUST)
-    return evaluate_job((name, Path(run), Path(recording)), PRESETS[preset], reading).result
+    evaluated = evaluate_job((name, Path(run), Path(recording)), PRESETS[preset], reading)
+    print_notes(evaluated.notes)
+    return evaluated.result
 
 
 def pool(evaluations: Mapping[str, bytes], preset: str, out: Place) -> Evaluation:

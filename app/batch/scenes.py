@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from app.console.streams import print_notes
 from app.object_store.attempts import persistently
 from app.object_store.place import Place
 from app.object_store.publishing import read_text
@@ -47,25 +49,33 @@ def _in_folder(folder: Path) -> list[Scene]:
     """A recording by itself, else those in the folders below."""
     if _is_recording(folder) and not _holds_several(folder):
         return [Scene(folder.stem if folder.is_file() else folder.name, Place(str(folder)))]
-    found = _below(folder, 1)
+    notes: list[str] = []
+    found = _below(folder, 1, notes)
+    print_notes(notes)
     return [Scene("_".join(path.relative_to(folder).with_suffix("").parts), Place(str(path))) for path in found]
 
 
 def _holds_several(folder: Path) -> bool:
     """Whether a folder, which the file of a recording in it makes one, has others beside that."""
     inside = [path for path in folder.iterdir() if path.suffix in _RECORDING_FILES] if folder.is_dir() else []
-    return len(inside) > 1 or (bool(inside) and len(_below(folder, _MAX_DEPTH)) > 1)
+    return len(inside) > 1 or (bool(inside) and len(_below(folder, _MAX_DEPTH, [])) > 1)
 
 
-def _below(folder: Path, depth: int) -> list[Path]:
+def _below(folder: Path, depth: int, notes: list[str]) -> list[Path]:
+    """The recordings in a folder; notes what there can be none of, as it cannot be read."""
     found = []
-    for path in sorted(folder.iterdir()):
-        if path.name.startswith("."):
-            continue
-        if _is_recording(path):
+    try:
+        inside = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+    except OSError as error:
+        notes.append(f"{folder} cannot be read ({error.strerror}): left out")
+        return []
+    for path in inside:
+        if not os.path.exists(path):
+            notes.append(f"{path} leads nowhere: left out")
+        elif _is_recording(path):
             found.append(path)
         elif path.is_dir() and depth < _MAX_DEPTH:
-            found += _below(path, depth + 1)
+            found += _below(path, depth + 1, notes)
     return found
 
 
@@ -74,7 +84,7 @@ def _is_recording(path: Path) -> bool:
         return path.suffix in _RECORDING_FILES
     try:
         recognise(path)
-    except BadInput:
+    except (BadInput, OSError):
         return False
     return True
 
@@ -135,10 +145,16 @@ def _checked(scenes: list[Scene]) -> list[Scene]:
     counts = Counter(scene.name for scene in scenes)
     double = [name for name, count in counts.items() if count > 1]
     if double:
-        raise BadInput(
-            f"{counts[double[0]]} recordings are called {double[0]}: rename all but one, as runs bear the name"
-        )
+        raise BadInput(_said_of_double([scene for scene in scenes if scene.name == double[0]]))
     for scene in scenes:
         if scene.name in RESERVED or scene.name.startswith(".") or not scene.name:
             raise BadInput(f"a scene cannot be called '{scene.name}': the batch keeps that name for itself")
     return sorted(scenes, key=lambda scene: scene.name)
+
+
+def _said_of_double(scenes: list[Scene]) -> str:
+    """Of scenes with one name: one recording listed twice, or several that are called alike."""
+    first = scenes[0]
+    if (count := scenes.count(first)) > 1:
+        return f"{first.recording} is listed {count} times: leave all but one out"
+    return f"{len(scenes)} recordings are called {first.name}: rename all but one, as runs bear the name"

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from app.console.progress import show_progress
 from app.engines.called_function import Call, CallTask
+from app.engines.child_notes import tell_notes
 from app.engines.engine import Engine
 from app.engines.task import Needs, Outcome
 from app.engines.work_queue import Ended, WorkQueue
@@ -38,13 +39,13 @@ def call_functions(calls: Sequence[NamedCall], engine: Engine, console: Console,
     """The results by name, in the order of the calls.
 
     Args:
-        calls: all of other names.
+        calls: each of a name of its own.
         engine: closed at the end.
         console: where progress is shown.
         things: what the calls are, such as "scenes".
 
     Raises:
-        BadInput: of the first that says so; no other is waited for.
+        BadInput: of the first that says so, or had no room in memory or on a disk; no other is waited for.
         CallFailed: of the first that failed otherwise, for good.
     """
     memory = _Memory()
@@ -67,8 +68,10 @@ def _results(queue: WorkQueue[_CallWork], results: dict[str, Any], console: Cons
     """Fill `results`; gives their names as they come."""
     for several in queue.work():
         for ended in several:
-            _raise_if_failed(ended)
             outcome = ended.outcome
+            if ended.is_last:
+                tell_notes(outcome.name, outcome.notes)
+            _raise_if_failed(ended)
             if not outcome.is_done:
                 console.print(f"{outcome.name} is tried again: {outcome.reason}", soft_wrap=True)
                 continue
@@ -84,6 +87,8 @@ def _raise_if_failed(ended: Ended[_CallWork]) -> None:
         return
     if outcome.remedy == "none":
         raise BadInput(outcome.reason)
+    if outcome.remedy != "elsewhere":
+        raise BadInput(f"{outcome.name}: {outcome.reason}")
     raise CallFailed(f"{outcome.name}: {outcome.reason}\n{outcome.log}")
 
 

@@ -16,7 +16,10 @@ from threading import Event
 from time import monotonic
 from typing import Any
 
+from app.console.no_room import no_room_line
+from app.console.plain_warnings import warn_in_one_line
 from app.engines.child_failure import GIVEN_UP, failure
+from app.engines.child_notes import notes_of
 from app.engines.child_process import ChildEnd, run_child
 from app.engines.task import Needs, Outcome
 from razer.errors import BadInput
@@ -61,7 +64,7 @@ class CallTask:
             end, log, result = self.call.run(
                 Path(scratch), folder=self.working_folder, cores=0, threads=max(1, int(self.needs.cpus)), stop=stop
             )
-        outcome = Outcome(self.name, self.number, cpu_s=end.cpu_s, peak_mb=end.peak_mb, log=log, result=result)
+        outcome = Outcome(self.name, cpu_s=end.cpu_s, peak_mb=end.peak_mb, log=log, notes=notes_of(log), result=result)
         outcome = replace(outcome, seconds=monotonic() - begun_s, node=socket.gethostname())
         if stop.is_set():
             return replace(outcome, reason=GIVEN_UP, remedy="elsewhere")
@@ -70,13 +73,16 @@ class CallTask:
 
 
 def main() -> None:
-    """Call it; exit code 2 and a line for what cannot be used."""
+    """Call it; exit code 2 and a line for what cannot be used, and where there is no room, as the program has it."""
+    warn_in_one_line()
     call, result = map(Path, sys.argv[1:])
     try:
         asked: Call = pickle.loads(call.read_bytes())
         value = asked.function(*asked.arguments)
-    except BadInput as error:
-        print(f"razer: {error}", file=sys.stderr)
+    except Exception as error:
+        if (line := str(error) if isinstance(error, BadInput) else no_room_line(error)) is None:
+            raise
+        print(f"razer: {line}", file=sys.stderr)
         sys.exit(2)
     result.write_bytes(pickle.dumps(value))
 

@@ -7,7 +7,8 @@ from app.engines.task import Remedy
 
 GIVEN_UP = "given up, as the work was ended"
 _INTERRUPTED = "it was told to end by a signal from elsewhere"
-_MEMORY_WORDS = ("memory ran out", "perhaps as memory ran out", "helper process was ended by the system")
+_MEMORY_WORDS = ("memory ran out", "helper process was ended by the system")
+_TRACEBACK = "Traceback (most recent call last)"
 _NO_ROOM_WORDS = ("No space left", "free some space", "Disk quota")
 
 
@@ -24,13 +25,15 @@ def failure(end: ChildEnd, log: str) -> tuple[str, Remedy] | None:
         return last, "memory"
     if end.code in (130, 143):
         return _INTERRUPTED, "elsewhere"
-    if end.code == 2 and not any(words in last for words in _NO_ROOM_WORDS):
-        return last, "none"
+    if end.code == 2:
+        return last, "room" if any(words in last for words in _NO_ROOM_WORDS) else "none"
     return (f"ended by signal {-end.code}" if end.code < 0 else f"exit code {end.code}: {last}"), "elsewhere"
 
 
 def last_words(log: str) -> str:
-    """The line that says what went wrong: the last one, without the program's name before it."""
+    """The line that says what went wrong: the last one of a traceback, or the last that is marked as such, without the
+    program's name before it."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
-    marked = [line for line in lines if line.startswith(("razer: ", "WARNING: "))]
-    return (marked or lines or ["it said nothing"])[-1].removeprefix("razer: ")
+    marks = [n for n, line in enumerate(lines) if line.startswith(("razer: ", "WARNING: ", _TRACEBACK))]
+    is_marked = bool(marks) and not lines[marks[-1]].startswith(_TRACEBACK)
+    return (lines[marks[-1]] if is_marked else (lines or ["it said nothing"])[-1]).removeprefix("razer: ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from logging import ERROR
@@ -36,7 +37,9 @@ class RayEngine:
     def __init__(self, address: str, workers: int | None = None) -> None:
         """Join a cluster; raises BadInput where there is none. workers: at most so many tasks at once."""
         try:
-            ray.init(address=address, log_to_driver=False, logging_level=ERROR)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # what keeps it from joining is told by the error that follows
+                ray.init(address=address, log_to_driver=False, logging_level=ERROR)
         except (ConnectionError, RuntimeError, ValueError, TimeoutError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise BadInput(f"--address {address}: no Ray cluster answers ({why})") from error
@@ -91,17 +94,15 @@ class RayEngine:
 
 
 def _outcome(reference: ray.ObjectRef, task: Task) -> Outcome:
-    name, number = task.name, task.number
+    name = task.name
     try:
         return ray.get(reference, timeout=60.0)
     except OutOfMemoryError as error:
-        return Outcome(name, number, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
+        return Outcome(name, f"Ray ended the worker, as memory ran out: {_first_line(error)}", "memory")
     except RayTaskError as error:
-        return Outcome(
-            name, number, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error)
-        )
+        return Outcome(name, f"the worker could not begin: {str(error).splitlines()[-1]}", "elsewhere", log=str(error))
     except (RayError, GetTimeoutError) as error:
-        return Outcome(name, number, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
+        return Outcome(name, f"worker or node lost ({type(error).__name__}): {_first_line(error)}", "elsewhere")
 
 
 def _first_line(error: Exception) -> str:

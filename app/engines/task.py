@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Literal, Protocol
 
-Remedy = Literal["none", "elsewhere", "memory"]
+Remedy = Literal["none", "elsewhere", "memory", "room"]
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ class Task(Protocol):
 class Outcome:
     """What became of an attempt.
 
-    name, number: of the task. reason: why it failed, "" where it did not. remedy: what lets another attempt hope:
-    another node, more memory, or nothing. seconds: from its start on the node to its end; cpu_s, peak_mb: processor
+    name: of the task. reason: why it failed, "" where it did not. remedy: what lets another attempt hope: another node,
+    more memory, room on the disk, or nothing. seconds: from its start on the node to its end; cpu_s, peak_mb: processor
     time and resident memory of its processes. node: where; node_id: what the engine calls it. log: the last that it
-    said. result: pickled, of what was computed; no_result: why there is none though it was done.
+    said; notes: what the user should hear of that, as `notes_of` has it. result: pickled, of what was computed;
+    no_result: why there is none though it was done.
     """
 
     name: str
-    number: int = 1
     reason: str = ""
     remedy: Remedy = "none"
     seconds: float = 0.0
@@ -67,6 +67,7 @@ class Outcome:
     node: str = ""
     node_id: str = ""
     log: str = ""
+    notes: tuple[str, ...] = ()
     result: bytes | None = None
     no_result: str = ""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import insort
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -63,9 +64,12 @@ class WorkQueue(Generic[W]):
     """Pieces of work on an engine, which is the queue's own."""
 
     def __init__(self, works: Iterable[W], engine: Engine) -> None:
-        """Sort them."""
+        """Sort them; raises ValueError where two have one name, by which outcomes are told apart."""
         self._engine = engine
         self._waiting = sorted((_Waiting(work) for work in works), key=_shortness)
+        counts = Counter(waiting.work.name for waiting in self._waiting)
+        if twice := [name for name, count in counts.items() if count > 1]:
+            raise ValueError(f"{counts[twice[0]]} pieces of work are called {twice[0]}")
         self._running: dict[str, _Waiting[W]] = {}
 
     @property

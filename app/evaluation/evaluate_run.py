@@ -60,7 +60,7 @@ def evaluate_job(job: Job, preset: Preset, reading: Reading) -> EvaluatedJob:
     """Evaluate one scene by the preset's rules. Raises BadInput, naming the prediction that does not fit its truth."""
     name, prediction, truth_folder = job
     truth = truth_for(truth_folder, preset, reading.scene)
-    notes = [f"{name}: {note}" for note in truth.notes]
+    notes = [*truth.notes]
     try:
         predicted = read_prediction(
             prediction,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -48,8 +47,8 @@ def evaluate_scenes(
     else:
         calls = [_call(job, preset, reading) for job in jobs]
         evaluated = list(call_functions(calls, make_engine(), console, things="scenes").values())
-    for one in evaluated:
-        notes.extend(one.notes)
+    for (name, _, _), one in zip(jobs, evaluated, strict=True):
+        notes.extend(f"{name}: {note}" for note in one.notes)
     return pooled([one.result for one in evaluated], preset)
 
 
@@ -60,5 +59,5 @@ def _call(job: Job, preset: Preset, reading: Reading) -> NamedCall:
 
 def _bytes(prediction: Path) -> int:
     """By what the longest comes first."""
-    files = [prediction, *prediction.iterdir()] if prediction.is_dir() else [prediction]
-    return sum(os.path.getsize(file) for file in files)
+    files = prediction.iterdir() if prediction.is_dir() else [prediction]
+    return sum(file.stat().st_size for file in files if file.is_file())

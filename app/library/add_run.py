@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
@@ -17,6 +18,7 @@ from app.query.queryable_map import open_map
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 from razer.panoptic_map import PanopticMap
+from razer.storage.file_names import require_map_folder
 
 FORMAT = 1
 
@@ -29,6 +31,18 @@ class Added:
     scene: str
     n_instances: int
     table: str
+
+
+def add_runs(
+    folders: Iterable[Path], uri: str, scene: str | None = None, *, with_thumbnails: bool = True
+) -> Iterator[Added]:
+    """Add the maps of several runs as `add_run` does, each once. Raises BadInput, before any is added where one of the
+    folders holds no map."""
+    chosen = {run_name(folder): folder for folder in folders}
+    for folder in chosen.values():
+        require_map_folder(_chosen(folder))
+    for folder in chosen.values():
+        yield add_run(folder, uri, scene, with_thumbnails=with_thumbnails)
 
 
 def add_run(folder: Path, uri: str, scene: str | None = None, *, with_thumbnails: bool = True) -> Added:

@@ -13,6 +13,7 @@ from app.console.streams import print_notes, result_console
 from app.library.add_run import run_name
 from app.library.run_state import run_state
 from app.library.tables.instance_library import InstanceLibrary
+from app.library.tables.lance_tables import address_of
 from app.library.thumbnails import forget_thumbnails
 from razer.errors import BadInput
 
@@ -40,18 +41,18 @@ def print_maps(maps: Sequence[dict[str, Any]]) -> None:
 
 
 def remove_runs(runs: Sequence[str], uri: str) -> list[str]:
-    """Remove maps; their runs as the library called them. Raises BadInput for one that is not there, before any is
-    removed."""
+    """Remove maps; their runs as the library called them, each once. Raises BadInput for one that is not there, before
+    any is removed."""
     tables = InstanceLibrary(uri).tables.values()
     there = {entry.run for table in tables for entry in table.entries()}
-    names = [run if run in there else run_name(Path(run)) for run in runs]
-    if absent := [run for run, name in zip(runs, names, strict=True) if name not in there]:
+    names = {run if run in there else run_name(Path(run)): run for run in runs}
+    if absent := [run for name, run in names.items() if name not in there]:
         raise BadInput(f"{uri} has no map of {absent[0]}: razer library list --library {uri} shows them")
     for name in names:
         for table in tables:
             table.remove(name)
         forget_thumbnails(uri, name)
-    return names
+    return [*names]
 
 
 def compacted(uri: str) -> dict[str, Any]:
@@ -96,7 +97,7 @@ def print_stats(stats: dict[str, Any]) -> None:
 
 def _n_bytes(uri: str) -> int | None:
     try:
-        files, root = fsspec.core.url_to_fs(uri)
+        files, root = fsspec.core.url_to_fs(address_of(uri))
         return int(files.du(root))
     except (OSError, ValueError, ImportError):
         return None

@@ -25,16 +25,18 @@ class Place:
 
     @classmethod
     def of(cls, text: str) -> Place:
-        """The place that a user names; raises BadInput for a URI with a password in it, or of which there is no
-        library."""
+        """The place that a user names; raises BadInput for an empty text, as of a variable that is not set, for a URI
+        without a bucket, or with a password in it, and where there is no library for it."""
+        if not text.strip():
+            raise BadInput("an empty text names no place: give a folder or a URI")
         if "://" not in text:
             return cls(os.path.abspath(text))
         parts = urlsplit(text)
         if parts.scheme == "file":
             return cls(os.path.abspath(unquote(parts.path)))
-        if parts.username is not None or parts.password is not None or parts.query:
-            where = f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
-            raise BadInput(f"{where}: leave user, password and keys out of it; they come from the environment")
+        refuse_keys(text, with_query=True)
+        if not parts.netloc:
+            raise BadInput(f"{text} names no bucket: write it as {parts.scheme}://BUCKET/PATH")
         _require_library(parts.scheme)
         return cls(text.rstrip("/"))
 
@@ -74,6 +76,15 @@ class Place:
             return url_to_fs(self.text, **_OPTIONS.get(scheme, {}))
         except (ImportError, ValueError) as error:
             raise BadInput(f"{self.text}: {error}") from error
+
+
+def refuse_keys(uri: str, *, with_query: bool) -> None:
+    """Raise BadInput, which does not repeat them, for a URI with a user, a password or, as some have keys there, with a
+    query."""
+    parts = urlsplit(uri)
+    if parts.username is not None or parts.password is not None or (with_query and parts.query):
+        where = f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
+        raise BadInput(f"{where}: leave user, password and keys out of it; they come from the environment")
 
 
 def _require_library(scheme: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from app.object_store.attempts import persistently
 from app.object_store.place import Place
+from razer import files
 from razer.errors import BadInput
 from razer.storage.atomic_files import replace_content
 
@@ -23,13 +24,13 @@ def publish(folder: Path, place: Place) -> None:
     Object stores write one key at once, and know no rename of many. So nothing appears under the final keys before all
     of it is in the store, and what does counts by the manifest, the last key that is written. Raises BadInput.
     """
-    files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    paths = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
     parent = Place(place.text.rpartition("/")[0])
     hidden = parent / UNPUBLISHED / f"{place.name}-{secrets.token_hex(4)}"
     try:
-        _upload(files, hidden)
-        _copy([*files], hidden, place)
-        manifest = {"format": _FORMAT, "files": {name: path.stat().st_size for name, path in files.items()}}
+        _upload(paths, hidden)
+        _copy([*paths], hidden, place)
+        manifest = {"format": _FORMAT, "files": {name: path.stat().st_size for name, path in paths.items()}}
         write_text(place / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     finally:
         _remove(hidden)
@@ -52,17 +53,21 @@ def write_text(place: Place, text: str) -> None:
 def read_text(place: Place) -> str | None:
     """The text at a place, None where there is none; raises BadInput."""
     if not place.is_remote:
-        return place.path.read_text(encoding="utf-8") if place.path.is_file() else None
+        return files.read_text(place.path) if place.path.is_file() else None
     store, key = place.opened()
 
-    def read() -> str | None:
+    def read() -> bytes | None:
         store.invalidate_cache()
         try:
-            return str(store.cat_file(key).decode())
+            return bytes(store.cat_file(key))
         except FileNotFoundError:
             return None
 
-    return persistently(read, f"{place} cannot be read")
+    content = persistently(read, f"{place} cannot be read")
+    try:
+        return None if content is None else content.decode()
+    except UnicodeDecodeError as error:
+        raise BadInput(f"{place} cannot be read: it is no UTF-8 text") from error
 
 
 def _upload(files: dict[str, Path], hidden: Place) -> None:

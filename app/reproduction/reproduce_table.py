@@ -11,7 +11,6 @@ import numpy as np
 from rich.console import Console
 
 from app.batch.begin import BatchPlan, begin
-from app.batch.report import REPORT
 from app.batch.scene_evaluation import pool
 from app.batch.scenes import Scene
 from app.engines.engine_options import PlacingOptions
@@ -26,7 +25,6 @@ from razer.files import read_json
 from razer.metrics.preset import Preset
 from razer.metrics.presets import PRESETS
 from razer.metrics.protocol.evaluation import Evaluation
-from razer.storage.file_names import is_map_folder
 
 Row = tuple[float | None, ...]
 
@@ -104,7 +102,6 @@ class Reproduction:
         """Map and evaluate what is not mapped yet, and evaluate the rest again; then all scenes become one row."""
         plan = BatchPlan.of(self._options, None, placing.cores, placing.gpus, self._table.preset)
         scenes = [Scene(name, Place(str(folder.absolute()))) for name, folder in self._scene_folders.items()]
-        self._require_own_maps()
         batch, batch_report = begin(scenes, Place(str(self._out)), plan, placing.engine, console, resume=True)
         batch.run()
         reasons = {name: record.reason for name, record in batch_report.scenes.items() if record.status == "failed"}
@@ -113,12 +110,6 @@ class Reproduction:
             raise BadInput(f"no scene could be mapped; the first problem: {next(iter(failed.values()))}")
         result = pool(batch.evaluations, self._table.preset, Place(str(self._out)))
         return _reproduced(self._table, self._out, result, failed)
-
-    def _require_own_maps(self) -> None:
-        """Raise BadInput where maps are there that may have been made otherwise."""
-        others = [name for name in self._scene_folders if is_map_folder(self._out / name)]
-        if others and not (self._out / REPORT).is_file():
-            raise BadInput(f"{self._out / others[0]} is not of a `razer reproduce`: choose another place with -o")
 
 
 def _reproduced(table: PublishedTable, out: Path, result: Evaluation, failed: Mapping[str, str]) -> Reproduced:

@@ -6,10 +6,10 @@ from razer.errors import BadInput
 
 
 def whole_numbers(option: str, text: str, least: int) -> list[int]:
-    """The numbers, each `least` or more, of the text that is an option's value; raises BadInput for anything else, and
-    for none."""
+    """The numbers, each `least` or more, of the text that is an option's value, none twice; raises BadInput for
+    anything else, and for none."""
     try:
-        numbers = [int(number) for number in text.split(",")]
+        numbers = list(dict.fromkeys(int(number) for number in text.split(",")))
     except ValueError:
         numbers = []
     if not numbers or min(numbers) < least:

@@ -10,12 +10,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from heapq import heapify, heappop, heappush
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
 from app.engines.work_queue import MAX_ATTEMPTS
 from razer.arrays import Float64Array
+from razer.errors import BadInput
+
+_BOUNDS = {
+    "workers": (1, inf),
+    "dispatch_s": (0, inf),
+    "straggler_share": (0, 1),
+    "straggler_times": (1, inf),
+    "hours_between_failures": (0, inf),
+    "restart_s": (0, inf),
+}
 
 
 @dataclass(frozen=True)
@@ -37,6 +48,13 @@ class Cluster:
     straggler_times: float = 3.0
     hours_between_failures: float = 0.0
     restart_s: float = 300.0
+
+    def __post_init__(self) -> None:
+        """Raise BadInput for numbers that no cluster has."""
+        for name, (least, most) in _BOUNDS.items():
+            if not (least <= (value := getattr(self, name)) <= most and isfinite(value)):
+                bounds = f"from {least} on" if most == inf else f"from {least} to {most}"
+                raise BadInput(f"--{name.replace('_', '-')} {value}: give a number {bounds}")
 
 
 @dataclass(frozen=True)

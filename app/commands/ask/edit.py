@@ -73,12 +73,11 @@ def edit(
 def _list(run: Path, arguments: tuple[str, ...], json: bool) -> int:
     from razer.edits.conflicts import account
     from razer.edits.log import EditLog
-    from razer.storage.file_names import is_map_folder
+    from razer.storage.file_names import require_map_folder
 
     if arguments:
         raise BadInput("write it as: razer edit RUN log")
-    if not is_map_folder(run):
-        raise BadInput(f"{run} is no run folder and no saved map")
+    require_map_folder(run)
     log = EditLog.read(run)
     if json:
         print(dumps(_listed(log)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
@@ -15,6 +15,9 @@ from app.library.search_options import SearchOptions
 from app.settings.extra_libraries import require_library
 from app.settings.options import Flag, TrustOptions
 from app.verbs import named
+
+if TYPE_CHECKING:
+    from app.library.add_run import Added
 
 FORMAT = 1
 Uri = Annotated[str, Parameter(name="--library")]
@@ -41,16 +44,25 @@ def add(
         One line of JSON.
     """
     require_library()
-    with waiting_for("adding maps"):
-        from app.library.add_run import add_run
+    added: list[Added] = []
+    try:
+        with waiting_for("adding maps"):
+            from app.library.add_run import add_runs
 
-        added = [add_run(run, library, scene, with_thumbnails=thumbnails) for run in (runs, *more)]
+            added += add_runs((runs, *more), library, scene, with_thumbnails=thumbnails)
+    finally:  # what is in the library is told, also where a later run cannot be added
+        if added:
+            _tell_added(added, json)
+    if not json:
+        print_next(("library", "query", "a chair", "--library", library))
+
+
+def _tell_added(added: list[Added], json: bool) -> None:
     if json:
         print(dumps({"format": FORMAT, "added": [vars(each) for each in added]}))
         return
     for each in added:
         result_console().print(f"{each.run}: {each.n_instances} instances of scene {each.scene}", soft_wrap=True)
-    print_next(("library", "query", "a chair", "--library", library))
 
 
 def query(

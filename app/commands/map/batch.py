@@ -123,10 +123,10 @@ def simulate(
     from app.batch.simulation.discrete_events import simulate as simulated
     from app.batch.simulation.measured_batch import MeasuredBatch
 
-    if workers < 1 or (scenes is not None and scenes < 1):
-        raise BadInput("give at least one worker and one scene")
-    measured = MeasuredBatch.read(report)
+    if scenes is not None and scenes < 1:
+        raise BadInput(f"--scenes {scenes}: give at least 1")
     cluster = Cluster(workers, dispatch_s, straggler_share, straggler_times, hours_between_failures, restart_s)
+    measured = MeasuredBatch.read(report)
     figures = simulated(measured.drawn(scenes, seed), cluster, seed).as_json() | {"measured_s": measured.total_s}
     _print_figures(figures, as_json=json)
     return 0

@@ -78,7 +78,7 @@ def ablate(
             raise BadInput("--naming needs finished runs: razer ablate --naming RUN ...")
         return _ablate_naming(instead.naming, json)
     seed_numbers = whole_numbers("--seeds", seeds, 0)
-    strides = list(dict.fromkeys(whole_numbers("--stride", stride, 1)))
+    strides = whole_numbers("--stride", stride, 1)
     rows = _measure(scene, seed_numbers, strides, frames, variants, oracle_options(noise, exemplars), engine)
     asked = {"scene": scene, "seeds": seed_numbers, "frames": frames, "noise": noise} | _by_stride(rows, strides)
     _print(asked if json else None, rows, f"{scene}, mean of {len(seed_numbers)} seeds")

@@ -170,7 +170,7 @@ def poses(
     """
     if frames < 0:
         raise BadInput(f"--frames {frames}: give 0 or more")
-    seeds = list(dict.fromkeys(whole_numbers("--seed", seed, 0)))
+    seeds = whole_numbers("--seed", seed, 0)
     with waiting_for("starting"):
         from app.benchmark.poses.calibration import calibration_table, described, summary
         from app.benchmark.poses.report import poses_table

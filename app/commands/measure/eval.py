@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -107,7 +108,14 @@ class ExportOptions:
 
 
 def _listed(scenes: Path) -> list[str]:
-    return [line.strip() for line in read_lines(scenes) if line.strip()]
+    """The scenes of a list; raises BadInput for none, and for one that is there twice, as it would count twice."""
+    listed = [line.strip() for line in read_lines(scenes) if line.strip()]
+    if not listed:
+        raise BadInput(f"{scenes} lists no scene: give one a line")
+    twice = [name for name, count in Counter(listed).items() if count > 1]
+    if twice:
+        raise BadInput(f"{scenes} lists {twice[0]} {listed.count(twice[0])} times: leave all but one out")
+    return listed
 
 
 def _prediction_path(runs: Path, name: str) -> Path | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.batch.report import REPORT
 from app.console.outputs import print_next, print_outputs
 from app.console.streams import progress_console, result_console
 from app.console.waiting import waiting_for
@@ -58,7 +59,7 @@ def reproduce(
         from app.reproduction.published_tables import TABLES
         from app.reproduction.reproduce_table import Reproduction
 
-    scene_names = tuple(name.strip() for name in scenes.split(",")) if scenes else ()
+    scene_names = () if scenes is None else _scene_names(scenes)
     both = options.poses == "both"
     folders: dict[PosesName | None, Path]
     folders = {name: out / name for name in BOTH} if both else {_choice(options): out}
@@ -66,7 +67,7 @@ def reproduce(
     results: dict[PosesName | None, Reproduced] = {}
     for name, folder in folders.items():
         reproduction = Reproduction(TABLES[table], data, folder, replace(options, poses=name), scene_names)
-        with writing(folder):
+        with writing(folder / REPORT):
             results[name] = reproduction.run(placing, progress_console())
     if json:
         rows = {name: result.as_json(table) | {"poses": name or "auto"} for name, result in results.items()}
@@ -76,9 +77,17 @@ def reproduce(
     return 0
 
 
+def _scene_names(text: str) -> tuple[str, ...]:
+    """The scenes that an option lists; raises BadInput for what is no name of a folder, as runs are called so, too."""
+    listed = tuple(name.strip() for name in text.split(","))
+    if wrong := [name for name in listed if not name or name.startswith(".") or name != Path(name).name]:
+        raise BadInput(f"--scenes {text}: '{wrong[0]}' is no name of a scene; give them with commas between")
+    return listed
+
+
 def _one_at_a_time(placing: PlacingOptions) -> PlacingOptions:
     """As asked; on this machine alone, unless asked, so that scenes do not take the time of others."""
-    return placing if placing.workers or placing.address else replace(placing, workers=1)
+    return placing if placing.workers is not None or placing.address is not None else replace(placing, workers=1)
 
 
 def _choice(options: RunOptions) -> PosesName | None:

@@ -11,7 +11,7 @@ from typing import Any
 import pyarrow as pa
 
 from app.library.tables.instance_rows import schema_of
-from app.library.tables.lance_tables import LancePlace, LanceTable, plain_errors, quoted
+from app.library.tables.lance_tables import LancePlace, LanceTable, no_library, plain_errors, quoted
 from app.library.tables.model_identity import METADATA, ModelIdentity
 from razer.arrays import Float32Array
 from razer.errors import BadInput
@@ -110,9 +110,9 @@ class InstanceLibrary:
 
     def __init__(self, uri: str) -> None:
         """Open a library that is there; raises BadInput."""
-        self.uri, self._place = uri, LancePlace(uri)
+        self.uri, self._place = uri, LancePlace(uri, must_be_there=True)
         if not self.tables:
-            raise BadInput(f"{uri} is no library: razer library add RUN --library {uri} makes one")
+            raise no_library(uri)
 
     @classmethod
     def made(cls, uri: str, model: ModelIdentity) -> InstanceTable:

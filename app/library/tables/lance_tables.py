@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from datetime import timedelta
 from functools import partial
 from itertools import count
+from pathlib import Path
 from typing import Any, TypeVar
 
 import lancedb
@@ -17,6 +18,7 @@ import pyarrow as pa
 from lancedb.index import BTree, IvfRq, LabelList
 
 from app.library.tables.instance_rows import VECTOR
+from app.object_store.place import Place, refuse_keys
 from razer.arrays import Float32Array
 from razer.errors import BadInput
 
@@ -64,15 +66,32 @@ def quoted(text: str) -> str:
     return "'" + text.replace("'", "''") + "'"
 
 
+def address_of(uri: str) -> str:
+    """What a user calls a place as LanceDB takes it: the full path of a folder, which it would take for another one
+    where it has a ~ or is a file://. Raises BadInput for one that is empty, or has keys in it."""
+    refuse_keys(uri, with_query=False)
+    return uri if "://" in uri and not uri.startswith("file://") else Place.of(uri).text
+
+
+def no_library(uri: str) -> BadInput:
+    """Why a place cannot be asked."""
+    return BadInput(f"{uri} is no library: razer library add RUN --library {uri} makes one")
+
+
 class LancePlace:
     """The tables at a URI."""
 
-    def __init__(self, uri: str) -> None:
-        """Open a place, which may hold nothing yet; raises BadInput."""
-        self.uri = uri
+    def __init__(self, uri: str, *, must_be_there: bool = False) -> None:
+        """Open a place, which may hold nothing yet; raises BadInput. must_be_there: make no folder for it."""
+        self.uri, address = uri, address_of(uri)
+        folder = Path(address) if "://" not in address else None
+        if folder is not None and folder.exists() and not folder.is_dir():
+            raise BadInput(f"{uri} is a file: give a folder, or s3://BUCKET/PATH")
+        if folder is not None and must_be_there and not folder.is_dir():
+            raise no_library(uri)
         with plain_errors(f"{uri} cannot be opened"):
             # Each question looks for a newer version first: writers are other processes.
-            self._place = lancedb.connect(uri, read_consistency_interval=timedelta(0))
+            self._place = lancedb.connect(address, read_consistency_interval=timedelta(0))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import pytest
 from app.batch.begin import BatchPlan, begin, run_words
 from app.batch.estimate import Estimator, RecordingSize
 from app.batch.one_scene import SceneTask
-from app.batch.report import BatchReport
+from app.batch.report import BatchReport, begun_report
 from app.batch.scenes import scenes_of
 from app.console.streams import PlainConsole
 from app.engines.task import Needs, Outcome
@@ -24,7 +24,7 @@ Answer = Callable[[SceneTask], Outcome]
 
 
 def ended(task: SceneTask, *what: str, **more: object) -> Outcome:
-    return Outcome(task.name, task.number, *what, **more)
+    return Outcome(task.name, *what, **more)
 
 
 def made(task: SceneTask) -> Outcome:
@@ -162,6 +162,12 @@ def test_a_run_folder_that_does_not_arrive_is_no_result(tmp_path):
     assert "far wrote it where" in report.scenes["a"].reason
 
 
+def test_what_an_evaluation_remarks_is_told_with_its_scene(tmp_path, capsys):
+    folder = recordings(tmp_path / "scans", a=9)
+    run(folder, tmp_path / "out", lambda task: replace(made(task), result=b"", notes=("note: a name is unknown",)))
+    assert capsys.readouterr().err == "note: a: a name is unknown\n"
+
+
 def test_needs_are_learnt_from_finished_scenes():
     estimator, size = Estimator(0.02, 4.0, 0.0), RecordingSize(100, 0)
     before = estimator.needs(size), estimator.seconds(size)
@@ -214,10 +220,38 @@ def test_a_damaged_report_is_refused(tmp_path):
     folder, out = recordings(tmp_path / "scans", a=9), tmp_path / "out"
     run(folder, out, made)
     written = json.loads((out / "report.json").read_text())
-    written["scenes"][0]["surprise"] = 1
-    (out / "report.json").write_text(json.dumps(written))
-    with pytest.raises(BadInput, match="damaged"):
-        run(folder, out, made, resume=True)
+    for damage in ({"surprise": 1}, {"attempts": "many"}, {"history": None}):
+        entry = written["scenes"][0] | damage
+        (out / "report.json").write_text(json.dumps(written | {"scenes": [entry]}))
+        with pytest.raises(BadInput, match="damaged"):
+            begun_report(Place(str(out)), written["settings"], {"a": True}, resume=True)
+
+
+def test_what_is_in_the_way_of_a_map_or_of_no_batch_is_said_before_any_work(tmp_path):
+    folder = recordings(tmp_path / "scans", a=9, b=8)
+    scenes, plan = scenes_of(str(folder)), BatchPlan.of(RunOptions(), None)
+
+    def refused(out: Path) -> str:
+        with pytest.raises(BadInput) as caught:
+            begin(scenes, Place(str(out)), plan, pytest.fail, PlainConsole(quiet=True), resume=False)
+        return str(caught.value)
+
+    assert "scans/a is in the way" in refused(folder)
+    made(replace(plan.template, name="b", out=str(tmp_path / "out/b")))
+    assert "out/b is there, and of no batch" in refused(tmp_path / "out")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["b"]
+
+
+def test_a_map_that_is_there_is_done_whatever_the_report_says(tmp_path):
+    """As where the batch was killed between the two."""
+    folder, out = recordings(tmp_path / "scans", a=9), tmp_path / "out"
+    run(folder, out, made)
+    written = json.loads((out / "report.json").read_text())
+    entry = written["scenes"][0] | {"status": "unfinished", "reason": "the batch was ended before"}
+    (out / "report.json").write_text(json.dumps(written | {"scenes": [entry]}))
+    tasks, _, written = run(folder, out, made, resume=True)
+    assert tasks == []
+    assert (written["scenes"][0]["status"], written["scenes"][0]["reason"]) == ("done", "")
 
 
 def test_a_report_has_a_scene_once():

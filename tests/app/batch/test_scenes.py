@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import fsspec
@@ -29,6 +30,25 @@ def test_a_folder_of_recordings_and_what_lies_beside_them(tmp_path):
     (tmp_path / "readme.txt").write_text("no list")
     (tmp_path / "scan.sens").write_bytes(b"")
     assert names(tmp_path) == ["a", "b", "scan"]
+
+
+def test_links_to_nowhere_and_what_cannot_be_read_are_noted_and_left_out(tmp_path, capsys, monkeypatch):
+    recording(tmp_path / "a")
+    (tmp_path / "gone").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "locked").mkdir()
+    real = Path.iterdir
+
+    def refusing(path: Path) -> Iterator[Path]:
+        if path.name == "locked":  # whatever its mode, root would be let in
+            raise PermissionError(13, "Permission denied", str(path))
+        return real(path)
+
+    monkeypatch.setattr(Path, "iterdir", refusing)
+    assert names(tmp_path) == ["a"]
+    assert capsys.readouterr().err.splitlines() == [
+        f"note: {tmp_path}/gone leads nowhere: left out",
+        f"note: {tmp_path}/locked cannot be read (Permission denied): left out",
+    ]
 
 
 def test_a_recording_is_one_scene_and_a_dataset_has_scenes_in_folders_of_their_own(tmp_path):
@@ -67,15 +87,20 @@ def test_a_store_is_searched_by_names():
         ("nowhere", "does not exist"),
         ("empty", "no recording"),
         ("double.txt", "2 recordings are called a"),
+        ("twice.txt", "x/a is listed 2 times"),
         ("reserved.txt", "keeps that name"),
         ("s3://key:secret@bucket/scans", "come from the environment"),
         ("gopher9://host/scans", "no store that fsspec knows"),
+        ("", "names no place"),
+        ("s3://", "names no bucket"),
+        ("s3:///scans", "names no bucket"),
     ],
 )
 def test_what_cannot_be_is_said(tmp_path, monkeypatch, text, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
     (tmp_path / "double.txt").write_text("x/a\ny/a\n")
+    (tmp_path / "twice.txt").write_text("x/a\nb\n./x/a/  # again\n")
     (tmp_path / "reserved.txt").write_text("x/batch_logs\n")
     with pytest.raises(BadInput, match=said) as caught:
         scenes_of(text)

@@ -55,10 +55,17 @@ def test_strides_share_the_walk_and_the_truth(capsys):
     assert "stride" in capsys.readouterr().out
 
 
+@pytest.mark.full
+def test_so_few_frames_that_nothing_is_named_are_one_plain_line(capsys):
+    code = call("ablate", "--scene", "tabletop", "--seeds", "1,1", "--frames", "2", "--variants", "as is")
+    assert (code, capsys.readouterr().err.splitlines()[-1][:7]) == (2, "razer: ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("--seeds", "one"), "whole numbers"),
+        (("--seeds", "1,1", "--workers", "0"), "--workers 0: give at least 1"),
         (("--stride", "2,0"), "whole numbers from 1"),
         (("--stride", "fast"), "--stride fast"),
         (("--variants", "no walls"), "choose from"),

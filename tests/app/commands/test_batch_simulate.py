@@ -26,8 +26,22 @@ def test_a_batch_with_other_workers_is_simulated(report, capsys):
     assert "makespan_s: 6000.0" in out
 
 
-@pytest.mark.parametrize("words", [("--workers", 0), ("--workers", 2, "--scenes", 0)])
-def test_nobody_and_nothing_is_simulated(report, words, capsys):
-    code, _, err = razer(capsys, "batch", "simulate", report, *words)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--workers", 0),
+        ("--scenes", 0),
+        ("--straggler-share", 2),
+        ("--straggler-share", "nan"),
+        ("--straggler-times", 0.5),
+        ("--hours-between-failures", -1),
+        ("--restart-s", "inf"),
+        ("--dispatch-s", -1),
+    ],
+)
+def test_what_no_cluster_has_is_not_simulated(report, words, capsys):
+    workers = () if words[0] == "--workers" else ("--workers", 2)
+    code, _, err = razer(capsys, "batch", "simulate", report, *workers, *words)
     assert code == 2
+    assert err.startswith(f"razer: {words[0]} ")
     assert len(err.splitlines()) == 1

@@ -14,7 +14,7 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.truth.truth_folder import read_truth
 from data_tools.writers.own_folder import write_folder
 from razer.metrics.presets import PRESETS
-from tests.support.cli import call
+from tests.support.cli import call, razer
 
 CONTRACT = {
     "class_agnostic": {"ap", "ap50", "ap25"},
@@ -184,6 +184,42 @@ def test_scenes_that_are_missing_are_named_and_left_out(room, run, tmp_path, cap
     assert list(evaluated(capsys, *many)["scenes"]) == ["room"]
     assert call("eval", *many, "--strict") == 2
     assert "nowhere" in capsys.readouterr().err
+
+
+def test_a_list_without_scenes_or_with_one_twice_is_refused(room, run, tmp_path, capsys):
+    many = ("--scenes", tmp_path / "list.txt", "--runs", run.parent, "--truth", room.parent)
+    (tmp_path / "list.txt").write_text("\n")
+    assert call("eval", *many) == 2
+    assert "lists no scene" in capsys.readouterr().err
+    (tmp_path / "list.txt").write_text("room\nother\nroom\n")
+    assert call("eval", *many) == 2
+    assert capsys.readouterr().err == f"razer: {tmp_path / 'list.txt'} lists room 2 times: leave all but one out\n"
+
+
+def test_scenes_at_once_have_their_notes_and_links_to_nowhere_harm_nothing(room, run, tmp_path, capsys):
+    (tmp_path / "list.txt").write_text("one\ntwo\n")
+    for name in ("one", "two"):
+        edited = shutil.copytree(run, tmp_path / "runs" / name)
+        rename_what_is_gone(edited)
+        (edited / "preview.png").symlink_to(tmp_path / "nowhere.png")
+        (tmp_path / "truth" / name).mkdir(parents=True)
+        (tmp_path / "truth" / name / "truth").symlink_to(room / "truth")
+    places = ("--runs", tmp_path / "runs", "--truth", tmp_path / "truth")
+    code, out, err = razer(capsys, "eval", "--scenes", tmp_path / "list.txt", *places, "--json")
+    assert code == 0, err
+    assert list(json.loads(out.splitlines()[-1])["scenes"]) == ["one", "two"]
+    alone = razer(capsys, "eval", edited, "--truth", room, "--json")[2]
+    (note,) = (line.removeprefix("note: ") for line in alone.splitlines() if "is not applied" in line)
+    assert {f"note: {name}: {note}" for name in ("one", "two")} <= set(err.splitlines())
+
+
+def rename_what_is_gone(run):
+    """An edit of an instance that the map does not have any more."""
+    assert call("edit", run, "rename", "1", "throne") == 0
+    first, line = (run / "edits.jsonl").read_text().splitlines()
+    edit = json.loads(line) | {"map": "0" * 16}
+    edit["about"]["1"]["points"] = [[99.0, 99.0, 99.0]]
+    (run / "edits.jsonl").write_text(f"{first}\n{json.dumps(edit)}\n")
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def test_what_is_mapped_is_not_mapped_again_and_what_is_not_is(data, tmp_path, c
     (out / "report.json").unlink()
     code, said, _ = reproduce(capsys, "scenenn", data, out)
     assert code == 2
-    assert "is not of a `razer reproduce`" in said
+    assert "is there, and of no batch" in said
 
 
 def written(out):
@@ -107,6 +107,11 @@ def test_data_without_any_scene_is_one_plain_line(tmp_path, capsys):
     assert "holds none of the scenes" in capsys.readouterr().err
     assert call("reproduce", "replica", tmp_path / "nowhere") == 2
     assert "is not a folder" in capsys.readouterr().err
+    for scenes in ("room0,", "../room0", "a/b", ""):
+        assert call("reproduce", "replica", tmp_path, "--scenes", scenes) == 2
+        assert "is no name of a scene" in capsys.readouterr().err
+    assert call("reproduce", "replica", tmp_path, "--workers", 0) == 2
+    assert "--workers 0: give at least 1" in capsys.readouterr().err
 
 
 def test_tables_are_as_wide_as_their_columns_and_means_are_those_of_the_rows():

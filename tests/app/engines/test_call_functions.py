@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pickle
 import signal
+import sys
+import warnings
 from pathlib import Path
 from threading import Event
 
 import pytest
 
-from app.console.streams import PlainConsole
+from app.console.streams import PlainConsole, print_notes
 from app.engines.call_functions import CallFailed, NamedCall, call_functions
 from app.engines.called_function import Call, CallTask
 from app.engines.local_engine import LocalEngine
@@ -67,6 +70,40 @@ def test_an_error_keeps_its_traceback():
         call_functions(calls(divide, 1), LocalEngine(1), QUIET, things="calls")
 
 
+def remark(what: str) -> None:
+    print_notes([f"{what} is strange"] * 2)
+    warnings.warn(f"{what} is doubtful", UserWarning, stacklevel=2)
+    print("3/12 under way", file=sys.stderr)
+    if what == "bad":
+        raise BadInput("it cannot be used")
+
+
+def test_what_a_call_remarks_is_told_with_its_name_whether_or_not_it_fails(capsys):
+    call_functions(calls(remark, "left", "right"), LocalEngine(1), QUIET, things="calls")
+    assert sorted(capsys.readouterr().err.splitlines()) == sorted(
+        f"{kind}: {name}: {name} is {what}"
+        for name in ("left", "right")
+        for kind, what in (("note", "strange"), ("WARNING", "doubtful"))
+    )
+    with pytest.raises(BadInput, match=r"^it cannot be used$"):
+        call_functions(calls(remark, "bad"), LocalEngine(1), QUIET, things="calls")
+    assert capsys.readouterr().err.splitlines() == ["note: bad: bad is strange", "WARNING: bad: bad is doubtful"]
+
+
+def fill(target: Path) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
+
+
+def test_no_room_is_tried_again_and_one_plain_line_in_the_end(tmp_path, capsys):
+    console = PlainConsole(stderr=True)
+    with pytest.raises(BadInput, match=r"full: .*full: No space left on device: free some space"):
+        call_functions(calls(fill, tmp_path / "full"), LocalEngine(1), console, things="calls")
+    assert capsys.readouterr().err.count("is tried again") == 2
+    engine = ScriptedEngine(*[("killed by the system", "memory", 0.0)] * 3)
+    with pytest.raises(BadInput, match=r"^1: killed by the system$"):
+        call_functions(calls(square, 1), engine, QUIET, things="calls")
+
+
 class ScriptedEngine:
     """One call after the other, answered as the test says."""
 
@@ -85,7 +122,7 @@ class ScriptedEngine:
         if not self._open:
             return []
         task, (reason, remedy, peak_mb) = self._open.pop(), self.outcomes.pop(0)
-        return [Outcome(task.name, task.number, reason, remedy, peak_mb=peak_mb, result=pickle.dumps(task.name))]
+        return [Outcome(task.name, reason, remedy, peak_mb=peak_mb, result=pickle.dumps(task.name))]
 
     def close(self) -> None:
         self.is_closed = True

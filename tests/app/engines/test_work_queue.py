@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import pytest
+
 from app.engines.task import Needs, Outcome
 from app.engines.work_queue import MAX_ATTEMPTS, Ended, WorkQueue
 
@@ -49,7 +51,7 @@ class Machine:
         piece = self.running.pop(0)
         reasons = self.reasons.get(piece.name, [])
         reason, remedy = reasons.pop(0) if reasons else ("", "none")
-        return [Outcome(piece.name, piece.number, reason, remedy, node_id=f"n{piece.number}")]
+        return [Outcome(piece.name, reason, remedy, node_id=f"n{piece.number}")]
 
     def close(self) -> None:
         self.running.clear()
@@ -96,3 +98,10 @@ def test_when_it_is_left_early_what_just_ended_is_told_and_nothing_runs():
     assert [one.work.name for one in last] == ["b"]
     assert machine.is_closed
     assert [piece.name for piece in queue.not_done] == ["c"]
+
+
+def test_two_pieces_of_one_name_are_refused_before_any_begins():
+    machine = Machine(100)
+    with pytest.raises(ValueError, match="2 pieces of work are called a"):
+        WorkQueue([Piece("a", 1), Piece("b", 1), Piece("a", 2)], machine)
+    assert machine.begun == []

@@ -92,6 +92,38 @@ def test_a_run_that_is_added_again_takes_its_own_place(capsys, run, library):
     assert [hit["id"] for hit in asked(capsys, "query", "chair", "--library", library)["hits"]] == [OTHER_CHAIR]
 
 
+def test_a_run_that_is_named_twice_is_added_and_removed_once(capsys, run, library):
+    twice = (run, run.parent / "." / run.name, "--library", library)
+    assert len(asked(capsys, "add", *twice)["added"]) == 1
+    assert asked(capsys, "remove", *twice)["removed"] == [str(run)]
+
+
+def test_what_cannot_be_added_is_said_before_any_is_and_else_what_was_added_is_told(capsys, tmp_path, run, library):
+    assert "no run folder" in refused(capsys, "add", run, tmp_path, "--library", library)
+    assert not library.exists()
+    bare = saved_run(tmp_path / "bare", made_map(1, n=0))
+    code, out, err = razer(capsys, "library", "add", run, bare, "--library", library)
+    assert (code, out) == (2, f"{run}: 6 instances of scene {run.name}\n")
+    assert "no embeddings" in err
+
+
+def test_a_library_is_where_its_name_says_and_is_made_by_add_alone(capsys, tmp_path, run, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for verb in (("query", "chair"), ("list",), ("stats",), ("compact",), ("remove", run)):
+        assert "is no library" in refused(capsys, *verb, "--library", "nowhere")
+    assert not (tmp_path / "nowhere").exists()
+    (tmp_path / "file").touch()
+    assert "is a file" in refused(capsys, "add", run, "--library", "file")
+    assert "names no place" in refused(capsys, "add", run, "--library", "")
+    assert "names no place" in refused(capsys, "stats", "--library", "")
+    message = refused(capsys, "add", run, "--library", "s3://user:hush@bucket/maps")
+    assert "come from the environment" in message
+    assert "hush" not in message
+    for name, folder in (("~", tmp_path / "~"), (f"file://{tmp_path}/a%20b", tmp_path / "a b")):
+        asked(capsys, "add", run, "--library", name)
+        assert asked(capsys, "stats", "--library", folder)["bytes"] > 0
+
+
 def test_a_name_given_by_hand_is_found(capsys, run, library):
     assert razer(capsys, "edit", run, "rename", str(CHAIR), "Grandma's red piano bench")[0] == 0
     razer(capsys, "library", "add", run, "--library", library)

@@ -109,6 +109,9 @@ def test_places_of_this_machine_need_no_store(tmp_path):
     write_text(place / "x", "text")
     assert read_text(place / "x") == "text"
     assert staged(place) == place.path
+    (place.path / "y").write_bytes(b"\xff\xfe")
+    with pytest.raises(BadInput, match="no UTF-8 text"):
+        read_text(place / "y")
 
 
 def test_a_store_in_memory_is_staged_and_bad_names_lead_nowhere(tmp_path):
@@ -117,6 +120,9 @@ def test_a_store_in_memory_is_staged_and_bad_names_lead_nowhere(tmp_path):
     place = Place.of("memory://lab/scan")
     assert contents(staged(place)) == {"color/0.png": b"abc"}
     assert not place.is_tried
+    store.pipe_file("/lab/report.json", b"\xff\xfe")
+    with pytest.raises(BadInput, match="no UTF-8 text"):
+        read_text(Place.of("memory://lab/report.json"))
     with pytest.raises(BadInput, match="does not exist"):
         staged(Place.of("memory://lab/none"))
 
