@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from razer.arrays import Float64Array
-from slam.backend.color_check import color_correlation
-from slam.backend.free_space_check import contradiction
+from slam.backend.view_checks.color_check import color_correlation
+from slam.backend.view_checks.free_space_check import contradiction
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import MIN_INLIERS

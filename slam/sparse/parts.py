@@ -12,7 +12,7 @@ from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
-from slam.backend.usual_colors import LEAST_PAIRS, UsualColors
+from slam.backend.view_checks.usual_colors import LEAST_PAIRS, UsualColors
 from slam.backend.view_overlap import near_poses, separation
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes

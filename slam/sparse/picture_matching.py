@@ -10,9 +10,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from razer.arrays import Float64Array
-from slam.backend.color_check import other_colors
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration

@@ -11,9 +11,9 @@ import numpy as np
 from app.benchmark.poses.calibration import nees_figures
 from app.benchmark.poses.consistency import pose_nees
 from app.benchmark.poses.false_ties import MergeWatch, count_false_edges
-from app.benchmark.poses.hard_walk import HardWalk, Shot
 from app.benchmark.poses.known_view import seen_cells
 from app.benchmark.poses.recovery import RecoveryWatch
+from app.benchmark.poses.worlds.hard_walk import HardWalk, Shot
 from razer.arrays import Float64Array, Pose
 from razer.metrics.scene_pair import TimedPoses
 from razer.metrics.trajectory_errors import trajectory_metrics

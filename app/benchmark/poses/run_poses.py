@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from app.benchmark.poses.followed_walk import follow
-from app.benchmark.poses.hard_worlds import HardWorld
+from app.benchmark.poses.worlds.hard_worlds import HardWorld
 from app.console.progress import show_progress
 from app.console.waiting import is_live, waiting_for
 from razer.errors import BadInput

@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from json import dumps
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Group, Parameter
 
@@ -23,7 +23,7 @@ from app.verbs import named
 from razer.errors import BadInput
 
 if TYPE_CHECKING:
-    from app.benchmark.poses.hard_worlds import HardWorld
+    from app.benchmark.poses.worlds.hard_worlds import HardWorld
     from app.settings.run_config import RunConfig
 
 
@@ -145,15 +145,12 @@ def poses(
     """Measure pose estimation in synthetic worlds that make it hard, or on a recording that is blinded, cut and turned.
 
     What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
-    right their covariances.
-
-    Nothing is written. All worlds take some 11 minutes; what each is stands in docs/pose_benchmark.md.
+    right their covariances. Nothing is written; all worlds take some 11 minutes, see docs/pose_benchmark.md.
 
     Parameters
     ----------
     recording:
-        In place of worlds a recording with poses, which count as true: recorded, backwards, blinded, blinking, cut,
-        jumping.
+        A recording with poses, which count as true: recorded, backwards, blinded, blinking, cut, jumping.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
         blind-1s, blind-10s, people, dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms,
@@ -172,8 +169,7 @@ def poses(
         raise BadInput(f"--frames {frames}: give 0 or more")
     seeds = whole_numbers("--seed", seed, 0)
     with waiting_for("starting"):
-        from app.benchmark.poses.calibration import calibration_table, described, summary
-        from app.benchmark.poses.report import poses_table
+        from app.benchmark.poses.calibration import summary
         from app.benchmark.poses.run_poses import chosen_worlds, measure_poses
 
     chosen = chosen_worlds(worlds.split(",") if worlds else (), _worlds(recording, calibration))
@@ -182,22 +178,29 @@ def poses(
     if json:
         print(dumps({"format": 1, "seeds": seeds, "frames": frames, "runs": rows} | together))
         return
+    _print_poses(rows, calibration)
+    print_next(("config",))  # the settings of the pose estimation are among them
+
+
+def _print_poses(rows: list[dict[str, Any]], calibration: bool) -> None:
+    from app.benchmark.poses.calibration import calibration_table, described, summary
+    from app.benchmark.poses.report import poses_table
+
     result_console().print(calibration_table(rows) if calibration else poses_table(rows))
     if calibration:
         result_console().print(described(summary(rows)), soft_wrap=True, highlight=False)
-    print_next(("config",))  # the settings of the pose estimation are among them
 
 
 def _worlds(recording: Path | None, calibration: bool) -> dict[str, HardWorld]:
     """All that there are to choose from; raises BadInput for a recording without poses."""
-    from app.benchmark.poses.calibration_worlds import CALIBRATION_WORLDS
-    from app.benchmark.poses.hard_worlds import WORLDS
+    from app.benchmark.poses.worlds.calibration_worlds import CALIBRATION_WORLDS
+    from app.benchmark.poses.worlds.hard_worlds import WORLDS
 
     if recording is None:
         return CALIBRATION_WORLDS if calibration else WORLDS
     if calibration:
         raise BadInput("--calibration is of synthetic worlds, whose poses are exact: leave the recording out")
-    from app.benchmark.poses.recorded_walks import PosedRecording, recorded_worlds
+    from app.benchmark.poses.worlds.recorded_walks import PosedRecording, recorded_worlds
     from app.frames.open_recording import open_unchecked
     from app.settings.run_config import InputSettings
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from data_tools.calibration.rgbd_estimate import RgbdEstimate
     from data_tools.checks.inspection import Inspection
     from data_tools.recordings.sequence import RgbdSequence
-    from slam.intrinsics_estimate import IntrinsicsEstimate
+    from slam.intrinsics.intrinsics_estimate import IntrinsicsEstimate
 
 FORMAT = 1
 NOTHING_USABLE = 2

@@ -16,9 +16,9 @@ from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Intrinsics
 from slam.config import SlamConfig
-from slam.frontend.camera_adjustment import ViewPair
-from slam.frontend.matched_views import DepthFeatures, ViewMatches
-from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
+from slam.intrinsics.camera_adjustment import ViewPair
+from slam.intrinsics.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
+from slam.intrinsics.matched_views import DepthFeatures, ViewMatches
 
 N_STRETCHES = 12
 # Frames of a stretch, counted from its first: close ones match where recordings are sparse, far ones have turned.

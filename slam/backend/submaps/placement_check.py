@@ -13,10 +13,10 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.color_check import other_colors
-from slam.backend.free_space_check import contradiction
 from slam.backend.pose_graph import PoseGraph
-from slam.backend.usual_colors import UsualColors
+from slam.backend.view_checks.color_check import other_colors
+from slam.backend.view_checks.free_space_check import contradiction
+from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses, separation
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes, View

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from app.benchmark.poses.followed_walk import follow
-from app.benchmark.poses.hard_worlds import N_FRAMES, WORLDS
 from app.benchmark.poses.report import COLUMNS, by_world
+from app.benchmark.poses.worlds.hard_worlds import N_FRAMES, WORLDS
 from app.cli import app
 from slam.system import SlamSystem
 from tests.support.cli import razer

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.benchmark.poses.calibration import FIGURES, described, mean_bounds, nees_figures, summary
-from app.benchmark.poses.calibration_worlds import CALIBRATION_WORLDS
 from app.benchmark.poses.followed_walk import follow
+from app.benchmark.poses.worlds.calibration_worlds import CALIBRATION_WORLDS
 from slam.system import SlamSystem
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from app.benchmark.poses.fast_turns import FASTEST_DEG_PER_S, VIDEO_PER_S, FastTurns
-from app.benchmark.poses.hard_walk import HardWalk, dark
-from app.benchmark.poses.hard_worlds import BLIND_S, KINECT, LONG_BLIND_S, STRIDES, WORLDS
+from app.benchmark.poses.worlds.fast_turns import FASTEST_DEG_PER_S, VIDEO_PER_S, FastTurns
+from app.benchmark.poses.worlds.hard_walk import HardWalk, dark
+from app.benchmark.poses.worlds.hard_worlds import BLIND_S, KINECT, LONG_BLIND_S, STRIDES, WORLDS
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame, Intrinsics
 from slam.se3 import angle_deg, length_m

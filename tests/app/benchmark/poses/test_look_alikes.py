@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.benchmark.poses.followed_walk import FollowedWalk, follow
-from app.benchmark.poses.hard_worlds import WORLDS
+from app.benchmark.poses.worlds.hard_worlds import WORLDS
 from slam.system import SlamSystem
 
 pytestmark = pytest.mark.full

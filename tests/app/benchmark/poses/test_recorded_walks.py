@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.benchmark.poses.followed_walk import follow
-from app.benchmark.poses.recorded_walks import BLINK, BLINK_EVERY, GAPS, PosedRecording, recorded_worlds
+from app.benchmark.poses.worlds.recorded_walks import BLINK, BLINK_EVERY, GAPS, PosedRecording, recorded_worlds
 from data_tools import open_sequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.errors import BadInput

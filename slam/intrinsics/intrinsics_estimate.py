@@ -11,8 +11,8 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from slam.config import DepthSettings
-from slam.frontend.camera_adjustment import MIN_MATCHES, CameraAdjustment, ViewPair
 from slam.frontend.depth_noise import DepthNoise
+from slam.intrinsics.camera_adjustment import MIN_MATCHES, CameraAdjustment, ViewPair
 
 MIN_PAIRS, MIN_GROUPS = 8, 4  # of views, and of stretches of the recording, for a spread to be measured
 FREE_ASPECT = 0.03  # prior of square pixels that lets views say otherwise

@@ -11,11 +11,11 @@ from razer.arrays import Float64Array
 from razer.frame import Intrinsics
 from razer.geometry import transform_points
 from slam.config import DepthSettings
-from slam.frontend.camera_adjustment import ViewPair
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.matched_views import ViewMatches, rigid_start
 from slam.frontend.rigid_matches import absolute_orientations
-from slam.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
+from slam.intrinsics.camera_adjustment import ViewPair
+from slam.intrinsics.intrinsics_estimate import IntrinsicsEstimate, estimate_intrinsics
+from slam.intrinsics.matched_views import ViewMatches, rigid_start
 from slam.se3 import exp_se3
 
 TRUE = Intrinsics(640, 480, 517.3, 516.5, 318.6, 255.3)

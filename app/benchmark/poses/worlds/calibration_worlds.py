@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from app.benchmark.poses.hard_worlds import KINECT, PLAIN, HardWorld, recorded, walk_through
+from app.benchmark.poses.worlds.hard_worlds import KINECT, PLAIN, HardWorld, recorded, walk_through
 
 SENSORS = {"kinect": KINECT, "plain": PLAIN}
 # Of the frames at 15/s of each scene, every so many.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slam.backend.usual_colors import HAND_HELD, LEAST_USUAL, UsualColors
+from slam.backend.view_checks.usual_colors import HAND_HELD, LEAST_USUAL, UsualColors
 
 
 def joined(*pairs):

@@ -11,8 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from app.benchmark.poses.hard_walk import HardWalk
-from app.benchmark.poses.hard_worlds import HardWorld
+from app.benchmark.poses.worlds.hard_walk import HardWalk
+from app.benchmark.poses.worlds.hard_worlds import HardWorld
 from app.frames.open_recording import require_poses
 from data_tools.recordings.sequence import RgbdSequence, usable_frames
 from razer.arrays import Float64Array

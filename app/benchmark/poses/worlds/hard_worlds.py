@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from app.benchmark.poses.fast_turns import VIDEO_PER_S, FastTurns
-from app.benchmark.poses.hard_walk import HardWalk, dark
+from app.benchmark.poses.worlds.fast_turns import VIDEO_PER_S, FastTurns
+from app.benchmark.poses.worlds.hard_walk import HardWalk, dark
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.free_space_check import contradiction
+from slam.backend.view_checks.free_space_check import contradiction
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor

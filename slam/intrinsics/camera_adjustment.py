@@ -16,7 +16,7 @@ import numpy as np
 from razer.arrays import Float64Array, Int64Array
 from razer.frame import Intrinsics
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.matched_views import ViewMatches, back_projected, rigid_start
+from slam.intrinsics.matched_views import ViewMatches, back_projected, rigid_start
 from slam.se3 import exp_se3
 
 FACTORS = 1.09 ** np.arange(-6, 7)  # of the guessed focal length, to start from: 0.6 to 1.68

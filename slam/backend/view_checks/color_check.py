@@ -12,7 +12,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.reprojection import reprojected
+from slam.backend.view_checks.reprojection import reprojected
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.color_check import color_correlation, other_colors
 from slam.backend.submaps.placement_check import contradict
+from slam.backend.view_checks.color_check import color_correlation, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor

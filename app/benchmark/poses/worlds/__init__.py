@@ -1,0 +1,1 @@
+"""Walks that are hard for pose estimation: rendered ones, and those through a recording."""
