@@ -14,7 +14,7 @@ from rich.console import Console
 from app.batch.estimate import Estimator, RecordingSize
 from app.batch.one_scene import UNFINISHED, SceneTask, is_finished
 from app.batch.report import BatchReport
-from app.batch.scenes import Scene
+from app.batch.scenes import LISTED_AT_ONCE, Scene
 from app.console.progress import show_progress
 from app.console.waiting import waiting_for
 from app.engines.child_notes import tell_notes
@@ -26,7 +26,6 @@ from app.object_store.staging import sizes
 from app.settings.run_config import RunConfig
 from razer.errors import BadInput
 
-_LISTED_AT_ONCE = 16
 _REPORT_EVERY_S = 2.0
 
 
@@ -173,7 +172,7 @@ class _SceneWork:
 
 def maps_there(scenes: list[Scene], out: Place) -> dict[str, bool]:
     """By name, whether the map of a scene is in `out`; raises BadInput where something else is in its place."""
-    with ThreadPoolExecutor(_LISTED_AT_ONCE) as pool:
+    with ThreadPoolExecutor(LISTED_AT_ONCE) as pool:
         found = dict(
             zip([one.name for one in scenes], pool.map(lambda one: is_finished(out / one.name), scenes), strict=True)
         )
@@ -185,7 +184,7 @@ def maps_there(scenes: list[Scene], out: Place) -> dict[str, bool]:
 
 def _sizes(scenes: list[Scene], config: RunConfig) -> list[RecordingSize]:
     """What the recordings of scenes have; one that cannot be looked at is tried all the same."""
-    with ThreadPoolExecutor(_LISTED_AT_ONCE) as pool:
+    with ThreadPoolExecutor(LISTED_AT_ONCE) as pool:
         return list(pool.map(lambda one: _size(one, config), scenes))
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from app.console.streams import print_notes
 from app.object_store.attempts import persistently
@@ -16,6 +17,7 @@ from data_tools.registry import recognise
 from razer.errors import BadInput
 from razer.files import read_lines
 
+LISTED_AT_ONCE = 16  # folders of a store
 RESERVED = ("batch_logs", "report.json", "evaluation.json")
 _MAX_DEPTH = 3  # 7-Scenes: the scene, in it the sequence
 _RECORDING_FILES = (".sens", ".bag", ".r3d")
@@ -48,11 +50,16 @@ def scenes_of(text: str) -> list[Scene]:
 def _in_folder(folder: Path) -> list[Scene]:
     """A recording by itself, else those in the folders below."""
     if _is_recording(folder) and not _holds_several(folder):
-        return [Scene(folder.stem if folder.is_file() else folder.name, Place(str(folder)))]
+        return [Scene(_stem(folder), Place(str(folder)))]
     notes: list[str] = []
     found = _below(folder, 1, notes)
     print_notes(notes)
-    return [Scene("_".join(path.relative_to(folder).with_suffix("").parts), Place(str(path))) for path in found]
+    return [Scene("_".join((*path.relative_to(folder).parts[:-1], _stem(path))), Place(str(path))) for path in found]
+
+
+def _stem(path: Path) -> str:
+    """Of a folder the whole name, whatever dots are in it."""
+    return path.stem if path.is_file() else path.name
 
 
 def _holds_several(folder: Path) -> bool:
@@ -91,33 +98,40 @@ def _is_recording(path: Path) -> bool:
 
 def _in_store(place: Place) -> list[Scene]:
     """The same in a store, by names alone: a recording there is what has a folder of images, or is one file."""
-    names = _names(place)
-    if _looks_like_recording(names):
-        return [Scene(Path(place.name).stem, place)]
-    return [
-        Scene(Path(name).stem, place / name)
-        for name in names
-        if not name.startswith(".")
-        and (name.endswith(_RECORDING_FILES) or ("." not in name and _looks_like_recording(_names(place / name))))
-    ]
+    if place.name.endswith(_RECORDING_FILES):
+        return [Scene(*_named(place))]
+    inside = _listing(place)
+    if _looks_like_recording(inside):
+        return [Scene(*_named(place))]
+    names = [name for name in inside if not name.startswith(".")]
+
+    def is_recording(name: str) -> bool:
+        return _looks_like_recording(_listing(place / name)) if inside[name] else name.endswith(_RECORDING_FILES)
+
+    with ThreadPoolExecutor(LISTED_AT_ONCE) as pool:
+        found = list(pool.map(is_recording, names))
+    return [Scene(*_named(place / name)) for name, is_one in zip(names, found, strict=True) if is_one]
 
 
-def _looks_like_recording(names: list[str]) -> bool:
-    """Whether a folder with these names in it is one recording."""
-    if {*names} & {*_RECORDING_FOLDERS} or any(name.endswith((".color.png", ".color.jpg")) for name in names):
+def _looks_like_recording(inside: Mapping[str, bool]) -> bool:
+    """Whether a folder with these in it, see `_listing`, is one recording."""
+    if inside.keys() & {*_RECORDING_FOLDERS} or any(name.endswith((".color.png", ".color.jpg")) for name in inside):
         return True
-    return sum(name.endswith(_RECORDING_FILES) for name in names) == 1 and all("." in name for name in names)
+    return sum(name.endswith(_RECORDING_FILES) for name in inside) == 1 and not any(inside.values())
 
 
-def _names(place: Place) -> list[str]:
+def _listing(place: Place) -> dict[str, bool]:
+    """What is in a folder of a store, by name; whether it is a folder."""
     store, key = place.opened()
 
-    def look() -> list[str]:
+    def look() -> dict[str, bool]:
         store.invalidate_cache()
         try:
-            return sorted({path.rstrip("/").rpartition("/")[2] for path in store.ls(key, detail=False)} - {place.name})
+            found = {entry["name"].rstrip("/"): entry["type"] == "directory" for entry in store.ls(key, detail=True)}
         except FileNotFoundError:
-            return []
+            return {}
+        # A folder may have a key of its own, which is listed as if it were in it.
+        return {path.rpartition("/")[2]: found[path] for path in sorted(found.keys() - {key.rstrip("/")})}
 
     return persistently(look, f"{place} cannot be listed")
 
@@ -136,9 +150,8 @@ def _resolved(parent: Place, line: str) -> Place:
 
 
 def _named(place: Place) -> tuple[str, Place]:
-    """What a recording is called: as its folder or file; a whole URI has a host first, which is no name."""
-    name = place.name if place.is_remote and not urlsplit(place.text).path.strip("/") else Path(place.name).name
-    return (Path(name).stem if name.endswith(_RECORDING_FILES) else name), place
+    """What a recording is called: as its folder or file."""
+    return (Path(place.name).stem if place.name.endswith(_RECORDING_FILES) else place.name), place
 
 
 def _checked(scenes: list[Scene]) -> list[Scene]:

@@ -102,8 +102,9 @@ class WorkQueue(Generic[W]):
 
     def _submit(self) -> None:
         """Hand over the longest of what there is room for, as long as there is any."""
+        most = self._engine.most
         for waiting in self._waiting[:_LOOKED_AT]:
-            needs = waiting.work.needs(waiting.n_short_of_memory).within(self._engine.most)
+            needs = waiting.work.needs(waiting.n_short_of_memory).within(most)
             if not self._engine.has_room(needs):
                 continue
             self._waiting.remove(waiting)

@@ -53,7 +53,7 @@ def write_text(place: Place, text: str) -> None:
 def read_text(place: Place) -> str | None:
     """The text at a place, None where there is none; raises BadInput."""
     if not place.is_remote:
-        return files.read_text(place.path) if place.path.is_file() else None
+        return files.read_text(place.path, max_bytes=files.MAX_BYTES) if place.path.is_file() else None
     store, key = place.opened()
 
     def read() -> bytes | None:

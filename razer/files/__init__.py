@@ -5,7 +5,7 @@ Each failure is a `BadInput` of one line that names the file, the place in it wh
 
 from razer.files.archives import Archive, MissingMember
 from razer.files.arrays import read_npy, read_npz
-from razer.files.file_bytes import MissingFile, beginning, opened, plain_os_errors, read_bytes
+from razer.files.file_bytes import MAX_BYTES, MissingFile, beginning, opened, plain_os_errors, read_bytes
 from razer.files.images import decode_image, image_size
 from razer.files.text import (
     MALFORMED,
@@ -21,6 +21,7 @@ from razer.files.text import (
 
 __all__ = [
     "MALFORMED",
+    "MAX_BYTES",
     "MAX_TEXT_BYTES",
     "Archive",
     "MissingFile",

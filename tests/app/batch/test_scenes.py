@@ -58,6 +58,10 @@ def test_a_recording_is_one_scene_and_a_dataset_has_scenes_in_folders_of_their_o
     found = scenes_of(str(tmp_path / "set"))
     assert [scene.name for scene in found] == ["chess_seq-01", "fire_seq-01"]
     assert found[0].recording.path == tmp_path / "set/chess/seq-01"
+    for day in ("2024.05.01", "2024.05.02"):
+        recording(tmp_path / "days" / day)
+    assert names(tmp_path / "days") == ["2024.05.01", "2024.05.02"]
+    assert names(tmp_path / "days" / "2024.05.01") == ["2024.05.01"]
 
 
 def test_a_list_has_paths_beside_it_paths_from_the_root_and_uris(tmp_path):
@@ -74,6 +78,15 @@ def test_a_store_is_searched_by_names():
         store.pipe_file(f"/{name}", b"x")
     assert names("memory://scans") == ["a", "b"]
     assert names("memory://scans/a") == ["a"]
+    assert names("memory://scans/b.sens") == ["b"]
+    for name in (
+        "days/2024.05.01/rgb/0.png",
+        "days/2024.05.02/rgb/0.png",
+        "days/days/rgb/0.png",
+        "days/x.sens/rgb/0.png",
+    ):
+        store.pipe_file(f"/{name}", b"x")
+    assert names("memory://days") == ["2024.05.01", "2024.05.02", "days", "x"]
     store.pipe_file("/scans/list.txt", b"a\nb.sens\n")
     assert [scene.recording.text for scene in scenes_of("memory://scans/list.txt")] == [
         "memory://scans/a",
