@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
+from slam.backend.dynamic_masking import DynamicMasking
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.outlier_edges import is_outlier
 from slam.backend.place_recognition import PlaceRecognition
@@ -46,6 +47,7 @@ class KeyframeMap:
         self._search = SubmapSearch(self.keyframes, self._places, hypotheses, config)
         placement = PlacementCheck(self.keyframes, self.graph, config)
         self._merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
+        self._masking = DynamicMasking(self.keyframes, config)
         self._n_submaps = self._chain = 0
 
     def pose(self, keyframe: int, keyframe_from_camera: Float64Array) -> Float64Array:
@@ -64,7 +66,7 @@ class KeyframeMap:
         return keyframe
 
     def extend(self, before: Keyframe, view: View, result: IcpResult, travelled_m: float) -> Keyframe:
-        """A further keyframe, which tracking registered to the one before.
+        """A further keyframe, which tracking registered to the one before, without what moved in it.
 
         Args:
             before: the keyframe it was registered to.
@@ -72,7 +74,9 @@ class KeyframeMap:
             result: before_from_view with its information.
             travelled_m: how far the camera has travelled, metres.
         """
-        return self._add_before(before, view, result, travelled_m, is_odometry=True)
+        pose = self.pose(before.number, result.target_from_source)
+        static = self._masking.static_part(view, before, pose, travelled_m)
+        return self._add_before(before, static, result, travelled_m, is_odometry=True)
 
     def resume(self, before: Keyframe, view: View, result: IcpResult, travelled_m: float) -> Keyframe:
         """A further keyframe, with which tracking goes on where the camera was found after it was lost: if that proves

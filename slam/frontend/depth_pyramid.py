@@ -75,6 +75,10 @@ class DepthPyramid:
         """The depth image (H, W) that the grids are made of, metres."""
         return self._steps * np.float32(self._step_m)
 
+    def without(self, pixels: BoolArray) -> DepthPyramid:
+        """The same without the readings of some pixels (H, W)."""
+        return DepthPyramid(np.where(pixels, np.float32(0), self.depth), self.intrinsics)
+
     @property
     def levels(self) -> tuple[SurfaceGrid, ...]:
         """The grids, the coarsest first."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
+from razer.arrays import BoolArray, Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 from slam.config import ColorSettings, FeatureSettings, SlamConfig
@@ -50,6 +50,12 @@ class Features:
 
     def __len__(self) -> int:
         return len(self.rays)
+
+    def select(self, which: BoolArray) -> Features:
+        """Those of them that a mask (N,) has."""
+        return Features(
+            self.rays[which], self.descriptors[which], self.depth_m[which], self.sigma[which], self.row_times[which]
+        )
 
 
 class FeatureExtractor:

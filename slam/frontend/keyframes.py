@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
-from razer.arrays import Float16Array, Float64Array, Int64Array, Uint8Array
+from razer.arrays import BoolArray, Float16Array, Float64Array, Int64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -62,6 +63,22 @@ class View:
     def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise; the pyramid is shared."""
         return replace(self, turning_rad_s=turning_rad_s)
+
+    def without(self, pixels: BoolArray) -> View:
+        """The same view without what it shows at some pixels (h, w) of the grid of sparse_intrinsics."""
+        k = self.pyramid.intrinsics
+        fine = cv2.resize(pixels.astype(np.uint8), (k.width, k.height), interpolation=cv2.INTER_NEAREST) > 0
+        features, wide = (part.select(~_at(part, fine, k)) for part in (self.features, self.wide.features))
+        sparse = np.where(pixels, np.float16(0), self.sparse_depth)
+        pyramid, known = self.pyramid.without(fine), WideFeatures.known(wide)
+        return replace(self, pyramid=pyramid, sparse_depth=sparse, features=features, wide=known)
+
+
+def _at(features: Features, pixels: BoolArray, k: Intrinsics) -> BoolArray:
+    """Which features (N,) lie on pixels (H, W) of a camera; those outside of its image do not."""
+    column, row = np.rint(features.rays * (k.fx, k.fy) + (k.cx, k.cy)).astype(int).T
+    inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
+    return inside & pixels[row.clip(0, k.height - 1), column.clip(0, k.width - 1)]
 
 
 @dataclass

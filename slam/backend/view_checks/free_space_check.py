@@ -10,7 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.view_checks.reprojection import reprojected
 from slam.config import FreeSpaceSettings
@@ -36,11 +36,26 @@ def contradiction(target: View, source: View, target_from_source: Float64Array, 
 
 
 def _standing_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
-    _, pixel, z = reprojected(view, other, other_from_view)
+    pixel, is_standing = standing_readings(view, other, other_from_view, settings)
+    return 0.0 if len(pixel) < MIN_SHARED else float(is_standing.mean())
+
+
+def standing_readings(
+    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings, drift_m: float = 0.0
+) -> tuple[IndexArray, BoolArray]:
+    """The pixels (M,) of a view's sparse readings that fall on readings of another, rows one after the other, and which
+    of them (M,) stand where the other saw through.
+
+    Args:
+        view: the view whose readings they are.
+        other: the view they are held against.
+        other_from_view: (4, 4) the motion between them.
+        settings: how far in front of a reading something must stand.
+        drift_m: and by how much more, as the motion may be that far off.
+    """
+    here, pixel, z = reprojected(view, other, other_from_view)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
     nearest = cv2.erode(other.sparse_depth.astype(np.float32), np.ones((3, 3), np.uint8)).ravel()[pixel]
     read = other.sparse_depth.ravel()[pixel] > 0
-    if read.sum() < MIN_SHARED:
-        return 0.0
-    standing = z < nearest - (settings.margin_m + settings.margin_per_m * nearest)
-    return float(standing[read].mean())
+    is_standing: BoolArray = z < nearest - (settings.margin_m + settings.margin_per_m * nearest + drift_m)
+    return here[read], is_standing[read]
