@@ -14,7 +14,7 @@ from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
 
 LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
-
+ALONE_FEATURES = 20  # that agree, for a single pair to be believed: fewer may agree on a look-alike
 BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
 LAST_RANK = 6  # times the usual share of other colours, from which all pairs are equally bad
@@ -32,6 +32,11 @@ class MeasuredPair:
     other_colors: float = 0.0
     separation: float = 0.5
     is_next: bool = False
+
+    @property
+    def weight(self) -> float:
+        """How much it says beside others: by the features that agree, and how well the rest does."""
+        return self.n_features * self.score
 
     def motion(self, start: int) -> Float64Array:
         """start_from_other (4, 4), start being one of the two pictures."""
@@ -60,9 +65,14 @@ def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
 
     def sureness(pair: MeasuredPair) -> tuple[bool, int, int, float]:
         color_rank = min(int(pair.other_colors / min(usual[pair.edge.a], usual[pair.edge.b])), LAST_RANK)
-        return pair.is_next, -color_rank, _n_triangles(pair, table), pair.n_features * pair.score
+        return pair.is_next, -color_rank, _n_triangles(pair, table), pair.weight
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
+
+
+def is_sure(ties: Sequence[MeasuredPair]) -> bool:
+    """Whether ties that agree, the surest first, are enough to believe them."""
+    return len(ties) > 1 or any(tie.is_next or tie.n_features >= ALONE_FEATURES for tie in ties)
 
 
 def _better_colors(pairs: Iterable[MeasuredPair]) -> float:

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
@@ -18,12 +20,13 @@ from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.se3 import angle_deg, length_m
-from slam.sparse.measured_pair import MeasuredPair, by_picture, surest_first
+from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
+from slam.sparse.reassignment import Reassignment
 
-ALONE_FEATURES = 20  # that agree, for a single pair to join two parts: fewer may agree on a look-alike
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
 FIRST_DIFFER_LESS = 1.5  # times as many colours differ between any pictures as between those that are joined early
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
+ROUNDS = 5  # of moving pictures and joining what that leaves; three settle simulated twin rooms
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 
@@ -40,10 +43,54 @@ class Parts:
         self._version = [0] * len(keyframes)  # of each part, so that nothing is tested twice
         self._tested: dict[tuple[int, int], tuple[int, int]] = {}
 
+    @classmethod
+    def of(cls, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> Parts:
+        """Those that pictures fall into in the end."""
+        parts = cls(keyframes, pairs, config)
+        parts.grow()
+        for _ in range(ROUNDS):
+            if not parts.reassign():
+                break
+            parts.grow()
+        return parts
+
     def grow(self) -> None:
         """Join parts until nothing is left that may be joined."""
         while sum(self._try(pair) for pair in self._pairs):
             pass
+
+    def reassign(self) -> bool:
+        """Move pictures that lie in the wrong one of two look-alike places to the other, part what that leaves without
+        a tie, and say whether any was moved."""
+        reassignment = Reassignment(self._keyframes, self._table, self._usual_colors, self._config)
+        moved = [part for part in sorted(self.members) if self._reassign(part, reassignment)]
+        return bool(moved)
+
+    def _reassign(self, part: int, reassignment: Reassignment) -> bool:
+        moved = reassignment.moved({n: self.poses[n] for n in self.members[part]})
+        if not moved:
+            return False
+        self.poses.update(moved)
+        tied = self._tied_together(part)
+        del self.members[part]
+        for numbers in tied:
+            self._set_apart(numbers)
+        return True
+
+    def _tied_together(self, part: int) -> list[list[int]]:
+        """The numbers of a part's pictures, by what pairs that its poses bear out tie together."""
+        edges = [pair.edge for pair in self.agreeing(part)]
+        tied = components(len(self._keyframes), edges)[self.members[part]]
+        return [[n for n, t in zip(self.members[part], tied, strict=True) if t == one] for one in np.unique(tied)]
+
+    def _set_apart(self, numbers: list[int]) -> None:
+        """Pictures as a part of their own."""
+        part = min(numbers)
+        for n in numbers:
+            self.part_of[n] = part
+        self.members[part] = numbers
+        self._version[part] += 1
+        self._smooth(part)
 
     def agreeing(self, part: int) -> list[MeasuredPair]:
         """The pairs within a part that its poses bear out."""
@@ -76,7 +123,7 @@ class Parts:
             for other, pair in self._table.get(n, {}).items():
                 if self.part_of[other] == home:
                     ties.append((pair, self.poses[other] @ pair.motion(other) @ inverse(self.poses[n])))
-        return sorted(ties, key=lambda tie: -tie[0].n_features * tie[0].score)
+        return sorted(ties, key=lambda tie: -tie[0].weight)
 
     def _agreed(self, home: int, away: int) -> Float64Array | None:
         """home_from_away as most ties have it that what the pictures saw bears out; None where those are not sure
@@ -87,7 +134,7 @@ class Parts:
         for _ in range(MOST_PLACES):
             best = _largest(same, left)
             chosen = [ties[n][0] for n in best]
-            if not _is_sure(chosen):
+            if not is_sure(chosen):
                 return None
             rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
             if self._have_other_colors(home, away, chosen) or self._is_contradicted(home, away, motions[best[0]]):
@@ -145,9 +192,11 @@ class Parts:
         self.members[home] += joined
         self._version[home] += 1
         if len(joined) >= SMOOTH_FROM or len(self.members[home]) % SMOOTH_FROM == 0:
-            numbers = sorted(self.members[home])
-            edges = [pair.edge for pair in self.agreeing(home)]
-            self.poses.update(smoothed({n: self.poses[n] for n in numbers}, edges))
+            self._smooth(home)
+
+    def _smooth(self, part: int) -> None:
+        edges = [pair.edge for pair in self.agreeing(part)]
+        self.poses.update(smoothed({n: self.poses[n] for n in sorted(self.members[part])}, edges))
 
 
 def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Mapping[int, Float64Array]:
@@ -164,11 +213,6 @@ def _usual_colors(pairs: Sequence[MeasuredPair]) -> UsualColors:
     return UsualColors([pair.separation for pair in pairs], [pair.other_colors for pair in pairs])
 
 
-def _is_sure(ties: Sequence[MeasuredPair]) -> bool:
-    """Whether ties that agree, the surest first, are enough to join two parts."""
-    return len(ties) > 1 or any(tie.is_next or tie.n_features >= ALONE_FEATURES for tie in ties)
-
-
 def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
     """Numbers, of those that are left (N,), of the largest group that is the same (N, N) as one of them."""
     sizes = np.where(left, (same & left).sum(axis=1), 0)
@@ -178,3 +222,10 @@ def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
 def _same(a: Float64Array, b: Float64Array) -> bool:
     offset = inverse(a) @ b
     return length_m(offset) <= SAME_M and angle_deg(offset) <= SAME_DEG
+
+
+def components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:
+    """Which keyframes (K,) edges tie together, by the number of their component."""
+    ends = np.array([(edge.a, edge.b) for edge in edges], np.int64).reshape(-1, 2)
+    table = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n_keyframes, n_keyframes))
+    return connected_components(table, directed=False)[1].astype(np.intp)

@@ -5,11 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-
-from razer.arrays import Float64Array, IndexArray, Pose
+from razer.arrays import Float64Array, Pose
 from razer.frame import Frame
 from razer.geometry import inverse
 from slam.backend.loop_closure import LoopClosure
@@ -22,7 +18,7 @@ from slam.frontend.keyframes import STILL, Keyframes, View
 from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
-from slam.sparse.parts import Parts
+from slam.sparse.parts import Parts, components
 from slam.sparse.picture_matching import PictureMatching
 from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
@@ -87,16 +83,14 @@ class SparseSystem:
 
     def _grown(self, matching: PictureMatching) -> Parts:
         """Parts of all pairs; what lies outside the largest is compared with it once more."""
-        parts = Parts(self.keyframes, matching.pairs, self.config)
-        parts.grow()
+        parts = Parts.of(self.keyframes, matching.pairs, self.config)
         world = max(parts.members.values(), key=len)
         outside = set(range(len(self.keyframes))) - set(world)
         n_pairs = len(matching.pairs)
         for pair in sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)):
             matching.measure(*pair)
         if len(matching.pairs) > n_pairs:
-            parts = Parts(self.keyframes, matching.pairs, self.config)
-            parts.grow()
+            parts = Parts.of(self.keyframes, matching.pairs, self.config)
         return parts
 
     def _lay_out(self, parts: Parts) -> None:
@@ -138,7 +132,7 @@ class SparseSystem:
 
     def _cut_off(self, edges: Sequence[PoseEdge]) -> None:
         """Pictures that no edge ties to the world any more are outside of it."""
-        tied = _components(len(self.keyframes), edges)
+        tied = components(len(self.keyframes), edges)
         for keyframe in self.keyframes.all:
             if keyframe.submap == 0 and tied[keyframe.number] != tied[self._origin]:
                 keyframe.submap = len(self.keyframes) + int(tied[keyframe.number])
@@ -156,10 +150,3 @@ class SparseSystem:
         """Nothing until the end; then, once, the pose graph with the covariances of all."""
         report, self._report = self._report, NOWHERE
         return report
-
-
-def _components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:
-    """Which keyframes (K,) edges tie together, by the number of their component."""
-    ends = np.array([(edge.a, edge.b) for edge in edges], np.int64).reshape(-1, 2)
-    table = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n_keyframes, n_keyframes))
-    return connected_components(table, directed=False)[1].astype(np.intp)

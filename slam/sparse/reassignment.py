@@ -1,0 +1,127 @@
+"""Reassignment: a picture that lies in the wrong one of two look-alike places moves to the other, one after the other
+until each lies where its neighbours have it (iterated conditional modes, Besag 1986).
+
+A part is grown pair by pair, and what was placed early was placed by little: its true ties come later, find it placed,
+and are left over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from razer.arrays import Float64Array
+from razer.geometry import inverse
+from slam.backend.submaps.merge_hypotheses import MAJORITY, same_motions
+from slam.backend.view_checks.color_check import other_colors
+from slam.backend.view_checks.free_space_check import contradiction
+from slam.backend.view_checks.usual_colors import UsualColors
+from slam.backend.view_overlap import near_poses, separation
+from slam.config import SlamConfig
+from slam.frontend.keyframes import Keyframes
+from slam.sparse.measured_pair import MeasuredPair, is_sure
+
+MOST_COMPARED = 16  # pictures near a place, some 2 ms each
+CLEARLY = 1.25  # times the colours that differ; less says nothing
+UNNOTICED = 0.25  # of the usual share of other colours, which is noise
+SWEEPS = 5  # through the pictures; three settle simulated twin rooms
+
+
+Tie = tuple[MeasuredPair, Float64Array]  # a pair, and where (4, 4) it puts the picture in question
+
+
+@dataclass(frozen=True)
+class PlacementFit:
+    """How a picture fits at a place: the share of space it contradicts, and by how many times the usual share colours
+    differ, the median of the pictures near there (None where none shares a surface with it)."""
+
+    contradiction: float
+    color_excess: float | None
+
+    def is_clearly_better(self, other: PlacementFit) -> bool:
+        """Whether colours say so."""
+        if self.color_excess is None or other.color_excess is None:
+            return False
+        return CLEARLY * (self.color_excess + UNNOTICED) <= other.color_excess + UNNOTICED
+
+
+@dataclass(frozen=True)
+class Reassignment:
+    """Moves pictures of a part.
+
+    Args:
+        keyframes: all pictures.
+        table: the pairs of each, by the other picture.
+        usual_colors: what share of colours differs between pictures so far apart.
+        config: the settings.
+    """
+
+    keyframes: Keyframes
+    table: Mapping[int, Mapping[int, MeasuredPair]]
+    usual_colors: UsualColors
+    config: SlamConfig
+
+    def moved(self, poses: Mapping[int, Float64Array]) -> dict[int, Float64Array]:
+        """The pictures of a part that lie elsewhere, and where (4, 4).
+
+        Args:
+            poses: of all pictures of the part.
+        """
+        now, changed, asked = dict(poses), set[int](), set(poses)
+        for _ in range(SWEEPS):
+            moved = [number for number in sorted(asked) if self._move(number, now)]
+            changed.update(moved)
+            asked = {other for number in moved for other in self.table.get(number, {}) if other in now}
+        return {number: now[number] for number in sorted(changed)}
+
+    def _move(self, number: int, poses: dict[int, Float64Array]) -> bool:
+        here, there = self._here_and_there(number, poses)
+        if not is_sure([pair for pair, _ in there]) or any(pair.is_next for pair, _ in here):
+            return False
+        pose = there[0][1]
+        if here and not self._is_better(number, pose, _weight(there) / _weight(here), poses):
+            return False
+        poses[number] = pose
+        return True
+
+    def _here_and_there(self, number: int, poses: Mapping[int, Float64Array]) -> tuple[list[Tie], list[Tie]]:
+        """The ties that put a picture where it is, and the heaviest that agree on another place."""
+        ties = self._ties(number, poses)
+        same = same_motions(np.stack([poses[number], *(pose for _, pose in ties)]), np.zeros(3))
+        here = [tie for tie, is_here in zip(ties, same[0, 1:], strict=True) if is_here]
+        groups = [[ties[n] for n in np.flatnonzero(row & ~same[0, 1:])] for row in same[1:, 1:][~same[0, 1:]]]
+        return here, max(groups, key=_weight, default=[])
+
+    def _is_better(self, number: int, pose: Float64Array, times: float, poses: Mapping[int, Float64Array]) -> bool:
+        """Whether a picture rather lies elsewhere, where ties say so that weigh so many times those that leave it."""
+        there = self._fit(number, pose, poses)
+        if there.contradiction > self.config.submaps.max_contradiction:
+            return False
+        here = self._fit(number, poses[number], poses)
+        if here.contradiction > self.config.submaps.max_contradiction or there.is_clearly_better(here):
+            return True
+        return times >= MAJORITY and not here.is_clearly_better(there)
+
+    def _ties(self, number: int, poses: Mapping[int, Float64Array]) -> list[Tie]:
+        """The pairs of a picture within the part, and where each puts it, the surest first."""
+        pairs = [(pair, other) for other, pair in self.table.get(number, {}).items() if other in poses]
+        pairs.sort(key=lambda tie: (-tie[0].weight, tie[1]))
+        return [(pair, poses[other] @ pair.motion(other)) for pair, other in pairs]
+
+    def _fit(self, number: int, pose: Float64Array, poses: Mapping[int, Float64Array]) -> PlacementFit:
+        others = [other for other in poses if other != number]
+        near = near_poses(pose, np.stack([poses[n] for n in others]), self.config.loop_closure)[:MOST_COMPARED]
+        view, space, excess = self.keyframes[number].view, list[float](), list[float]()
+        for other in (others[n] for n in near):
+            seen, motion = self.keyframes[other].view, inverse(poses[other]) @ pose
+            space.append(contradiction(seen, view, motion, self.config.free_space))
+            share = other_colors(seen, view, motion, self.config.free_space)
+            if share is not None:
+                excess.append(share / self.usual_colors.mean([separation(seen, view, motion)]))
+        return PlacementFit(float(np.mean(space or [0.0])), float(np.median(excess)) if excess else None)
+
+
+def _weight(ties: Sequence[Tie]) -> float:
+    return sum(pair.weight for pair, _ in ties)

@@ -1,0 +1,144 @@
+"""Pictures that lie in the wrong one of two look-alike places move, and those that lie right stay."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_tools.synthetic.camera.sensor_model import SensorModel
+from data_tools.synthetic.synthetic_scene import SyntheticScene
+from slam.backend.pose_graph import PoseEdge
+from slam.backend.view_checks.usual_colors import UsualColors
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.keyframes import STILL, Keyframes, View
+from slam.se3 import exp_se3
+from slam.sparse.measured_pair import MeasuredPair, by_picture
+from slam.sparse.parts import Parts
+from slam.sparse.reassignment import PlacementFit, Reassignment
+
+USUAL = UsualColors([0.5], [0.05])
+TWIN_M = 5.0  # from one place to the one that looks like it
+FITS = PlacementFit(0.0, 1.0)
+
+
+def at(x_m: float):
+    pose = np.eye(4)
+    pose[0, 3] = x_m
+    return pose
+
+
+def pair(a, b, x_m, n_features=40):
+    """b lies so far along x from a."""
+    return MeasuredPair(PoseEdge(a, b, at(x_m), 1e6 * np.eye(6)), n_features, 0.5)
+
+
+def moved(pairs, poses, here=FITS, there=FITS):
+    """Of picture 5 it is told how it fits here and there; all others fit where they lie."""
+
+    class Told(Reassignment):
+        def _fit(self, number, pose, poses):
+            if number == 5:
+                return here if pose[0, 3] < TWIN_M / 2 else there
+            return FITS if np.allclose(pose, poses[number]) else PlacementFit(0.2, None)
+
+    return Told(None, by_picture(pairs), USUAL, SlamConfig()).moved(poses)
+
+
+POSES = {0: at(0.0), 1: at(0.1), 2: at(0.2), 10: at(TWIN_M), 11: at(TWIN_M + 0.1), 12: at(TWIN_M + 0.2)}
+PLACES = [
+    pair(a, b, POSES[b][0, 3] - POSES[a][0, 3]) for a, b in [(0, 1), (1, 2), (0, 2), (10, 11), (11, 12), (10, 12)]
+]
+
+
+def ties(n_here, n_there):
+    """Picture 5 lies at x = 0.3 by some of those here, and at the same place over there by some of those there."""
+    return [*PLACES, *(pair(n, 5, 0.3 - 0.1 * n) for n in range(n_here))] + [
+        pair(5, 10 + n, 0.1 * n - 0.3) for n in range(n_there)
+    ]
+
+
+@pytest.mark.parametrize(("n_here", "n_there", "moves"), [(1, 3, True), (1, 2, True), (2, 3, False), (3, 1, False)])
+def test_where_colours_say_nothing_twice_the_ties_move_a_picture(n_here, n_there, moves):
+    found = moved(ties(n_here, n_there), {**POSES, 5: at(0.3)})
+    assert list(found) == ([5] if moves else [])
+    if moves:
+        np.testing.assert_allclose(found[5], at(TWIN_M + 0.3), atol=1e-12)
+
+
+@pytest.mark.parametrize(("here", "there", "moves"), [(3.0, 1.0, True), (1.0, 3.0, False), (1.1, 1.0, False)])
+def test_colours_say_more_than_ties(here, there, moves):
+    found = moved(ties(3, 2), {**POSES, 5: at(0.3)}, PlacementFit(0.0, here), PlacementFit(0.0, there))
+    assert list(found) == ([5] if moves else [])
+
+
+def test_ties_ever_so_many_move_no_picture_to_where_colours_differ():
+    assert not moved(ties(1, 3), {**POSES, 5: at(0.3)}, FITS, PlacementFit(0.0, 2.0))
+
+
+def test_space_says_more_than_colours_and_ties():
+    poses, full, other = {**POSES, 5: at(0.3)}, PlacementFit(0.2, 1.0), PlacementFit(0.0, 3.0)
+    assert list(moved(ties(3, 2), poses, full, other)) == [5]
+    assert not moved(ties(1, 3), poses, other, full)
+
+
+def test_what_no_tie_holds_goes_where_two_ties_or_a_strong_one_say():
+    poses = {**POSES, 5: at(0.3)}
+    assert list(moved(ties(0, 2), poses)) == [5]
+    weak = [*PLACES, pair(5, 10, -0.3, n_features=12)]
+    assert not moved(weak, poses)
+
+
+def test_the_way_of_the_camera_holds_a_picture():
+    way = [replace(one, is_next=one.edge.a == 0 and one.edge.b == 5) for one in ties(1, 3)]
+    assert not moved(way, {**POSES, 5: at(0.3)})
+
+
+def test_of_several_that_lie_wrong_the_one_draws_the_other():
+    """5 and 6 hold each other here; of 6 nothing but 5 says where it lies."""
+    pairs = [*ties(1, 3), pair(5, 6, 0.1, 90)]
+    pairs = [replace(one, score=1.0) if one.edge.b in (10, 11, 12) else one for one in pairs]
+    found = moved(pairs, {**POSES, 5: at(0.3), 6: at(0.4)}, PlacementFit(0.0, 2.0), FITS)
+    assert list(found) == [5, 6]
+    np.testing.assert_allclose(found[6], at(TWIN_M + 0.4), atol=1e-12)
+
+
+def test_pictures_that_moved_are_smoothed_where_they_are_and_what_is_left_is_parted(monkeypatch):
+    """Two places that only a picture between them held together, which lies at one of them."""
+    monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
+    parts = Parts(
+        [None] * 7,
+        [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)]],
+        SlamConfig(),
+    )
+    monkeypatch.setattr(parts, "_is_contradicted", lambda *_: False)
+    parts.grow()
+    assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5], [6]]
+    further = [pair(0, 6, 0.3), *(pair(n, 6, 0.9 - 0.1 * n) for n in (3, 4, 5))]
+    parts._table = by_picture([*parts._pairs, *further])
+    parts._pairs += further
+    for other, x_m in ((part, x) for part, x in ((parts.part_of[3], TWIN_M), (6, 0.3))):
+        parts._join(parts.part_of[0], other, at(x_m) @ np.linalg.inv(parts.poses[3 if other != 6 else 6]))
+    assert parts.reassign()
+    assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5, 6]]
+    np.testing.assert_allclose(np.linalg.inv(parts.poses[3]) @ parts.poses[6], at(0.6), atol=1e-6)
+
+
+def test_a_picture_fits_where_it_was_taken_and_not_elsewhere():
+    room, config, keyframes = SyntheticScene("room", 3, 60, sensor=SensorModel.kinect()), SlamConfig(), Keyframes()
+    extractor, calibration = FeatureExtractor(config), ColorCalibration.nominal()
+    numbers = (10, 12, 14, 16)
+    for index in numbers:
+        view = View.of(room[index], extractor.extract(room[index], calibration), STILL, config)
+        keyframes.add(view, np.eye(4), 0, 0.0)
+    poses = {n: room[index].pose for n, index in enumerate(numbers)}
+    reassignment = Reassignment(keyframes, {}, USUAL, config)
+    right = reassignment._fit(3, poses[3], poses)
+    wrong = reassignment._fit(3, poses[3] @ exp_se3(np.array([0, 0.3, 0, 0.5, 0, 0])), poses)
+    assert right.contradiction < config.submaps.max_contradiction
+    assert right.color_excess < 1
+    assert wrong.contradiction > config.submaps.max_contradiction
+    assert right.is_clearly_better(wrong)
