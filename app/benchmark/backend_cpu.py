@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from time import process_time
 
-from app.benchmark.plain_fusion import time_plain_fusion
+from app.benchmark.plain_fusion import PlainFusion
 from app.pipeline.prepare_run import make_mapper
 from app.profiling.map_device import MapDevice
 from app.settings.run_config import RunConfig
@@ -36,7 +36,8 @@ def measure_backend_cpu(frames: Sequence[Frame], config: RunConfig) -> dict[str,
             with suppress(UnusableFrame):
                 mapper.step(frame)
     backend_ms = 1e3 * sum(cpu_s[name] for name in BACKEND) / len(frames)
-    plain_ms = sum(time_plain_fusion(frames, config.voxels, mapper.voxels.n_blocks, device, process_time)) / len(frames)
+    plain = PlainFusion(config.voxels, mapper.voxels.n_blocks, device, process_time)
+    plain_ms = sum(map(plain.fuse_ms, frames)) / len(frames)
     return {
         "frames": len(frames),
         "cpu_ms": round(backend_ms, 2),

@@ -15,7 +15,7 @@ from app.benchmark.backend_cpu import BACKEND, measure_backend_cpu
 from app.benchmark.decoding import measure_decoding
 from app.benchmark.describing import measure_describing
 from app.benchmark.evaluating import measure_evaluation
-from app.benchmark.plain_fusion import time_plain_fusion
+from app.benchmark.plain_fusion import PlainFusion
 from app.benchmark.ranking import measure_ranking
 from app.benchmark.registering import measure_registering
 from app.benchmark.synth import measure_synth
@@ -25,7 +25,15 @@ from app.frames.cameras.color_registration import register_color
 from app.frames.open_recording import open_recording, require_poses
 from app.frames.selection import selected_frames
 from app.pipeline.map_sequence import map_sequence
-from app.pipeline.prepare_run import begin_run, make_mapper, open_timeline, print_model_note, resolve_models
+from app.pipeline.prepare_run import (
+    begin_run,
+    make_mapper,
+    open_timeline,
+    print_model_note,
+    resolve_models,
+    resolve_poses,
+    solved_poses,
+)
 from app.profiling.map_device import MapDevice
 from app.profiling.stage_summary import summarize
 from app.settings.run_config import RunConfig
@@ -45,22 +53,24 @@ def run_benchmark(folder: Path | None, config: RunConfig, parts: bool = True) ->
     bringing colour onto depth. Raises BadInput."""
     console = progress_console()
     sequence = open_recording(folder, config.input, console) if folder else _room(config)
-    config, note = resolve_models(config)
     require_poses(sequence)  # plain fusion has no others
+    config, note = resolve_models(resolve_poses(config, sequence))
     registration = register_color(sequence, config.input.rgbd_calibration, console)
     print_model_note(note, console)
+    solved = solved_poses(sequence, config, console)
     with waiting_for("loading the 2D models", console):
         mapper = make_mapper(config)
     with TemporaryDirectory() as scratch, closing(open_timeline(Path(scratch), sequence, config)) as timeline:
         run = begin_run(sequence, config, mapper, timeline, registration)
-        panoptic = map_sequence(sequence, config, run, console)
+        panoptic = map_sequence(sequence, config, run, console, solved=solved)
         with waiting_for("ending the timeline", console):
             timeline.finish(panoptic)
         timings = run.recorder.timings()
     n_blocks, device = mapper.voxels.n_blocks, MapDevice(str(mapper.voxels.device))
     del mapper, run
     with waiting_for("plain TSDF fusion of the same frames", console):
-        plain = summarize(time_plain_fusion(_posed_frames(sequence, config), config.voxels, n_blocks, device))
+        fusion = PlainFusion(config.voxels, n_blocks, device)
+        plain = summarize([fusion.fuse_ms(frame) for frame in _posed_frames(sequence, config)])
     figures = {
         "name": sequence.name,
         "segmenter": config.segmenter.name,

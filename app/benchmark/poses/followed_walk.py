@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from time import process_time
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from app.benchmark.poses.calibration import nees_figures
 from app.benchmark.poses.consistency import pose_nees
 from app.benchmark.poses.false_ties import MergeWatch, count_false_edges
 from app.benchmark.poses.known_view import seen_cells
+from app.benchmark.poses.processor_time import ProcessorTime
 from app.benchmark.poses.recovery import RecoveryWatch
 from app.benchmark.poses.worlds.hard_walk import HardWalk, Shot
 from razer.arrays import Float64Array, Pose
@@ -26,7 +26,7 @@ Figures = dict[str, float | int | None]
 @dataclass
 class FollowedWalk:
     """What pose estimation makes of a walk: true poses of the frames that show something and poses as known now, by
-    frame; which were located in time; what was counted on the way; and processor seconds."""
+    frame; which were located in time; what was counted on the way; and what it took."""
 
     slam: SlamSystem | SparseSystem
     truth: dict[int, Pose] = field(default_factory=dict)
@@ -34,7 +34,7 @@ class FollowedWalk:
     in_time: set[int] = field(default_factory=set)
     recovery: RecoveryWatch = field(default_factory=RecoveryWatch)
     merges: MergeWatch = field(default_factory=MergeWatch)
-    cpu_s: float = 0.0
+    time: ProcessorTime = field(default_factory=ProcessorTime)
 
     def see(self, shot: Shot) -> None:
         """Locate one more frame."""
@@ -42,10 +42,8 @@ class FollowedWalk:
         if shot.world_from_camera is not None:
             self.truth[index] = shot.world_from_camera
             cells = seen_cells(shot.frame, shot.world_from_camera)
-        started_s = process_time()
-        pose = self.slam.locate(shot.frame)
-        corrections = self.slam.corrections()
-        self.cpu_s += process_time() - started_s
+            self.time.fuse(shot.frame, shot.world_from_camera)
+        pose, corrections = self.time.of_frame(lambda: (self.slam.locate(shot.frame), self.slam.corrections()))
         if pose is not None:
             self.in_time.add(index)
         self._move({index: pose} | dict(corrections))
@@ -55,11 +53,8 @@ class FollowedWalk:
 
     def finish(self) -> None:
         """Let the estimation come to its end."""
-        started_s = process_time()
-        self.slam.finish()
-        corrections = self.slam.corrections()
-        self.cpu_s += process_time() - started_s
-        self._move(corrections)
+        self.time.of_end(self.slam.finish)
+        self._move(self.time.of_end(self.slam.corrections))
         self.merges.see(self.slam.keyframes.all, self.truth)
 
     def _move(self, poses: Mapping[int, Pose | None]) -> None:
@@ -80,7 +75,7 @@ class FollowedWalk:
             "frames_to_recover": self.recovery.longest,
             "false_ties": self._false_edges() + self.merges.n_false,
             **_errors(self.truth, final, frames_per_s),
-            "cpu_ms": round(1000 * self.cpu_s / seeing, 1),
+            **self.time.figures(),
             **nees_figures(self._nees()),
         }
 

@@ -41,6 +41,11 @@ def _tracked(rows: Sequence[Row]) -> str:
     return f"{100 * np.mean(shares):.0f}" + (f" ({100 * min(shares):.0f})" if len(shares) > 1 else "")
 
 
+def _shares(rows: Sequence[Row], key: str) -> str:
+    """The mean in per cent."""
+    return f"{100 * np.mean(_values(rows, key)):.0f}"
+
+
 def _recovery(rows: Sequence[Row]) -> str:
     """The most frames that a recovery took, and how many runs ended without one."""
     never = sum(row["frames_to_recover"] is None for row in rows)
@@ -56,6 +61,8 @@ COLUMNS: dict[str, Callable[[Sequence[Row]], str]] = {
     "ATE cm": lambda rows: _middle_and_most(rows, "ate_cm"),
     "turn deg": lambda rows: _middle_and_most(rows, "rotation_deg"),
     "CPU ms": lambda rows: _mean(rows, "cpu_ms"),
+    "to fusion": lambda rows: _middle_and_most(rows, "to_plain"),
+    "end %": lambda rows: _shares(rows, "end_share"),
     "NEES": lambda rows: _middle_and_most(rows, "nees"),
 }
 """What the table says of the runs of one world: shares as mean (least), errors as median (worst) over the seeds."""

@@ -47,6 +47,15 @@ def test_bench_measures_stages_beside_the_yardstick(recording, tmp_path):
     assert listing(tmp_path) == []
 
 
+@pytest.mark.full
+def test_bench_measures_a_run_whose_poses_are_estimated_and_corrected(recording, tmp_path):
+    command = [sys.executable, "-m", "app", "bench", recording, "--json", "--poses", "slam", *QUICK]
+    process = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
+    result = json.loads(process.stdout.splitlines()[-1])
+    assert result["stages"]["pose"]["total_s"] > result["stages"]["integrate"]["total_s"] / 100
+    assert result["stages"]["rebuild"]["total_s"] > 0
+
+
 @pytest.fixture(scope="module")
 def parted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("parted") / "room"

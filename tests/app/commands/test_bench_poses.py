@@ -28,6 +28,8 @@ def test_each_world_and_seed_is_a_run_with_its_figures(capsys):
         assert 0 < run["ate_cm"] < 10
         assert 0 < run["rotation_deg"] < 5
         assert run["cpu_ms"] > 0
+        assert run["p95_to_plain"] > run["to_plain"] / 2 > 0
+        assert 0 < run["end_share"] < 1
     assert "fast-turns" in err
 
 
@@ -81,19 +83,28 @@ def test_a_folder_is_still_measured_and_poses_is_a_command_beside(capsys):
 
 def row(world: str, seed: int, **figures: float | None) -> dict:
     usual = {"share_tracked": 1.0, "frames_to_recover": 0, "false_ties": 0, "ate_cm": 1.0, "rotation_deg": 0.5}
-    return {"world": world, "seed": seed, **usual, "cpu_ms": 30.0, "nees": 6.0, **figures}
+    return {
+        "world": world,
+        "seed": seed,
+        **usual,
+        "cpu_ms": 30.0,
+        "to_plain": 1.5,
+        "end_share": 0.2,
+        "nees": 6.0,
+        **figures,
+    }
 
 
 def test_the_table_says_the_worst_of_the_seeds_as_well():
     rows = [
         row("dark", 1, share_tracked=0.5, frames_to_recover=None, false_ties=3, ate_cm=1e38),
         row("dark", 2, frames_to_recover=12, false_ties=1, ate_cm=2.0, nees=None),
-        row("dark", 3, cpu_ms=60.0, nees=0.04),
+        row("dark", 3, cpu_ms=60.0, to_plain=2.5, end_share=0.5, nees=0.04),
         row("vga", 1, frames_to_recover=None, ate_cm=None),
     ]
     cells = {world: [cell(runs) for cell in COLUMNS.values()] for world, runs in by_world(rows).items()}
     assert cells["dark"] == [
-        "83 (50)", "12, never in 1", "4", "2.0 (>1000)", "0.50 (0.50)", "40", "3.0 (6.0)",
+        "83 (50)", "12, never in 1", "4", "2.0 (>1000)", "0.50 (0.50)", "40", "1.5 (2.5)", "30", "3.0 (6.0)",
     ]  # fmt: skip
     assert cells["vga"][0] == "100"
     assert cells["vga"][1:4] == ["never in 1", "0", "-"]
