@@ -27,6 +27,7 @@ HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level:
 MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
 MIN_CALIBRATION_AGREEMENT = 0.8  # of depth, for its motion to be known well enough to learn the colour camera from
 LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2: nothing is known
+FARTHEST_STEP = 100.0  # radians and metres: equations that ask for more say nothing, and the next would overflow
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 
@@ -124,6 +125,8 @@ def icp(
             color = correspondences.term(pose, calibration.parameters + calibration_step)
             information, gradient = _joint(depth, color, calibration, calibration_step)
             step: Float64Array = np.linalg.solve(information, gradient).astype(np.float64)
+            if np.abs(step[:6]).max() > FARTHEST_STEP:
+                break  # last_step tells
             pose = exp_se3(step[:6]) @ pose
             calibration_step = calibration_step + step[6:]
             if np.abs(step[:3]).max() < level.min_step_rad and np.abs(step[3:6]).max() < level.min_step_m:

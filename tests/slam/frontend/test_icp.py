@@ -10,8 +10,8 @@ import pytest
 from razer.frame import Intrinsics
 from razer.geometry import inverse
 from slam.config import DepthSettings
-from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import Correspondences
+from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration
+from slam.frontend.correspondences import ColorTerm, Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.icp import FINE, icp
@@ -95,3 +95,23 @@ def test_a_motion_that_is_left_off_on_its_way_says_so(views, iterations, is_ther
     result = icp(levels, levels, guess, none, nominal, noise, (level,))
     assert is_at_rest(result) == is_there
     assert (length_m(result.target_from_source) < 0.001) == is_there
+
+
+class Diverging(Correspondences):
+    """Features that pull by far more than they know."""
+
+    def term(self, pose, parameters):
+        gradient = np.zeros(6 + N_PARAMETERS)
+        gradient[3:6] = 1e4
+        return ColorTerm(1e-9 * np.eye(6 + N_PARAMETERS), gradient, 8)
+
+
+def test_equations_that_ask_for_kilometres_are_not_followed():
+    camera = Intrinsics(320, 240, 262.5, 262.5, 159.5, 119.5)
+    grids = DepthPyramid(*fine_depth(np.zeros((240, 320), np.float32), camera, max_depth_m=4.0)).levels
+    nothing, start = Correspondences.none(), exp_se3(np.array([0.1, 0, 0, 0.2, 0, 0]))
+    pulling = Diverging(**vars(nothing))
+    with np.errstate(over="raise", invalid="raise"):
+        result = icp(grids, grids, start, pulling, ColorCalibration.nominal(), DepthNoise(DepthSettings()))
+    np.testing.assert_array_equal(result.target_from_source, start)
+    assert not is_at_rest(result)
