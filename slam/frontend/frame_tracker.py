@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeGuard
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.config import KeyframeSettings
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
-from slam.frontend.view_registration import ViewRegistration, is_trusted
+from slam.frontend.motion_prior import MotionPrior
+from slam.frontend.view_registration import ViewRegistration, is_trusted, leaves_open
 from slam.se3 import angle_deg, length_m, turn_rad
 
 # Nobody moves a camera faster from one frame to the next, even if every fourth frame alone is used.
@@ -48,6 +49,8 @@ class FrameTracker:
         result = self.registration.register(
             self.keyframes.view(reference), view, [self.predicted()], calibration, matches=matches, may_be=self.may_move
         )
+        if result is not None:
+            result = self._carried_on(result, view, calibration, matches)
         if not self._may_be(result):
             return None
         turning = self._turning(result.target_from_source, view.stamp)
@@ -59,8 +62,20 @@ class FrameTracker:
             refined = self.registration.refine(
                 reference.view, view, result.target_from_source, calibration, matches=matches
             )
+            refined = self._carried_on(refined, view, calibration, matches)
             result = refined if self._may_be(refined) else result
         return view, result
+
+    def _carried_on(
+        self, result: IcpResult, view: View, calibration: ColorCalibration, matches: IndexArray
+    ) -> IcpResult:
+        """A registration of a view to the reference, which the motion so far decides where that leaves it open."""
+        if not leaves_open(result):
+            return result
+        prior = MotionPrior(self.predicted(), self._gap_s(view.stamp))
+        moved = prior.carried_on(result)
+        fit = self.registration.fit(self.reference.view, view, moved, calibration, matches)
+        return replace(fit, solved_information=fit.solved_information + prior.information)
 
     def _may_be(self, result: IcpResult | None) -> TypeGuard[IcpResult]:
         return result is not None and is_trusted(result) and self.may_move(result.target_from_source)
@@ -75,9 +90,12 @@ class FrameTracker:
         return self._turning(self.predicted(), stamp)
 
     def _turning(self, reference_from_camera: Float64Array, stamp: float) -> Float64Array:
-        gap_s = stamp - self.stamp if stamp >= self.stamp + MIN_GAP_S else USUAL_GAP_S
+        gap_s = self._gap_s(stamp)
         turning = turn_rad(inverse(self.reference_from_camera) @ reference_from_camera) / gap_s
         return STILL if gap_s > MAX_GAP_S or np.linalg.norm(turning) > MAX_TURNING_RAD_S else turning
+
+    def _gap_s(self, stamp: float) -> float:
+        return stamp - self.stamp if stamp >= self.stamp + MIN_GAP_S else USUAL_GAP_S
 
     def advance(self, reference_from_camera: Float64Array, stamp: float) -> None:
         """The camera was located, at the time of `stamp`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import MIN_INLIERS, Correspondences, solve_pnp
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import match_features
-from slam.frontend.icp import COARSE, FINE, IcpResult, icp
+from slam.frontend.icp import COARSE, FINE, IcpResult, Level, icp
 from slam.frontend.keyframes import View
 from slam.frontend.rigid_matches import RigidMatches
 from slam.frontend.wide_features import match_wide_features
@@ -35,6 +35,7 @@ SAME_FIT = 0.003  # what noise may account for
 ENOUGH_OVERLAP = 0.5  # of a view, for its fit to tell as much as that of all of it; less tells the less
 # RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
 TRIES, MANY_TRIES = 100, 1000
+LOOK = replace(FINE, iterations=1)  # what is reported is how the start fits
 # What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
 # is left open.
 MIN_SCORE, MIN_FEATURES = 0.25, 30
@@ -60,14 +61,14 @@ class _ViewPair:
         near = self._near(guess)
         return icp(source, target, guess, near, self.calibration, self.noise, (COARSE,)).target_from_source
 
-    def fine(self, start: Float64Array) -> IcpResult:
+    def fine(self, start: Float64Array, level: Level = FINE) -> IcpResult:
         """The motion after the fine level."""
-        at_rest = self._fine(start, self.noise.without_smear())
-        return at_rest if self.noise.smear == 0 or at_rest.rms <= SHARP_RMS else self._fine(start, self.noise)
+        at_rest = self._fine(start, self.noise.without_smear(), level)
+        return at_rest if self.noise.smear == 0 or at_rest.rms <= SHARP_RMS else self._fine(start, self.noise, level)
 
-    def _fine(self, start: Float64Array, noise: DepthNoise) -> IcpResult:
+    def _fine(self, start: Float64Array, noise: DepthNoise, level: Level) -> IcpResult:
         source, target = self.source.pyramid.levels[1:], self.target.pyramid.levels[1:]
-        return icp(source, target, start, self._near(start), self.calibration, noise, (FINE,))
+        return icp(source, target, start, self._near(start), self.calibration, noise, (level,))
 
     def _near(self, guess: Float64Array) -> Correspondences:
         return self.correspondences.select(
@@ -136,6 +137,22 @@ class ViewRegistration:
         """
         correspondences = Correspondences.joined(self._correspondences(target, source, matches, wide))
         return self._pair(target, source, correspondences, calibration).fine(guess)
+
+    def fit(
+        self, target: View, source: View, motion: Float64Array, calibration: ColorCalibration, matches: IndexArray
+    ) -> IcpResult:
+        """How a motion fits that stays as it is.
+
+        Args:
+            target: the view that stays.
+            source: the view that is brought to it.
+            motion: target_from_source (4, 4).
+            calibration: the colour camera as known so far.
+            matches: of the features of both.
+        """
+        correspondences = self._correspondences(target, source, matches, False)[0]
+        result = self._pair(target, source, correspondences, calibration).fine(motion, LOOK)
+        return replace(result, target_from_source=motion, calibration=calibration)
 
     def match(self, target: View, source: View) -> IndexArray:
         """Matches (M, 2) of the features of two views, however their cameras turned."""

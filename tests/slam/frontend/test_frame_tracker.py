@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.depth_noise import DepthNoise
+from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker
-from slam.frontend.keyframes import STILL, Keyframes
-from slam.frontend.view_registration import ViewRegistration
+from slam.frontend.keyframes import STILL, Keyframes, View
+from slam.frontend.view_registration import ViewRegistration, leaves_open
+from slam.se3 import angle_deg
 
 TURN_DEG = 6.0
 
@@ -33,3 +40,33 @@ def test_a_camera_turns_by_what_it_turned_over_the_time_it_took(tracker, gap_s, 
 @pytest.mark.parametrize("gap_s", [0.55, 4.0, 0.006])
 def test_pictures_far_apart_in_time_or_turned_as_no_camera_turns_say_nothing_of_the_moment(tracker, gap_s):
     np.testing.assert_array_equal(tracker.turning_rad_s(gap_s), STILL)
+
+
+def wall(rng):
+    """A bare wall 2 m ahead that fills the view, with the noise of a sensor."""
+    config, camera = SlamConfig(), Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
+    sigma_m = DepthNoise(config.depth).at_rest(np.float64(2.0))
+    depth = (2.0 + rng.normal(0, sigma_m, (240, 320))).astype(np.float32)
+    frame = Frame(0, 0.2, np.full((240, 320, 3), 128, np.uint8), depth, camera)
+    return View.of(frame, FeatureExtractor(config).extract(frame, ColorCalibration.nominal()), STILL, config)
+
+
+class Sliding(ViewRegistration):
+    """Depth that noise, alike in both views, drew to no motion at all."""
+
+    def register(self, *arguments, **options):
+        return replace(super().register(*arguments, **options), target_from_source=np.eye(4))
+
+
+@pytest.mark.parametrize("step_m", [0.1, 0.25])
+def test_a_camera_that_passes_a_bare_wall_goes_on_as_before(rng, step_m):
+    keyframes, step = Keyframes(), np.eye(4)
+    step[0, 3] = step_m
+    keyframe = keyframes.add(wall(rng), np.eye(4), 0, 0.0)
+    tracker = FrameTracker(keyframes, Sliding(SlamConfig()), keyframe, np.eye(4), 0.0, step)
+    found = tracker.follow(wall(rng), ColorCalibration.nominal())
+    assert found is not None
+    pose = found[1].target_from_source
+    np.testing.assert_allclose(pose[:3, 3], [step_m, 0, 0], atol=0.02)
+    assert angle_deg(pose) < 1
+    assert leaves_open(found[1])

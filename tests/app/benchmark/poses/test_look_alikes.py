@@ -12,8 +12,8 @@ from slam.system import SlamSystem
 pytestmark = pytest.mark.full
 
 
-def followed(world: str) -> FollowedWalk:
-    return follow(WORLDS[world].walk(1, None), SlamSystem())
+def followed(world: str, seed: int = 1) -> FollowedWalk:
+    return follow(WORLDS[world].walk(seed, None), SlamSystem())
 
 
 def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_in_the_hall() -> None:
@@ -24,21 +24,18 @@ def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_i
     assert figures["ate_cm"] < 15
 
 
-@pytest.fixture(scope="module")
-def blank_walls() -> FollowedWalk:
-    return followed("blank-walls")
+@pytest.fixture(scope="module", params=[1, 2])
+def blank_walls(request: pytest.FixtureRequest) -> FollowedWalk:
+    return followed("blank-walls", request.param)
 
 
-@pytest.mark.xfail(strict=True, reason="half a metre of drift along blank walls looks like another place: two parts")
-def test_around_a_corridor_with_blank_walls_all_is_tied_together(blank_walls: FollowedWalk) -> None:
-    assert blank_walls.figures(5.0)["share_tracked"] > 0.9
-
-
-def test_around_a_corridor_with_blank_walls_poses_stay_within_metres_and_say_what_is_open(
+def test_around_a_corridor_with_blank_walls_poses_are_true_where_there_are_any_and_say_what_is_open(
     blank_walls: FollowedWalk,
 ) -> None:
-    graph = blank_walls.slam.report().graph
-    assert blank_walls.figures(5.0)["ate_cm"] < 300
+    graph, figures = blank_walls.slam.report().graph, blank_walls.figures(5.0)
+    assert figures["ate_cm"] < 15
+    assert figures["false_ties"] <= 2
+    assert figures["share_tracked"] > 0.6
     assert graph is not None
     assert np.isfinite(graph.world_from_camera).all()
     assert graph.open
