@@ -7,7 +7,7 @@ from slam.frontend.icp import IcpResult
 from slam.located_frames import LocatedFrames
 from slam.report import GraphReport, PoseReport, PoseUncertainty, TrackingQuality
 from slam.uncertainty.open_directions import OpenDirections
-from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
+from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty, live_covariance
 
 
 class PoseReporter:
@@ -45,7 +45,7 @@ class PoseReporter:
         graph = self._map.graph
         if not self.is_finished:
             newest = len(self._map.keyframes) - 1
-            covariance, unit = graph.covariance(newest), self._scale.of(graph)
-            return PoseUncertainty({} if covariance is None else {newest: unit**2 * covariance})
+            covariance = live_covariance(graph, newest, self._scale.of(graph))
+            return PoseUncertainty({} if covariance is None else {newest: covariance})
         unit = self._scale.measure(graph)
         return final_uncertainty(graph, unit, self._open.stretches(unit))

@@ -71,6 +71,11 @@ class PoseGraph:
         self._solved = np.zeros((0, 12))  # the poses that GTSAM gave last, row by row
         self._ends, self._is_odometry = np.zeros((0, 2), np.int64), np.zeros(0, bool)  # of edges
 
+    @property
+    def fixed(self) -> int | None:
+        """The keyframe that is the world; None = priors say where the world is."""
+        return self._fixed
+
     def edge_table(self) -> tuple[Int64Array, BoolArray]:
         """The keyframes (E, 2) that each edge joins, and whether it `is_odometry` (E,)."""
         new = self.edges[len(self._ends) :]

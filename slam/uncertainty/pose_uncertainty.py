@@ -16,14 +16,15 @@ from razer.arrays import Float64Array
 from slam.backend.pose_graph import GEMAN_MCCLURE, PoseGraph, mahalanobis
 from slam.pose_edge import EDGE_SHARE, PoseEdge, unit_weight
 from slam.report import OpenStretch, PoseUncertainty
+from slam.uncertainty.correlated_errors import error_growth
 
 # What few redundant edges say of the unit weight is weighed against that many which say it is the usual one: that of
 # real recordings. Simulated ones have 0.02 to 0.05, so who knows little promises too little.
 USUAL, USUAL_COUNTS = 0.1, 10
-# Poses differ from the truth by so many times as much as if each registration erred by itself: neighbours share views,
-# and their errors do not average out. By such a share, times the unit, all shifts err alike: noise that stays at its
-# pixel pulls towards no motion. Both were fitted on simulated runs, see docs/method.md.
-POSES_IN_COMMON, SHIFT_IN_COMMON = 3.1, 0.0065
+# Registrations err by so many times as much as they contradict each other: those round about share views, and close
+# loops that err together. By such a share, times the unit, all shifts err alike: noise that stays at its pixel pulls
+# towards no motion. Both were fitted on simulated runs, see docs/method.md.
+ERRORS_IN_COMMON, SHIFT_IN_COMMON = 2.2, 0.009
 # An open direction is known no better than to a few hundredths, and in all others that much of the decimetres by which
 # a camera may have slid along it is open as well: the standard deviation, metres, that an edge has there at least.
 BESIDE_OPEN_M = 0.01
@@ -33,10 +34,10 @@ GROWTH = 1.1  # by which edges must have become more for the unit weight to be m
 
 @dataclass
 class CovarianceScale:
-    """By how many of the sigmas that edges count with poses are off. It is measured anew as edges become more; while
+    """By how many of the sigmas that edges count with they are off. It is measured anew as edges become more; while
     there are few loops it stays near the usual one, which is on the safe side."""
 
-    unit: float = USUAL * POSES_IN_COMMON
+    unit: float = USUAL * ERRORS_IN_COMMON
     n_edges: int = 0  # that it was measured from
 
     def of(self, graph: PoseGraph) -> float:
@@ -49,7 +50,7 @@ class CovarianceScale:
         loops = [mahalanobis(edge, graph.poses) for edge in graph.edges if not edge.is_odometry]
         found = unit_weight(loops, len(graph.edges), len(graph.poses))
         logarithms = np.log([max(found or USUAL, 1e-6), USUAL])
-        self.unit = POSES_IN_COMMON * float(np.exp(np.average(logarithms, weights=(n_redundant, USUAL_COUNTS))))
+        self.unit = ERRORS_IN_COMMON * float(np.exp(np.average(logarithms, weights=(n_redundant, USUAL_COUNTS))))
         self.n_edges = len(graph.edges)
         return self.unit
 
@@ -73,7 +74,14 @@ def covariances(graph: PoseGraph, edges: list[PoseEdge], unit: float) -> dict[in
     longer = [replace(edge, a_from_b=_stretched(edge.a_from_b, 1 + share)) for edge in edges]
     displaced = graph.displacements(edges, longer)
     outer = {n: np.outer(move, move) for n, move in displaced.items()}
-    return {n: marginal + outer.get(n, 0.0) for n, marginal in graph.covariances(edges).items()}
+    times = error_growth(graph)
+    return {n: times[n] * marginal + outer.get(n, 0.0) for n, marginal in graph.covariances(edges).items()}
+
+
+def live_covariance(graph: PoseGraph, keyframe: int, unit: float) -> Float64Array | None:
+    """The covariance (6, 6) of a keyframe while the camera moves on; None where iSAM2 has none."""
+    covariance = graph.covariance(keyframe)
+    return None if covariance is None else float(error_growth(graph)[keyframe]) * unit**2 * covariance
 
 
 def _stretched(motion: Float64Array, times: float) -> Float64Array:

@@ -12,8 +12,9 @@ from slam.backend.pose_graph import PoseGraph
 from slam.frontend.icp import LEAST_INFORMATION
 from slam.pose_edge import EDGE_SHARE, PoseEdge, unit_weight
 from slam.se3 import exp_se3
+from slam.uncertainty.correlated_errors import error_growth
 from slam.uncertainty.pose_uncertainty import (
-    POSES_IN_COMMON,
+    ERRORS_IN_COMMON,
     USUAL,
     CovarianceScale,
     calibrated,
@@ -47,19 +48,19 @@ def noisy_graph(unit, rng, pairs=LOOPS, open_axes=()):
 @pytest.mark.parametrize("unit", [0.02, 0.1, 0.5])
 def test_the_scale_is_that_of_the_noise(unit, rng):
     graph, _ = noisy_graph(unit, rng)
-    assert CovarianceScale().measure(graph) == pytest.approx(POSES_IN_COMMON * unit, rel=0.25)
+    assert CovarianceScale().measure(graph) == pytest.approx(ERRORS_IN_COMMON * unit, rel=0.25)
 
 
 def test_of_edges_that_close_no_loop_nothing_is_measured(rng):
     graph, _ = noisy_graph(0.01, rng, [])
     assert unit_weight([], N - 1, N) is None
-    assert CovarianceScale().measure(graph) == pytest.approx(POSES_IN_COMMON * USUAL)
+    assert CovarianceScale().measure(graph) == pytest.approx(ERRORS_IN_COMMON * USUAL)
 
 
 def test_few_loops_say_little_and_more_say_more(rng):
     units = [CovarianceScale().measure(noisy_graph(0.01, rng, LOOPS[:n])[0]) for n in (0, 4, 20, 100)]
     assert units[0] > units[1] > units[2] > units[3]
-    assert min(units) > 0.9 * 0.01 * POSES_IN_COMMON
+    assert min(units) > 0.9 * 0.01 * ERRORS_IN_COMMON
 
 
 def test_it_is_measured_anew_as_edges_become_more(rng):
@@ -71,12 +72,13 @@ def test_it_is_measured_anew_as_edges_become_more(rng):
 
 
 def test_errors_are_as_large_as_the_covariances_say():
-    """Here registrations err each by itself, so that POSES_IN_COMMON is too much by all that it is."""
+    """Here registrations err each by itself, so that all that errors have in common is too much."""
     n_graphs, nees = 20, []
     for seed in range(n_graphs):
         graph, truth = noisy_graph((0.03, 0.3)[seed % 2], np.random.default_rng(seed))
         unit = CovarianceScale().measure(graph)
-        covariance = covariances(graph, calibrated(graph, unit), unit)[N // 2] / POSES_IN_COMMON**2
+        covariance = covariances(graph, calibrated(graph, unit), unit)[N // 2]
+        covariance /= ERRORS_IN_COMMON**2 * error_growth(graph)[N // 2]
         off = inverse(graph.poses[N // 2]) @ graph.poses[0] @ inverse(truth[0]) @ truth[N // 2]
         error = np.concatenate([[off[2, 1], off[0, 2], off[1, 0]], off[:3, 3]])
         nees.append(error @ np.linalg.solve(covariance, error))
