@@ -105,7 +105,8 @@ class RefinedPoses:
 
     def _begin(self, frame: Frame, given: Pose) -> FrameTracker:
         keyframe = self._add_keyframe(self._view(frame, STILL), given, given, None, None)
-        return FrameTracker(self.keyframes, self._registration, keyframe, np.eye(4), frame.stamp)
+        # Given poses are a prior already, and know how far they may be trusted.
+        return FrameTracker(self.keyframes, self._registration, keyframe, np.eye(4), frame.stamp, has_prior=False)
 
     def _follow(self, tracker: FrameTracker, frame: Frame, given: Pose) -> None:
         """Locate a frame from the given motion, or, where registration fails, by it."""

@@ -7,6 +7,7 @@ from functools import partial
 
 from app.stored_state.state_codec import KnownObjects
 from razer.frame import Intrinsics
+from slam.backend.dynamic_masking import DynamicMasking
 from slam.backend.given_uncertainty import GivenUncertainty
 from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
@@ -38,11 +39,11 @@ from slam.uncertainty.open_directions import OpenDirections
 from slam.uncertainty.pose_uncertainty import CovarianceScale
 
 CLASSES = (
-    Batch, ColorCalibration, CovarianceScale, DepthPyramid, Features, FrameTracker, GivenUncertainty, GraphReport,
-    IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames, LoopClosure,
-    MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck, PlaceRecognition, PoseEdge, PoseGraph,
-    PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch, TrackingQuality,
-    VerifiedRegistration, View, WideFeatures,
+    Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
+    GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames,
+    LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck, PlaceRecognition, PoseEdge,
+    PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch,
+    TrackingQuality, VerifiedRegistration, View, WideFeatures,
 )  # fmt: skip
 
 

@@ -28,7 +28,8 @@ MAX_GAP_S, MAX_TURNING_RAD_S = 0.5, 5.0
 
 @dataclass
 class FrameTracker:
-    """Where the camera is: in front of which keyframe, at which time, and how it moved last (4, 4)."""
+    """Where the camera is: in front of which keyframe, at which time, and how it moved last (4, 4). `has_prior`:
+    whether that decides where views leave the motion open."""
 
     keyframes: Keyframes
     registration: ViewRegistration
@@ -36,6 +37,7 @@ class FrameTracker:
     reference_from_camera: Float64Array
     stamp: float
     step: Float64Array = field(default_factory=lambda: np.eye(4))
+    has_prior: bool = True
 
     def predicted(self) -> Float64Array:
         """reference_from_camera if the camera goes on as before."""
@@ -70,7 +72,7 @@ class FrameTracker:
         self, result: IcpResult, view: View, calibration: ColorCalibration, matches: IndexArray
     ) -> IcpResult:
         """A registration of a view to the reference, which the motion so far decides where that leaves it open."""
-        if not leaves_open(result):
+        if not self.has_prior or not leaves_open(result):
             return result
         prior = MotionPrior(self.predicted(), self._gap_s(view.stamp))
         moved = prior.carried_on(result)
