@@ -29,7 +29,7 @@ MAX_GAP_S, MAX_TURNING_RAD_S = 0.5, 5.0
 @dataclass
 class FrameTracker:
     """Where the camera is: in front of which keyframe, at which time, and how it moved last (4, 4). `has_prior`:
-    whether that decides where views leave the motion open."""
+    whether that decides where views leave the motion open, once `knows_step`, as some view showed it whole."""
 
     keyframes: Keyframes
     registration: ViewRegistration
@@ -38,6 +38,7 @@ class FrameTracker:
     stamp: float
     step: Float64Array = field(default_factory=lambda: np.eye(4))
     has_prior: bool = True
+    knows_step: bool = False
 
     def predicted(self) -> Float64Array:
         """reference_from_camera if the camera goes on as before."""
@@ -66,13 +67,14 @@ class FrameTracker:
             )
             refined = self._carried_on(refined, view, calibration, matches)
             result = refined if self._may_be(refined) else result
+        self.knows_step |= not leaves_open(result)
         return view, result
 
     def _carried_on(
         self, result: IcpResult, view: View, calibration: ColorCalibration, matches: IndexArray
     ) -> IcpResult:
         """A registration of a view to the reference, which the motion so far decides where that leaves it open."""
-        if not self.has_prior or not leaves_open(result):
+        if not (self.has_prior and self.knows_step and leaves_open(result)):
             return result
         prior = MotionPrior(self.predicted(), self._gap_s(view.stamp))
         moved = prior.carried_on(result)

@@ -26,7 +26,7 @@ from slam.sparse.reassignment import Reassignment
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
 FIRST_DIFFER_LESS = 1.5  # times as many colours differ between any pictures as between those that are joined early
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
-ROUNDS = 5  # of moving pictures and joining what that leaves; three settle simulated twin rooms
+ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 

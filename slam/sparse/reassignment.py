@@ -26,7 +26,7 @@ from slam.sparse.measured_pair import MeasuredPair, is_sure
 MOST_COMPARED = 16  # pictures near a place, some 2 ms each
 CLEARLY = 1.25  # times the colours that differ; less says nothing
 UNNOTICED = 0.25  # of the usual share of other colours, which is noise
-SWEEPS = 5  # through the pictures; three settle simulated twin rooms
+SWEEPS = 5  # through the pictures, at most: some move to and fro
 
 
 Tie = tuple[MeasuredPair, Float64Array]  # a pair, and where (4, 4) it puts the picture in question

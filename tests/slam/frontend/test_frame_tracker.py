@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -51,11 +51,16 @@ def wall(rng):
     return View.of(frame, FeatureExtractor(config).extract(frame, ColorCalibration.nominal()), STILL, config)
 
 
+@dataclass(frozen=True)
 class Sliding(ViewRegistration):
-    """Depth that noise, alike in both views, drew to no motion at all."""
+    """Depth that noise, alike in both views, drew so far along x."""
+
+    slid_m: float = 0.0
 
     def register(self, *arguments, **options):
-        return replace(super().register(*arguments, **options), target_from_source=np.eye(4))
+        slid = np.eye(4)
+        slid[0, 3] = self.slid_m
+        return replace(super().register(*arguments, **options), target_from_source=slid)
 
 
 @pytest.mark.parametrize("step_m", [0.1, 0.25])
@@ -63,10 +68,29 @@ def test_a_camera_that_passes_a_bare_wall_goes_on_as_before(rng, step_m):
     keyframes, step = Keyframes(), np.eye(4)
     step[0, 3] = step_m
     keyframe = keyframes.add(wall(rng), np.eye(4), 0, 0.0)
-    tracker = FrameTracker(keyframes, Sliding(SlamConfig()), keyframe, np.eye(4), 0.0, step)
+    tracker = FrameTracker(keyframes, Sliding(SlamConfig()), keyframe, np.eye(4), 0.0, step, knows_step=True)
     found = tracker.follow(wall(rng), ColorCalibration.nominal())
     assert found is not None
     pose = found[1].target_from_source
     np.testing.assert_allclose(pose[:3, 3], [step_m, 0, 0], atol=0.02)
     assert angle_deg(pose) < 1
     assert leaves_open(found[1])
+
+
+def test_a_camera_of_which_no_view_said_how_it_moves_is_where_it_was_measured(rng):
+    """A step that is none since nothing was measured yet is no motion so far."""
+    keyframes = Keyframes()
+    keyframe = keyframes.add(wall(rng), np.eye(4), 0, 0.0)
+    tracker = FrameTracker(keyframes, Sliding(SlamConfig(), 0.1), keyframe, np.eye(4), 0.0)
+    found = tracker.follow(wall(rng), ColorCalibration.nominal())
+    assert found is not None
+    assert found[1].target_from_source[0, 3] == pytest.approx(0.1, abs=0.03)
+    assert not tracker.knows_step
+
+
+def test_a_view_that_shows_the_motion_whole_tells_the_step(views):
+    keyframes = Keyframes()
+    keyframe = keyframes.add(views[10], np.eye(4), 0, 0.0)
+    tracker = FrameTracker(keyframes, ViewRegistration(SlamConfig()), keyframe, np.eye(4), 0.0)
+    assert tracker.follow(views[12], ColorCalibration.nominal()) is not None
+    assert tracker.knows_step

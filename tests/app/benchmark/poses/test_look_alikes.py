@@ -24,18 +24,29 @@ def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_i
     assert figures["ate_cm"] < 15
 
 
-@pytest.fixture(scope="module", params=[1, 2])
-def blank_walls(request: pytest.FixtureRequest) -> FollowedWalk:
-    return followed("blank-walls", request.param)
+TWO_PARTS = pytest.mark.xfail(strict=True, reason="drift along blank walls looks like another place: two parts")
 
 
-def test_around_a_corridor_with_blank_walls_poses_are_true_where_there_are_any_and_say_what_is_open(
-    blank_walls: FollowedWalk,
+@pytest.fixture(scope="module")
+def blank_walls() -> dict[int, FollowedWalk]:
+    return {seed: followed("blank-walls", seed) for seed in (1, 2)}
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=TWO_PARTS)])
+def test_around_a_corridor_with_blank_walls_all_is_tied_together(
+    blank_walls: dict[int, FollowedWalk], seed: int
 ) -> None:
-    graph, figures = blank_walls.slam.report().graph, blank_walls.figures(5.0)
+    assert blank_walls[seed].figures(5.0)["share_tracked"] > 0.9
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_around_a_corridor_with_blank_walls_poses_are_true_where_there_are_any_and_say_what_is_open(
+    blank_walls: dict[int, FollowedWalk], seed: int
+) -> None:
+    walk = blank_walls[seed]
+    graph, figures = walk.slam.report().graph, walk.figures(5.0)
     assert figures["ate_cm"] < 15
     assert figures["false_ties"] <= 2
-    assert figures["share_tracked"] > 0.6
     assert graph is not None
     assert np.isfinite(graph.world_from_camera).all()
     assert graph.open
