@@ -119,8 +119,7 @@ class Locator:
         unmapped = set(state.lost)  # so far; what is lost from here on is in the map
         state.poses.finish()
         update = self._pose_update()
-        n_lost = len(state.lost - state.recovered.keys())
-        again = None if attempt is None else attempt(len(attempt.indices) - n_lost)
+        again = None if attempt is None else attempt(len(state.lost - state.recovered.keys()))
         if again is None:
             return PosesFinal(update)
         solved, poses, note = again

@@ -21,19 +21,21 @@ class SecondAttempt:
     indices: Sequence[int]
     config: SlamConfig
 
-    def __call__(self, n_located: int) -> tuple[SolvedPoses, dict[int, Pose | None], str] | None:
+    def __call__(self, n_lost: int) -> tuple[SolvedPoses, dict[int, Pose | None], str] | None:
         """The poses, those of all frames that can be used with None for what is lost, and one line that says what was
-        done and why; None where nothing failed or nothing is better for it. n_located: by following the camera."""
-        if not has_failed(n_located, len(self.indices)):
+        done and why; None where nothing failed or nothing is better for it. n_lost: by following the camera, of the
+        frames that can be used."""
+        if not has_failed(n_lost, len(self.indices)):
             return None
         from slam.sparse.sparse_system import SparseSystem
 
-        system = SparseSystem(self.config)
+        system, n_located = SparseSystem(self.config), -n_lost
         for index in self.indices:
             try:
                 system.locate(self.sequence[index])
             except UnusableFrame:
                 continue
+            n_located += 1
         system.finish()
         poses = system.trajectory()
         if len(poses) <= n_located:

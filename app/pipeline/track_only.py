@@ -118,7 +118,7 @@ def tracked_path(sequence: RgbdSequence, config: RunConfig, console: Console) ->
         return _with_any(path, sequence)
     path = _followed(sequence, indices, config, console)
     may_match = settings.poses != "refine" and settings.sparse is None and not path.interrupted
-    if may_match and has_failed(len(path.final), len(path.stamps)):
+    if may_match and has_failed(len(path.stamps) - len(path.final), len(indices)):
         n_before = len(path.final)
         matched, system = _matched(sequence, indices, config, console)
         if len(matched.final) > n_before:

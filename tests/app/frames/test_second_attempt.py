@@ -61,4 +61,4 @@ def test_where_the_camera_was_lost_all_frames_are_located_in_the_end():
 
 
 def test_nothing_is_done_where_the_camera_was_followed():
-    assert SecondAttempt(None, range(10), SlamConfig())(9) is None
+    assert SecondAttempt(None, range(10), SlamConfig())(1) is None
