@@ -180,15 +180,28 @@ class KeyframeMap:
     def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
         """Whether a view of one submap, with the hypotheses before, merges it with another."""
         reference, view = located.reference, located.view
+        found: list[tuple[int, Float64Array]] = []
         for number, guesses in self._search.candidates(located, shortlist):
+            if self._shows_found(number, found):
+                continue
             result = self._registration.recognise(self.keyframes[number], view, guesses, calibration)
             if result is None:
                 continue
+            found.append((self.keyframes[number].submap, self.pose(number, result.target_from_source)))
             number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
             edge = PoseEdge(number, reference.number, number_from_reference, result.information)
             if self._add_hypothesis(edge, view.index, result.score):
                 return True
         return False
+
+    def _shows_found(self, number: int, found: Sequence[tuple[int, Float64Array]]) -> bool:
+        """Whether a keyframe shows a place where a view, by the submaps and poses (4, 4) in them where it was found,
+        lies: it would say the same once more."""
+        keyframe, settings = self.keyframes[number], self._config.loop_closure
+        return any(
+            submap == keyframe.submap and len(near_poses(pose, keyframe.world_from_camera[None], settings)) > 0
+            for submap, pose in found
+        )
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
         """Compare the keyframes still unanchored with all places that have any similarity."""

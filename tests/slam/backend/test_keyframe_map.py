@@ -1,0 +1,54 @@
+"""Which keyframes a view of an unanchored submap is compared with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam.backend.keyframe_map import KeyframeMap
+from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.keyframes import LocatedView
+from slam.frontend.view_registration import ViewRegistration
+from slam.se3 import exp_se3
+
+NOMINAL = ColorCalibration.nominal()
+AT_X_M = (0.0, 0.1, 10.0)  # keyframes of the world: two of one place, and one of another that looks alike
+
+
+def at(x_m):
+    return exp_se3(np.array([0, 0, 0, x_m, 0, 0]))
+
+
+@pytest.fixture
+def compared(views, monkeypatch):
+    """A submap's view, which every keyframe is said to show, and what it was compared with where some are found."""
+    slam = KeyframeMap(SlamConfig())
+    world = [slam.place(replace(views[10], index=n), at(x_m), 0.0, [], []) for n, x_m in enumerate(AT_X_M)]
+    first = slam.begin_submap(views[12], 0.0)
+    fits = ViewRegistration(SlamConfig()).register(views[10], views[12], [np.eye(4)], NOMINAL)
+
+    def of(found_in):
+        asked = []
+
+        def recognise(keyframe, *_):
+            asked.append(keyframe.number)
+            moved = at(AT_X_M[1] - AT_X_M[keyframe.number] if keyframe.number < 2 else 0.0)
+            return replace(fits, target_from_source=moved) if keyframe.number in found_in else None
+
+        monkeypatch.setattr(slam._registration, "recognise", recognise)
+        monkeypatch.setattr(slam._search, "candidates", lambda *_: [(keyframe.number, []) for keyframe in world])
+        slam.search_submaps(LocatedView(views[12], first, np.eye(4)), NOMINAL)
+        return asked
+
+    return of
+
+
+def test_a_view_that_was_found_is_not_found_once_more_at_the_same_place(compared):
+    assert compared(found_in={0, 1, 2}) == [0, 2]
+
+
+def test_where_a_view_was_not_found_the_next_keyframe_is_asked(compared):
+    assert compared(found_in={1, 2}) == [0, 1, 2]
