@@ -104,10 +104,10 @@ def test_little_is_no_recording(shots):
 
 
 @pytest.mark.parametrize(
-    ("n_located", "n_frames", "failed"), [(74, 100, True), (75, 100, False), (10, 301, False), (1, 1, False)]
+    ("n_lost", "n_frames", "failed"), [(26, 100, True), (25, 100, False), (291, 301, False), (1, 1, False)]
 )
-def test_few_located_frames_of_a_short_recording_are_a_failure(n_located, n_frames, failed):
-    assert has_failed(n_located, n_frames) == failed
+def test_many_lost_frames_of_a_short_recording_are_a_failure(n_lost, n_frames, failed):
+    assert has_failed(n_lost, n_frames) == failed
 
 
 @pytest.mark.full
