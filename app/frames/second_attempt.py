@@ -29,15 +29,15 @@ class SecondAttempt:
             return None
         from slam.sparse.sparse_system import SparseSystem
 
-        system, n_located = SparseSystem(self.config), -n_lost
+        system, n_usable = SparseSystem(self.config), 0
         for index in self.indices:
             try:
                 system.locate(self.sequence[index])
             except UnusableFrame:
                 continue
-            n_located += 1
+            n_usable += 1
         system.finish()
-        poses = system.trajectory()
+        poses, n_located = system.trajectory(), n_usable - n_lost
         if len(poses) <= n_located:
             return None
         seen = {keyframe.view.index: poses.get(keyframe.view.index) for keyframe in system.keyframes.all}
