@@ -167,7 +167,7 @@ class Parts:
         through, or has other colours."""
         pairs = self._near_pairs(home, away, home_from_away)
         return contradict(
-            pairs, lambda shared: self._usual_colors.mean([separation(*pair) for pair in shared]), self._config
+            pairs, lambda shared: self._usual_colors.mean([separation(*pair[:3]) for pair in shared]), self._config
         )
 
     def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:
@@ -182,7 +182,7 @@ class Parts:
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
 
     def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
-        return self._keyframes[a].view, self._keyframes[b].view, a_from_b
+        return PlacedPair(self._keyframes[a].view, self._keyframes[b].view, a_from_b)
 
     def _join(self, home: int, away: int, home_from_away: Float64Array) -> None:
         joined = self.members.pop(away)

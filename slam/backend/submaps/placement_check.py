@@ -6,14 +6,16 @@ looked through, or have other colours.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float64Array, IndexArray, Int64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
+from slam.backend.submaps.chain_ties import way_to_ties
 from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.backend.view_checks.usual_colors import UsualColors
@@ -23,9 +25,17 @@ from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
+FEWEST_TOLD = 3  # of these that must share a surface before colours say anything; one pair may share a corner only
 UNNOTICED = 0.03  # share of other colours that tells nothing, however alike colours usually are
 
-PlacedPair = tuple[View, View, Float64Array]  # two views, and first_from_second (4, 4)
+
+class PlacedPair(NamedTuple):
+    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres."""
+
+    first: View
+    second: View
+    first_from_second: Float64Array
+    drift_m: float = 0.0
 
 
 @dataclass
@@ -36,19 +46,32 @@ class PlacementCheck:
     graph: PoseGraph
     config: SlamConfig
 
-    def contradicts(self, placed: Iterable[int], standing: IndexArray, standing_from_placed: Float64Array) -> bool:
-        """Whether keyframes are not where they would be; not, where nobody sees what they see.
+    def contradicts(
+        self, placed: Sequence[int], standing: IndexArray, standing_from_placed: Float64Array, ties: Int64Array
+    ) -> bool:
+        """Whether keyframes are not where they would be; not, where nobody sees what they see. What lies far from the
+        ties may have drifted, and contradicts the less.
 
         Args:
             placed: numbers of those in question.
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
+            ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
         """
-        pairs = self._pairs(placed, standing, standing_from_placed)
-        return contradict(pairs, self._usual_other_colors, self.config)
+        pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
+        return contradict(pairs, self._usual_other_colors, self.config, FEWEST_TOLD)
+
+    def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
+        """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
+        if not len(ties):
+            return np.zeros(len(self.keyframes))
+        ends = self.graph.edge_table()[0]
+        is_within = np.isin(ends, standing).sum(axis=1) != 1
+        way_m = way_to_ties(ties, self.keyframes.poses()[:, :3, 3], ends[is_within])
+        return self.config.loop_closure.drift_m_per_m * np.where(np.isfinite(way_m), way_m, 0.0)
 
     def _pairs(
-        self, placed: Iterable[int], standing: IndexArray, standing_from_placed: Float64Array
+        self, placed: Sequence[int], standing: IndexArray, standing_from_placed: Float64Array, drift_m: Float64Array
     ) -> list[PlacedPair]:
         """Views, and the motion between them; of many, some of all."""
         poses, pairs = self.keyframes.poses()[standing], list[PlacedPair]()
@@ -56,7 +79,8 @@ class PlacementCheck:
             moved = standing_from_placed @ self.keyframes[number].world_from_camera
             for other in standing[near_poses(moved, poses, self.config.loop_closure)].tolist():
                 motion = inverse(self.keyframes[other].world_from_camera) @ moved
-                pairs.append((self.keyframes[other].view, self.keyframes[number].view, motion))
+                views = self.keyframes[other].view, self.keyframes[number].view
+                pairs.append(PlacedPair(*views, motion, float(drift_m[other] + drift_m[number])))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
     def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> float:
@@ -65,14 +89,17 @@ class PlacementCheck:
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
-        known = [(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
+        known = [PlacedPair(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
         shares = _color_differences(known, self.config)
-        usual = UsualColors([separation(*known[n]) for n in shares], list(shares.values()))
-        return usual.mean([separation(*pair) for pair in pairs])
+        usual = UsualColors([separation(*known[n][:3]) for n in shares], list(shares.values()))
+        return usual.mean([separation(*pair[:3]) for pair in pairs])
 
 
 def contradict(
-    pairs: Sequence[PlacedPair], usual_other_colors: Callable[[Sequence[PlacedPair]], float], config: SlamConfig
+    pairs: Sequence[PlacedPair],
+    usual_other_colors: Callable[[Sequence[PlacedPair]], float],
+    config: SlamConfig,
+    fewest_told: int = 1,
 ) -> bool:
     """Whether pairs of views, all taken together, contradict each other; not, where there are none.
 
@@ -81,14 +108,15 @@ def contradict(
         usual_other_colors: what share of colours differs, of one place in this recording, between views placed to each
             other like some of the pairs, of which there is one at least.
         config: the settings.
+        fewest_told: pairs that must share a surface for colours to count.
     """
     if not pairs:
         return False
-    space = np.mean([contradiction(*pair, config.free_space) for pair in pairs])
+    space = np.mean([contradiction(*pair[:3], config.free_space, pair.drift_m) for pair in pairs])
     if space > config.submaps.max_contradiction:
         return True
     colors = _color_differences(pairs, config)
-    if not colors:
+    if len(colors) < fewest_told:
         return False
     usual = usual_other_colors([pairs[n] for n in colors])
     return bool(np.mean(list(colors.values())) > max(config.submaps.max_color_excess * usual, UNNOTICED))
@@ -96,5 +124,5 @@ def contradict(
 
 def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:
     """What share of colours differs, by number, of those pairs that share a surface."""
-    shares = ((n, other_colors(*pair, config.free_space)) for n, pair in enumerate(pairs))
+    shares = ((n, other_colors(*pair[:3], config.free_space)) for n, pair in enumerate(pairs))
     return {n: share for n, share in shares if share is not None}

@@ -9,7 +9,7 @@ from enum import Enum, auto
 
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float64Array, IndexArray, Int64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import hanging_on
@@ -52,22 +52,21 @@ class SubmapMerging:
         if not agreeing:
             return Outcome.WAITS
         home, later = self.hypotheses.ends(hypothesis)
-        shift = self.hypotheses.shift(agreeing[0])
         is_merge = home.submap != later.submap
-        if not (self._merge(home.submap, later.submap, shift) if is_merge else self._move(home, later, agreeing)):
+        if not (self._merge if is_merge else self._move)(home, later, agreeing):
             self.hypotheses.refute(agreeing)
             return Outcome.REFUTED
         for one in agreeing:
             self.graph.add_edge(one.edge)
         return Outcome.MOVED
 
-    def _merge(self, home: int, submap: int, home_from_submap: Float64Array) -> bool:
+    def _merge(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Make a submap part of another, unless its views contradict that."""
-        numbers = self._numbers(submap)
-        if self.placement.contradicts(numbers, self._numbers(home), home_from_submap):
+        numbers, shift = self._numbers(later.submap), self.hypotheses.shift(agreeing[0])
+        if self.placement.contradicts(numbers.tolist(), self._numbers(home.submap), shift, _ties(agreeing)):
             return False
-        self._shift(numbers, home_from_submap)
-        self._assign(numbers, home)
+        self._shift(numbers, shift)
+        self._assign(numbers, home.submap)
         return True
 
     def _move(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
@@ -76,9 +75,9 @@ class SubmapMerging:
         for chain, moved in ((later.chain, shift), (home.chain, inverse(shift))):
             numbers, others = self._parts(chain)
             seen = [n for one in agreeing for n in (one.edge.a, one.edge.b) if n in numbers]
-            if 0 in numbers or not self.placement.contradicts(seen, others, np.eye(4)):
+            if 0 in numbers or not self.placement.contradicts(seen, others, np.eye(4), self._ties(numbers)):
                 continue
-            if not self.placement.contradicts(numbers, others, moved):
+            if not self.placement.contradicts(numbers.tolist(), others, moved, _ties(agreeing)):
                 self._part(numbers)
                 self._shift(numbers, moved)
                 return True
@@ -88,8 +87,10 @@ class SubmapMerging:
         """Let a chain that grew be a submap of its own, with an unused number, where its newest views contradict what
         others saw; whether that was so."""
         numbers, others = self._parts(chain)
-        newest = numbers[self.keyframes.chains()[numbers] == chain][-REVIEWED:]
-        if 0 in numbers or not len(others) or not self.placement.contradicts(newest, others, np.eye(4)):
+        if 0 in numbers or not len(others):
+            return False
+        newest = numbers[self.keyframes.chains()[numbers] == chain][-REVIEWED:].tolist()
+        if not self.placement.contradicts(newest, others, np.eye(4), self._ties(numbers)):
             return False
         self._part(numbers)
         self._assign(numbers, free_submap)
@@ -102,6 +103,11 @@ class SubmapMerging:
         """The keyframes that hang on a chain, and the others of its submap."""
         numbers = hanging_on(chain, self.keyframes.chains(), self.graph.edge_table()[0])
         return numbers, np.setdiff1d(self._numbers(self.keyframes[int(numbers[0])].submap), numbers)
+
+    def _ties(self, numbers: IndexArray) -> Int64Array:
+        """The ends (T, 2) of the edges between some keyframes and the others."""
+        ends = self.graph.edge_table()[0]
+        return ends[np.isin(ends, numbers).sum(axis=1) == 1]
 
     def _shift(self, numbers: Iterable[int], shift: Float64Array) -> None:
         for number in numbers:
@@ -117,3 +123,8 @@ class SubmapMerging:
         inside = set(numbers.tolist())
         self.hypotheses.refute(self.hypotheses.tying(inside))
         self.graph.replace([edge for edge in self.graph.edges if (edge.a in inside) == (edge.b in inside)])
+
+
+def _ties(hypotheses: Sequence[MergeHypothesis]) -> Int64Array:
+    """The keyframes (T, 2) that some hypotheses tie."""
+    return np.array([(one.edge.a, one.edge.b) for one in hypotheses], np.int64)

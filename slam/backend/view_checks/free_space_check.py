@@ -19,7 +19,9 @@ from slam.frontend.keyframes import View
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
 
 
-def contradiction(target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings) -> float:
+def contradiction(
+    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings, drift_m: float = 0.0
+) -> float:
     """Share of the readings of one view, of those that fall on readings of the other, that stand where the other saw
     through; the greater of both ways.
 
@@ -28,15 +30,18 @@ def contradiction(target: View, source: View, target_from_source: Float64Array, 
         source: the other.
         target_from_source: (4, 4) the motion to be checked.
         settings: how far in front of a reading something must stand to contradict it.
+        drift_m: and by how much more, as the motion may be that far off.
     """
     return max(
-        _standing_share(source, target, target_from_source, settings),
-        _standing_share(target, source, inverse(target_from_source), settings),
+        _standing_share(source, target, target_from_source, settings, drift_m),
+        _standing_share(target, source, inverse(target_from_source), settings, drift_m),
     )
 
 
-def _standing_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float:
-    pixel, is_standing = standing_readings(view, other, other_from_view, settings)
+def _standing_share(
+    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings, drift_m: float
+) -> float:
+    pixel, is_standing = standing_readings(view, other, other_from_view, settings, drift_m)
     return 0.0 if len(pixel) < MIN_SHARED else float(is_standing.mean())
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.submaps.placement_check import contradict
+from slam.backend.submaps.placement_check import PlacedPair, contradict
 from slam.backend.view_checks.color_check import color_correlation, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -94,8 +94,8 @@ def test_views_that_share_nothing_thin_out_no_contradiction():
     rgb, depth = wall()
     board = rgb.copy()
     board[60:120, 80:200] = (10, 40, 30)
-    pair = view(rgb, depth), view(board, depth), HERE
-    apart = view(rgb, depth), view(rgb, depth), np.diag([-1.0, 1, -1, 1])  # back to back
+    pair = PlacedPair(view(rgb, depth), view(board, depth), HERE)
+    apart = PlacedPair(view(rgb, depth), view(rgb, depth), np.diag([-1.0, 1, -1, 1]))  # back to back
     assert contradict([pair, *[apart] * 20], lambda _: 0.02, CONFIG)
     assert not contradict([pair, *[apart] * 20], lambda _: 0.05, CONFIG)
     assert not contradict([apart], lambda _: 0.0, CONFIG)
