@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array
+from razer.arrays import BoolArray, Float64Array, Int64Array
 from razer.geometry import inverse
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import PoseEdge
@@ -38,10 +38,17 @@ class MergeHypotheses:
     keyframes: Keyframes
     settings: SubmapSettings
     _all: list[MergeHypothesis] = field(default_factory=list)
+    _refused: list[MergeHypothesis] = field(default_factory=list)  # one of each time that a place was looked into
 
     def add(self, hypothesis: MergeHypothesis) -> None:
         """Take in a further one."""
         self._all.append(hypothesis)
+
+    def refuse(self, hypotheses: Sequence[MergeHypothesis]) -> None:
+        """Refute those that agree, since views contradict them: twice as many must now say so before the place is
+        looked into again, as a look-alike comes up with every view."""
+        self._refused.append(hypotheses[0])
+        self.refute(hypotheses)
 
     def refute(self, hypotheses: Sequence[MergeHypothesis]) -> None:
         """Forget some that others contradict: as many must come up anew before the same is believed."""
@@ -73,13 +80,22 @@ class MergeHypotheses:
             others = self._out_of_place(others)
         if hypothesis not in others:
             return ()
-        agree = same_motions(*self._shifts(others))
+        agree, n_refused = same_motions(*self._shifts(others)), self._times_refused(others)
         agreeing = agree[others.index(hypothesis)]
-        rival = max((_n_views(others, row & ~agreeing) for row in agree[~agreeing]), default=0)
-        if _n_views(others, agreeing) < max(self.settings.min_hypotheses, MAJORITY * rival):
+        is_rival = ~agreeing & (n_refused == 0)
+        rival = max((_n_views(others, row & is_rival) for row in agree[is_rival]), default=0)
+        needed = self.settings.min_hypotheses * 2 ** n_refused[others.index(hypothesis)]
+        if _n_views(others, agreeing) < max(needed, MAJORITY * rival):
             return ()
         found = [others[n] for n in np.flatnonzero(agreeing)]
         return sorted(found, key=lambda other: -other.strength)
+
+    def _times_refused(self, hypotheses: Sequence[MergeHypothesis]) -> Int64Array:
+        """How often the place (N,) was refused that hypotheses of the same two parties lead to."""
+        parties = self._parties(hypotheses[0])
+        refused = [one for one in self._refused if self._parties(one) == parties]
+        same = same_motions(*self._shifts([*hypotheses, *refused]))
+        return same[: len(hypotheses), len(hypotheses) :].sum(axis=1)
 
     def _out_of_place(self, hypotheses: Sequence[MergeHypothesis]) -> list[MergeHypothesis]:
         """Those by which the later party would be moved."""

@@ -54,7 +54,7 @@ class SubmapMerging:
         home, later = self.hypotheses.ends(hypothesis)
         is_merge = home.submap != later.submap
         if not (self._merge if is_merge else self._move)(home, later, agreeing):
-            self.hypotheses.refute(agreeing)
+            self.hypotheses.refuse(agreeing)
             return Outcome.REFUTED
         for one in agreeing:
             self.graph.add_edge(one.edge)
