@@ -16,7 +16,7 @@ from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
-from slam.backend.submaps.submap_search import SubmapSearch
+from slam.backend.submaps.submap_search import Candidate, SubmapSearch
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
@@ -175,13 +175,13 @@ class KeyframeMap:
 
     def search_submaps(self, located: LocatedView, calibration: ColorCalibration) -> None:
         """Compare a view of an unanchored submap with places of other submaps."""
-        self._compare(located, calibration, self._config.loop_closure.shortlist)
+        self._compare(located, calibration, self._search.next_candidates(located))
 
-    def _compare(self, located: LocatedView, calibration: ColorCalibration, shortlist: int) -> bool:
-        """Whether a view of one submap, with the hypotheses before, merges it with another."""
+    def _compare(self, located: LocatedView, calibration: ColorCalibration, candidates: Sequence[Candidate]) -> bool:
+        """Whether a view of one submap, compared with keyframes of others, with the hypotheses before merges it."""
         reference, view = located.reference, located.view
         found: list[tuple[int, Float64Array]] = []
-        for number, guesses in self._search.candidates(located, shortlist):
+        for number, guesses in candidates:
             if self._shows_found(number, found):
                 continue
             result = self._registration.recognise(self.keyframes[number], view, guesses, calibration)
@@ -208,7 +208,7 @@ class KeyframeMap:
         for keyframe in self.keyframes.all:
             if keyframe.submap:
                 located = LocatedView(self.keyframes.view(keyframe), keyframe, np.eye(4))
-                self._compare(located, calibration, FINAL_SHORTLIST)
+                self._compare(located, calibration, self._search.candidates(located, FINAL_SHORTLIST))
 
     def close_loops(self, calibration: ColorCalibration, n_pairs: int | None = None) -> None:
         """Measure so many of the pairs of keyframes that wait, None = all."""

@@ -18,7 +18,8 @@ from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import PoseEdge
 
-REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there
+REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there, ...
+REVIEW_EACH = 4  # ... each time that it grew by so many, as that takes some 0.2 s
 
 
 class Outcome(Enum):
@@ -87,9 +88,10 @@ class SubmapMerging:
         """Let a chain that grew be a submap of its own, with an unused number, where its newest views contradict what
         others saw; whether that was so."""
         numbers, others = self._parts(chain)
-        if 0 in numbers or not len(others):
+        grown = numbers[self.keyframes.chains()[numbers] == chain]
+        if 0 in numbers or not len(others) or len(grown) % REVIEW_EACH:
             return False
-        newest = numbers[self.keyframes.chains()[numbers] == chain][-REVIEWED:].tolist()
+        newest = grown[-REVIEWED:].tolist()
         if not self.placement.contradicts(newest, others, np.eye(4), self._ties(numbers)):
             return False
         self._part(numbers)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.keyframes import Keyframes, LocatedView, View
 from slam.frontend.rigid_matches import RigidMatches
 
+# A keyframe that a view may show, and where the view would be in front of it (4, 4) as far as that is foreseen.
+Candidate = tuple[int, list[Float64Array]]
 LOOKED_AT = 12  # places of similar looks whose features are held against a view's, some 4 ms each
 
 
@@ -28,13 +30,21 @@ class SubmapSearch:
     places: PlaceRecognition
     hypotheses: MergeHypotheses
     config: SlamConfig
+    _turn: int = field(default=0)  # of the places that look alike, the next that a view is compared with
 
-    def candidates(self, located: LocatedView, shortlist: int) -> list[tuple[int, list[Float64Array]]]:
-        """Keyframes of other submaps that a view may show, and where it would be in front of them (4, 4) as far as that
-        is foreseen: those that hypotheses lead to, then those that look alike and whose features lie as far from each
-        other as the view's, at most `shortlist`, those with most first."""
+    def next_candidates(self, located: LocatedView) -> list[Candidate]:
+        """As `candidates` has them, but of the places that look alike one only, in turn: the views that follow see much
+        the same, and what one of them finds leads the others there."""
+        found = self.candidates(located, self.config.loop_closure.shortlist)
+        foreseen, alike = ([one for one in found if bool(one[1]) is is_led] for is_led in (True, False))
+        self._turn += 1
+        return foreseen + ([alike[self._turn % len(alike)]] if alike else [])
+
+    def candidates(self, located: LocatedView, shortlist: int) -> list[Candidate]:
+        """What keyframes of other submaps a view may show: those that hypotheses lead to, then those that look alike and
+        whose features lie as far from each other as the view's, at most `shortlist`, those with most first."""
         submap = located.reference.submap
-        candidates: list[tuple[int, list[Float64Array]]] = []
+        candidates: list[Candidate] = []
         for other, other_from_submap in self.hypotheses.expected(submap):
             moved = other_from_submap @ located.reference.world_from_camera @ located.reference_from_camera
             number = self._most_overlapping(located.view, moved, other)
