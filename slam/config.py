@@ -177,7 +177,7 @@ class LoopClosureSettings(Settings):
         1.0, ge=0, description="... and this much for each metre travelled. Larger or smaller: as for drift_m."
     )
     pairs_per_frame: int = Field(
-        1,
+        2,
         ge=0,
         description="Waiting pairs measured after each frame; the rest waits for the end. Larger: loops close sooner, "
         "each pair costs some 20 ms of the frame.",

@@ -67,9 +67,11 @@ class SlamSystem:
         if tracker is None:
             return None
         located = LocatedView(view, tracker.reference, tracker.reference_from_camera)
+        n_pairs = self.config.loop_closure.pairs_per_frame
         if located.reference.submap:
             self.map.search_submaps(located, self.calibration)
-        self.map.close_loops(self.calibration, self.config.loop_closure.pairs_per_frame)
+            n_pairs -= 1  # the search takes as long as a pair, or longer
+        self.map.close_loops(self.calibration, max(n_pairs, 0))
         return self._located.add(frame.index, located.reference, located.reference_from_camera)
 
     def _track(self, view: View) -> FrameTracker | None:

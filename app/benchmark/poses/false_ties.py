@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
 from app.benchmark.poses.motion_error import is_false
 from razer.arrays import Pose
 from razer.geometry import inverse
@@ -48,10 +46,10 @@ class MergeWatch:
 
 
 def _is_false_merge(one: Sequence[Keyframe], other: Sequence[Keyframe], truth: Mapping[int, Pose]) -> bool:
-    """By the two keyframes that are nearest to each other in truth, so that drift counts as little as it can."""
-    places = [np.stack([truth[keyframe.view.index][:3, 3] for keyframe in part]) for part in (one, other)]
-    away = np.linalg.norm(places[0][:, None] - places[1], axis=2)
-    first, second = np.unravel_index(away.argmin(), away.shape)
-    a, b = one[int(first)], other[int(second)]
-    measured = inverse(a.world_from_camera) @ b.world_from_camera
-    return is_false(measured, inverse(truth[a.view.index]) @ truth[b.view.index])
+    """Whether no two keyframes of the two lie to each other as they do in truth: those far from where the two were tied
+    together have drifted, and count as little as they can."""
+    return all(
+        is_false(inverse(a.world_from_camera) @ b.world_from_camera, inverse(truth[a.view.index]) @ truth[b.view.index])
+        for a in one
+        for b in other
+    )

@@ -64,6 +64,12 @@ def test_drift_along_the_way_makes_no_merge_false():
     assert merged((*way, (1, 10.2, 0.0)), (*way, (0, 10.2, 11.2))) == 0
 
 
+def test_a_merge_is_true_where_its_other_end_has_drifted():
+    """A loop tied together at one end, whose two halves do not quite meet at the other."""
+    half, drifted = tuple((0, float(n), float(n)) for n in range(11)), ((5.2, 5.2), (10.1, 11.1))
+    assert merged((*half, *((1, x, 0.0) for x, _ in drifted)), (*half, *((0, *one) for one in drifted))) == 0
+
+
 def test_submaps_that_change_their_numbers_are_not_merged():
     renamed = tuple((1 - submap, true, estimated) for submap, true, estimated in APART)
     assert merged(APART, renamed) == 0
