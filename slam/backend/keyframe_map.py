@@ -8,6 +8,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
+from slam.backend.doubtful_odometry import doubtful_odometry
 from slam.backend.dynamic_masking import DynamicMasking
 from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.outlier_edges import is_outlier
@@ -253,7 +254,24 @@ class KeyframeMap:
             self._loops.queue_neighbors()
         self.close_loops(calibration)
         self._optimise()
+        self._remeasure_odometry(calibration)
         self._set_poses(self._smooth_without_outliers())
+
+    def _remeasure_odometry(self, calibration: ColorCalibration) -> None:
+        """Register anew what tracking measured and loops contradict, from where these have it."""
+        anew = {id(edge): self._remeasured(edge, calibration) for edge in doubtful_odometry(self.graph)}
+        if anew:
+            self.graph.replace([anew.get(id(edge), edge) for edge in self.graph.edges])
+            self._optimise()
+
+    def _remeasured(self, edge: PoseEdge, calibration: ColorCalibration) -> PoseEdge:
+        """An odometry edge as the graph leads to it, unless depth fits better where it was."""
+        a, b = self.keyframes[edge.a], self.keyframes[edge.b]
+        guesses = [inverse(a.world_from_camera) @ b.world_from_camera, edge.a_from_b]
+        result = self._registration.register(a, self.keyframes.view(b), guesses, calibration)
+        if result is None:
+            return edge
+        return PoseEdge(edge.a, edge.b, result.target_from_source, result.information, is_odometry=True)
 
     def _smooth_without_outliers(self) -> Mapping[int, Float64Array]:
         """The smoothed poses, once more where they contradict loop closures, without these."""
