@@ -41,8 +41,8 @@ class SubmapSearch:
         return foreseen + ([alike[self._turn % len(alike)]] if alike else [])
 
     def candidates(self, located: LocatedView, shortlist: int) -> list[Candidate]:
-        """What keyframes of other submaps a view may show: those that hypotheses lead to, then those that look alike and
-        whose features lie as far from each other as the view's, at most `shortlist`, those with most first."""
+        """What keyframes of other submaps a view may show: those that hypotheses lead to, then those that look alike
+        and whose features lie as far from each other as the view's, at most `shortlist`, those with most first."""
         submap = located.reference.submap
         candidates: list[Candidate] = []
         for other, other_from_submap in self.hypotheses.expected(submap):

@@ -1,4 +1,4 @@
-"""Which keyframes a view of an unanchored submap is compared with."""
+"""Which keyframes a view of an unanchored submap is compared with, and what becomes of doubtful odometry."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from slam.backend.keyframe_map import KeyframeMap
+from slam.backend.pose_graph import PoseEdge
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import LocatedView
@@ -39,7 +40,7 @@ def compared(views, monkeypatch):
             return replace(fits, target_from_source=moved) if keyframe.number in found_in else None
 
         monkeypatch.setattr(slam._registration, "recognise", recognise)
-        monkeypatch.setattr(slam._search, "candidates", lambda *_: [(keyframe.number, []) for keyframe in world])
+        monkeypatch.setattr(slam._search, "next_candidates", lambda *_: [(keyframe.number, []) for keyframe in world])
         slam.search_submaps(LocatedView(views[12], first, np.eye(4)), NOMINAL)
         return asked
 
@@ -52,3 +53,22 @@ def test_a_view_that_was_found_is_not_found_once_more_at_the_same_place(compared
 
 def test_where_a_view_was_not_found_the_next_keyframe_is_asked(compared):
     assert compared(found_in={1, 2}) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("off_m", [0.0, 0.02])
+def test_odometry_is_registered_anew_where_loops_contradict_it(views, off_m):
+    """Of two views the true motion is known; tracking measured it with an error, and loops say so."""
+    slam = KeyframeMap(SlamConfig())
+    a = slam.begin_submap(views[10], 0.0)
+    fits = ViewRegistration(SlamConfig()).register(views[10], views[12], [np.eye(4)], NOMINAL)
+    wrong = replace(fits, target_from_source=at(off_m) @ fits.target_from_source)
+    b = slam.extend(a, views[12], wrong, 0.0)
+    for _ in range(3):  # as if other views had measured it
+        slam.graph.add_edge(PoseEdge(a.number, b.number, fits.target_from_source, fits.information))
+    slam._optimise()
+    before = slam.graph.edges[0]
+    slam._remeasure_odometry(NOMINAL)
+    after = next(edge for edge in slam.graph.edges if edge.is_odometry)
+    assert (after is before) is (off_m == 0)
+    assert len(slam.graph.edges) == 4
+    np.testing.assert_allclose(after.a_from_b, fits.target_from_source, atol=1e-3)

@@ -72,6 +72,27 @@ def test_what_was_refuted_must_come_up_anew(hypotheses):
     assert len(added(hypotheses, hypothesis(5, 2.0))) == 3
 
 
+def frames_until_enough(hypotheses, z_m, first):
+    """How many views must say that keyframe 1 lies z_m before keyframe 0; and then it is refused."""
+    for n in range(1, 50):
+        agreeing = added(hypotheses, hypothesis(first + n, z_m))
+        if agreeing:
+            hypotheses.refuse(agreeing)
+            return n
+    return None
+
+
+def test_each_time_that_a_place_is_refused_twice_as_many_must_say_it_again(hypotheses):
+    assert [frames_until_enough(hypotheses, 2.0, 100 * n) for n in range(4)] == [3, 6, 12, 24]
+
+
+def test_a_place_that_was_refused_stands_in_the_way_of_no_other(hypotheses):
+    assert frames_until_enough(hypotheses, 2.0, 100) == 3
+    for frame in range(200, 205):
+        assert not added(hypotheses, hypothesis(frame, 2.0))
+    assert frames_until_enough(hypotheses, 9.0, 300) == 3
+
+
 def test_agreement_is_of_where_views_are_and_not_of_a_far_origin():
     """Two degrees about a place a hundred metres away from the origin are one place, and 3.5 m there."""
     far = [Keyframe(0, 0, None, at(0.0), 0.0, 0), Keyframe(1, 1, None, at(100.0), 0.0, 1)]

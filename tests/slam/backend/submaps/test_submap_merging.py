@@ -21,9 +21,9 @@ CERTAIN = 1e9 * np.eye(6)
 WALL, BOARD = (180, 170, 160), (20, 60, 40)
 
 
-def at(z_m):
+def at(z_m, x_m=0.0):
     result = np.eye(4)
-    result[2, 3] = z_m
+    result[[0, 2], 3] = x_m, z_m
     return result
 
 
@@ -88,6 +88,14 @@ def test_a_submap_that_stands_where_others_saw_through_is_not_merged():
     assert world.places_m == [0, 1, 2, 23, 24]
 
 
+@pytest.mark.parametrize("aside_m", [0.0, 15.0])
+def test_what_drift_along_the_way_explains_keeps_no_submap_apart(aside_m):
+    """A submap whose last views see the end of the corridor a metre too near, after a way aside or straight on."""
+    world = World([7.5, 6.5, 4.5, 3.5, 2.5])
+    world.keyframes[4].world_from_camera = at(24.0, x_m=aside_m)
+    assert (world.say(0, 3, 0.5)[-1] is Outcome.MOVED) is (aside_m > 0)
+
+
 def test_a_place_of_the_same_shape_and_other_colours_is_another_place():
     world = World([7.5, 6.5], board=True)
     assert world.say(0, 3, 0.5)[-1] is Outcome.REFUTED
@@ -96,8 +104,7 @@ def test_a_place_of_the_same_shape_and_other_colours_is_another_place():
 
 @pytest.mark.parametrize("contradicts", [True, False])
 def test_a_chain_is_parted_where_its_newest_views_contradict_the_others(contradicts):
-    ends_m = [7.5, 6.5, *([3.0, 2.0] if contradicts else [5.5, 4.5])]
-    world = World(ends_m)
+    world = World([7.5, 6.5, *([3.0, 2.0] if contradicts else [5.5, 4.5])])
     shift = at(0.5 - 23.0)
     for number in range(3, 7):  # as if it had been merged by its first view
         keyframe = world.keyframes[number]
@@ -109,6 +116,19 @@ def test_a_chain_is_parted_where_its_newest_views_contradict_the_others(contradi
     ties = {(edge.a, edge.b) for edge in world.graph.edges}
     assert ((0, 3) in ties) is not contradicts
     assert {(0, 1), (3, 4), (5, 6)} <= ties
+
+
+def test_a_chain_is_reviewed_each_time_that_it_has_grown_by_four():
+    world = World([7.5, 6.5, 3.0])
+    for number in range(3, 6):
+        keyframe = world.keyframes[number]
+        keyframe.submap, keyframe.world_from_camera = 0, at(0.5 - 23.0) @ keyframe.world_from_camera
+    world.graph.add_edge(PoseEdge(0, 3, at(0.5), CERTAIN))
+    assert not world.merging.review(1, 7)
+    world.keyframes.add(view(6, 2.0), at(3.5), 0, 0.0, 1)
+    world.graph.add_keyframe(6, at(3.5))
+    world.graph.add_edge(PoseEdge(5, 6, at(1.0), CERTAIN, is_odometry=True))
+    assert world.merging.review(1, 7)
 
 
 def test_a_chain_that_is_where_views_contradict_it_is_moved_to_where_others_say():

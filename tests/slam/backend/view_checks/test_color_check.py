@@ -99,3 +99,11 @@ def test_views_that_share_nothing_thin_out_no_contradiction():
     assert contradict([pair, *[apart] * 20], lambda _: 0.02, CONFIG)
     assert not contradict([pair, *[apart] * 20], lambda _: 0.05, CONFIG)
     assert not contradict([apart], lambda _: 0.0, CONFIG)
+
+
+def test_a_single_pair_is_too_few_where_more_are_asked_for():
+    rgb, depth = wall()
+    pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
+    assert contradict([pair] * 2, lambda _: 0.0, CONFIG)
+    assert not contradict([pair] * 2, lambda _: 0.0, CONFIG, fewest_told=3)
+    assert contradict([pair] * 3, lambda _: 0.0, CONFIG, fewest_told=3)

@@ -50,6 +50,12 @@ def test_a_corridor_gives_itself_away_by_its_end_beyond_the_reach_of_registratio
     )
 
 
+def test_what_drift_may_have_moved_does_not_contradict():
+    views = view(corridor(8.0)), view(corridor(6.0))
+    assert contradiction(*views, shift(0.0), CONFIG.free_space, drift_m=1.5) > 0
+    assert contradiction(*views, shift(0.0), CONFIG.free_space, drift_m=2.0) == 0.0
+
+
 def test_what_was_not_read_contradicts_nothing():
     holes = corridor(8.0)
     holes[holes > 6.0] = 0.0
