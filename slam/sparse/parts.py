@@ -15,7 +15,7 @@ from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
 from slam.backend.view_checks.usual_colors import LEAST_PAIRS, UsualColors
-from slam.backend.view_overlap import near_poses, separation
+from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
@@ -167,7 +167,7 @@ class Parts:
         through, or has other colours."""
         pairs = self._near_pairs(home, away, home_from_away)
         return contradict(
-            pairs, lambda shared: self._usual_colors.mean([separation(*pair[:3]) for pair in shared]), self._config
+            pairs, lambda shared: self._usual_colors.mean([pair.separation for pair in shared]), self._config
         )
 
     def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:

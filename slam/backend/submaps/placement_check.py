@@ -20,7 +20,7 @@ from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses, separation
-from slam.config import SlamConfig
+from slam.config import FreeSpaceSettings, SlamConfig
 from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ
@@ -36,6 +36,19 @@ class PlacedPair(NamedTuple):
     second: View
     first_from_second: Float64Array
     drift_m: float = 0.0
+
+    def contradiction(self, settings: FreeSpaceSettings) -> float:
+        """Share of readings that stand where the other view saw through, by more than drift explains."""
+        return contradiction(self.first, self.second, self.first_from_second, settings, self.drift_m)
+
+    def other_colors(self, settings: FreeSpaceSettings) -> float | None:
+        """Share of readings of the same surface whose colours differ; None where the two share too few."""
+        return other_colors(self.first, self.second, self.first_from_second, settings)
+
+    @property
+    def separation(self) -> float:
+        """How far apart the two were taken."""
+        return separation(self.first, self.second, self.first_from_second)
 
 
 @dataclass
@@ -91,8 +104,8 @@ class PlacementCheck:
         probes = within[:: max(len(within) // PROBES, 1)]
         known = [PlacedPair(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
         shares = _color_differences(known, self.config)
-        usual = UsualColors([separation(*known[n][:3]) for n in shares], list(shares.values()))
-        return usual.mean([separation(*pair[:3]) for pair in pairs])
+        usual = UsualColors([known[n].separation for n in shares], list(shares.values()))
+        return usual.mean([pair.separation for pair in pairs])
 
 
 def contradict(
@@ -112,7 +125,7 @@ def contradict(
     """
     if not pairs:
         return False
-    space = np.mean([contradiction(*pair[:3], config.free_space, pair.drift_m) for pair in pairs])
+    space = np.mean([pair.contradiction(config.free_space) for pair in pairs])
     if space > config.submaps.max_contradiction:
         return True
     colors = _color_differences(pairs, config)
@@ -124,5 +137,5 @@ def contradict(
 
 def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:
     """What share of colours differs, by number, of those pairs that share a surface."""
-    shares = ((n, other_colors(*pair[:3], config.free_space)) for n, pair in enumerate(pairs))
+    shares = ((n, pair.other_colors(config.free_space)) for n, pair in enumerate(pairs))
     return {n: share for n, share in shares if share is not None}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class SubmapSearch:
     places: PlaceRecognition
     hypotheses: MergeHypotheses
     config: SlamConfig
-    _turn: int = field(default=0)  # of the places that look alike, the next that a view is compared with
+    _turn: int = 0  # of the places that look alike, the next that a view is compared with
 
     def next_candidates(self, located: LocatedView) -> list[Candidate]:
         """As `candidates` has them, but of the places that look alike one only, in turn: the views that follow see much
