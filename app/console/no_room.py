@@ -60,6 +60,8 @@ def no_room_line(error: BaseException) -> str | None:
         return _refusal(error)
     if isinstance(error, SystemError) and _is_short_of_memory():
         return _MEMORY
+    if isinstance(error, ImportError) and isinstance(error.__cause__, ImportError):  # of a verb: why, its cause says
+        return no_room_line(error.__cause__)
     said = str(error).lower()
     return next((line for line, words in _SAID_BY_LIBRARIES.items() if any(word in said for word in words)), None)
 

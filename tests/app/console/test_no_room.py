@@ -40,6 +40,15 @@ def test_the_interpreter_may_forget_that_it_had_no_memory(monkeypatch):
     assert no_room_line(forgotten) == MEMORY
 
 
+def test_why_a_verb_cannot_be_imported_its_cause_says():
+    verb = ImportError("Cannot import module 'app.commands.map.track'")
+    assert no_room_line(verb) is None
+    verb.__cause__ = ImportError("libscipy.so: failed to map segment from shared object")
+    assert no_room_line(verb) == MEMORY
+    verb.__cause__ = ImportError("No module named 'scipy'")
+    assert no_room_line(verb) is None
+
+
 @pytest.mark.parametrize(
     ("error", "line"),
     [
