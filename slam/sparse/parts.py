@@ -156,18 +156,18 @@ class Parts:
     def _usual_other_colors(self, home: int, away: int, separations: Sequence[float]) -> float:
         """As of all pairs; but as most of these may be false where places repeat, not much more than within the parts,
         where these have pairs enough to tell."""
-        usual = self._usual_colors.mean(separations)
+        usual = float(self._usual_colors.at(separations).mean())
         inside = [*self.agreeing(home), *self.agreeing(away)]
         if len(inside) < LEAST_PAIRS:
             return usual
-        return min(usual, FIRST_DIFFER_LESS * _usual_colors(inside).mean(separations))
+        return min(usual, FIRST_DIFFER_LESS * float(_usual_colors(inside).at(separations).mean()))
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
         through, or has other colours."""
         pairs = self._near_pairs(home, away, home_from_away)
         return contradict(
-            pairs, lambda shared: self._usual_colors.mean([pair.separation for pair in shared]), self._config
+            pairs, lambda shared: self._usual_colors.at([pair.separation for pair in shared]), self._config
         )
 
     def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:

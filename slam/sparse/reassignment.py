@@ -119,7 +119,7 @@ class Reassignment:
             space.append(contradiction(seen, view, motion, self.config.free_space))
             share = other_colors(seen, view, motion, self.config.free_space)
             if share is not None:
-                excess.append(share / self.usual_colors.mean([separation(seen, view, motion)]))
+                excess.append(share / float(self.usual_colors.at([separation(seen, view, motion)])[0]))
         return PlacementFit(float(np.mean(space or [0.0])), float(np.median(excess)) if excess else None)
 
 

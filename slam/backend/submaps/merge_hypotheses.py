@@ -104,7 +104,8 @@ class MergeHypotheses:
         return [one for one, is_in_place in zip(hypotheses, in_place, strict=True) if not is_in_place]
 
     def expected(self, submap: int) -> list[tuple[int, Float64Array]]:
-        """Other submaps that hypotheses connect one with, and other_from_submap (4, 4) as most views have it."""
+        """Other submaps that hypotheses connect one with, and other_from_submap (4, 4) as most views have it; also as
+        most have it of those that lead to no place that was refused, as a look-alike has more views."""
         by_pair: dict[tuple[int, int], list[MergeHypothesis]] = {}
         for hypothesis in self._all:
             first, second = (keyframe.submap for keyframe in self.ends(hypothesis))
@@ -112,9 +113,12 @@ class MergeHypotheses:
                 by_pair.setdefault((first, second), []).append(hypothesis)
         found = []
         for (first, second), hypotheses in by_pair.items():
-            n_views = [_n_views(hypotheses, row) for row in same_motions(*self._shifts(hypotheses))]
-            shift = self.shift(hypotheses[int(np.argmax(n_views))])
-            found.append((first, shift) if submap == second else (second, inverse(shift)))
+            agree = same_motions(*self._shifts(hypotheses))
+            n_views = np.array([_n_views(hypotheses, row) for row in agree])
+            n_unrefused = np.where(self._times_refused(hypotheses) == 0, n_views, 0)
+            places = {int(np.argmax(n_views)), *([int(np.argmax(n_unrefused))] if n_unrefused.any() else [])}
+            for shift in (self.shift(hypotheses[n]) for n in sorted(places)):
+                found.append((first, shift) if submap == second else (second, inverse(shift)))
         return found
 
     def _parties(self, hypothesis: MergeHypothesis) -> tuple[int, ...]:

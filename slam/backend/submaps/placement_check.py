@@ -26,7 +26,10 @@ from slam.frontend.keyframes import Keyframes, View
 PROBES = 40  # edges by which it is told how much colours usually differ
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
 FEWEST_TOLD = 3  # of these that must share a surface before colours say anything; one pair may share a corner only
-UNNOTICED = 0.03  # share of other colours that tells nothing, however alike colours usually are
+UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
+# Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
+# pairs this share is too much. Of true ones it is a quarter at most, of look-alikes half.
+MANY_TOLD, TOO_MANY = 10, 0.4
 
 
 class PlacedPair(NamedTuple):
@@ -72,7 +75,7 @@ class PlacementCheck:
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        return contradict(pairs, self._usual_other_colors, self.config, FEWEST_TOLD)
+        return contradict(pairs, self._usual_other_colors, self.config, FEWEST_TOLD, MANY_TOLD)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
         """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
@@ -96,8 +99,8 @@ class PlacementCheck:
                 pairs.append(PlacedPair(*views, motion, float(drift_m[other] + drift_m[number])))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
-    def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> float:
-        """What share of colours differs between keyframes of one odometry chain as far apart as those of pairs:
+    def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> Float64Array:
+        """What share of colours (N,) differs between keyframes of one odometry chain as far apart as those of pairs:
         exposure, light, the camera."""
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
@@ -105,34 +108,41 @@ class PlacementCheck:
         known = [PlacedPair(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
         shares = _color_differences(known, self.config)
         usual = UsualColors([known[n].separation for n in shares], list(shares.values()))
-        return usual.mean([pair.separation for pair in pairs])
+        return usual.at([pair.separation for pair in pairs])
 
 
 def contradict(
     pairs: Sequence[PlacedPair],
-    usual_other_colors: Callable[[Sequence[PlacedPair]], float],
+    usual_other_colors: Callable[[Sequence[PlacedPair]], Float64Array],
     config: SlamConfig,
     fewest_told: int = 1,
+    many_told: int | None = None,
 ) -> bool:
-    """Whether pairs of views, all taken together, contradict each other; not, where there are none.
+    """Whether pairs of views, all taken together, contradict each other; not, where there are none. Where drift may
+    have shifted colours, space alone does.
 
     Args:
         pairs: views as they would lie.
-        usual_other_colors: what share of colours differs, of one place in this recording, between views placed to each
-            other like some of the pairs, of which there is one at least.
+        usual_other_colors: what share of colours (N,) differs, of one place in this recording, between views placed to
+            each other like each of N pairs.
         config: the settings.
         fewest_told: pairs that must share a surface for colours to count.
+        many_told: pairs that must, for a little that differs in many of them to count; None, it does not.
     """
     if not pairs:
         return False
     space = np.mean([pair.contradiction(config.free_space) for pair in pairs])
     if space > config.submaps.max_contradiction:
         return True
-    colors = _color_differences(pairs, config)
+    in_place = [pair for pair in pairs if pair.drift_m <= config.loop_closure.drift_m]
+    colors = _color_differences(in_place, config)
     if len(colors) < fewest_told:
         return False
-    usual = usual_other_colors([pairs[n] for n in colors])
-    return bool(np.mean(list(colors.values())) > max(config.submaps.max_color_excess * usual, UNNOTICED))
+    usual = usual_other_colors([in_place[n] for n in colors])
+    shares, most_usual = np.array([*colors.values()]), config.submaps.max_color_excess * usual
+    if shares.mean() > max(most_usual.mean(), UNNOTICED):
+        return True
+    return many_told is not None and len(shares) >= many_told and bool((shares > most_usual).mean() > TOO_MANY)
 
 
 def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:

@@ -39,13 +39,11 @@ class UsualColors:
         self._is_told = len(order) >= LEAST_PAIRS
         self._shares = np.array([0.0, *np.minimum.accumulate(medians[::-1])[::-1]])
 
-    def mean(self, separations: Sequence[float]) -> float:
-        """Mean of the usual shares at separations, of which there is one at least; farther out than any pair they grow
-        with the square."""
-        asked = np.asarray(separations, np.float64)
-        return float(np.maximum(self._at(asked), LEAST_USUAL).mean())
+    def at(self, separations: Sequence[float]) -> Float64Array:
+        """The usual shares (N,) at separations; farther out than any pair they grow with the square."""
+        return np.maximum(self._learnt(np.asarray(separations, np.float64)), LEAST_USUAL)
 
-    def _at(self, separations: Float64Array) -> Float64Array:
+    def _learnt(self, separations: Float64Array) -> Float64Array:
         farthest = self._separations[-1]
         within = np.interp(separations, self._separations, self._shares)
         learnt = within * np.maximum(separations / max(farthest, 1e-9), 1.0) ** 2

@@ -17,15 +17,13 @@ def followed(world: str, seed: int = 1) -> FollowedWalk:
     return follow(WORLDS[world].walk(seed, None), SlamSystem())
 
 
-def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_in_the_hall() -> None:
-    walk = followed("blind-between-twins")
+@pytest.mark.parametrize("seed", [1, 5])  # 5: of views in the wrong room 3 % of the colours differ
+def test_a_camera_that_comes_to_in_the_twin_of_a_room_is_found_when_it_is_back_in_the_hall(seed: int) -> None:
+    walk = followed("blind-between-twins", seed)
     figures = walk.figures(5.0)
     assert figures["false_ties"] == 0
     assert figures["share_tracked"] > 0.95
     assert figures["ate_cm"] < 15
-
-
-TWO_PARTS = pytest.mark.xfail(strict=True, reason="drift along blank walls looks like another place: two parts")
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +33,7 @@ def blank_walls() -> dict[int, tuple[GraphReport | None, Figures]]:
     return {seed: (walk.slam.report().graph, walk.figures(5.0)) for seed, walk in walks.items()}
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=TWO_PARTS)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_around_a_corridor_with_blank_walls_all_is_tied_together(
     blank_walls: dict[int, tuple[GraphReport | None, Figures]], seed: int
 ) -> None:

@@ -126,3 +126,13 @@ def test_where_other_submaps_are_expected_both_ways_round(hypotheses):
     assert other == 1
     np.testing.assert_allclose(shift, at(3.0))
     assert hypotheses.expected(2) == []
+
+
+def test_a_place_that_was_refused_hides_none_that_was_not(hypotheses):
+    """The look-alike goes on to have more views, and may yet prove right."""
+    hypotheses.refuse([hypothesis(frame, 2.0) for frame in range(3)])
+    for frame in range(3, 7):
+        hypotheses.add(hypothesis(frame, 2.0))
+    assert [shift[2, 3] for _, shift in hypotheses.expected(1)] == pytest.approx([2.0 - 5.0])
+    hypotheses.add(hypothesis(7, 9.0))
+    assert [shift[2, 3] for _, shift in hypotheses.expected(1)] == pytest.approx([2.0 - 5.0, 9.0 - 5.0])

@@ -89,6 +89,11 @@ def test_surfaces_that_are_not_the_same_say_nothing_of_colours():
     assert other(view(rgb, depth), view(rgb[..., [2, 0, 1]], 1.5 * depth)) is None
 
 
+def all_usually(share):
+    """What is usual of pairs, however far apart."""
+    return lambda pairs: np.full(len(pairs), share)
+
+
 def test_views_that_share_nothing_thin_out_no_contradiction():
     """A board that hangs elsewhere in one pair of views, beside pairs that say nothing."""
     rgb, depth = wall()
@@ -96,14 +101,56 @@ def test_views_that_share_nothing_thin_out_no_contradiction():
     board[60:120, 80:200] = (10, 40, 30)
     pair = PlacedPair(view(rgb, depth), view(board, depth), HERE)
     apart = PlacedPair(view(rgb, depth), view(rgb, depth), np.diag([-1.0, 1, -1, 1]))  # back to back
-    assert contradict([pair, *[apart] * 20], lambda _: 0.02, CONFIG)
-    assert not contradict([pair, *[apart] * 20], lambda _: 0.05, CONFIG)
-    assert not contradict([apart], lambda _: 0.0, CONFIG)
+    assert contradict([pair, *[apart] * 20], all_usually(0.02), CONFIG)
+    assert not contradict([pair, *[apart] * 20], all_usually(0.05), CONFIG)
+    assert not contradict([apart], all_usually(0.0), CONFIG)
 
 
 def test_a_single_pair_is_too_few_where_more_are_asked_for():
     rgb, depth = wall()
     pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
-    assert contradict([pair] * 2, lambda _: 0.0, CONFIG)
-    assert not contradict([pair] * 2, lambda _: 0.0, CONFIG, fewest_told=3)
-    assert contradict([pair] * 3, lambda _: 0.0, CONFIG, fewest_told=3)
+    assert contradict([pair] * 2, all_usually(0.0), CONFIG)
+    assert not contradict([pair] * 2, all_usually(0.0), CONFIG, fewest_told=3)
+    assert contradict([pair] * 3, all_usually(0.0), CONFIG, fewest_told=3)
+
+
+def test_where_a_pair_may_have_drifted_its_colours_say_nothing():
+    """They are those of the stripe beside; what stands where the other looked through would still contradict."""
+    rgb, depth = wall()
+    pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
+    drifted = pair._replace(drift_m=CONFIG.loop_closure.drift_m + 0.01)
+    assert not contradict([drifted] * 20, all_usually(0.0), CONFIG)
+    assert contradict([drifted] * 20 + [pair], all_usually(0.0), CONFIG)
+    through = PlacedPair(view(rgb, depth), view(rgb, depth * 0.5), HERE, drifted.drift_m)
+    assert contradict([through], all_usually(0.0), CONFIG)
+
+
+@pytest.fixture(scope="module")
+def true_and_false():
+    """A pair of views of one wall, and one in which a hundredth of it has another colour."""
+    rgb, depth = wall()
+    spot = rgb.copy()
+    spot[100:124, 100:132] = (10, 40, 30)
+    return tuple(PlacedPair(view(rgb, depth), view(other, depth), HERE) for other in (rgb, spot))
+
+
+@pytest.mark.parametrize(
+    ("n_true", "n_false", "usual", "is_contradiction"),
+    [
+        (4, 6, 0.002, True),
+        (7, 3, 0.002, False),  # a true place has as many
+        (4, 6, 0.005, False),  # nor is that unusual here
+        (3, 6, 0.002, False),  # these are too few
+    ],
+)
+def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_false, usual, is_contradiction):
+    """Of things that are alike but for their seats."""
+    pairs = [pair for pair, n in zip(true_and_false, (n_true, n_false), strict=True) for _ in range(n)]
+    assert contradict(pairs, all_usually(usual), CONFIG, many_told=10) is is_contradiction
+    assert not contradict(pairs, all_usually(usual), CONFIG)
+
+
+def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):
+    rgb, depth = wall()
+    other = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
+    assert contradict([other, true_and_false[0], true_and_false[0]], all_usually(0.01), CONFIG, many_told=10)

@@ -13,6 +13,10 @@ def joined(*pairs):
     return UsualColors(*(np.concatenate(values).tolist() for values in zip(*pairs, strict=True)))
 
 
+def share_at(usual, separation):
+    return float(usual.at([separation])[0])
+
+
 @pytest.fixture
 def true_pairs(rng):
     """A quarter of the colours differs at a separation of one, and the farther the more, give or take a half."""
@@ -22,12 +26,12 @@ def true_pairs(rng):
 
 @pytest.mark.parametrize("apart", [0.3, 0.6, 0.9])
 def test_what_is_usual_is_learnt_by_how_far_apart_pictures_are(true_pairs, apart):
-    assert joined(true_pairs).mean([apart]) == pytest.approx(0.25 * apart**2, rel=0.25)
+    assert share_at(joined(true_pairs), apart) == pytest.approx(0.25 * apart**2, rel=0.25)
 
 
-def test_of_several_separations_it_is_the_mean(true_pairs):
+def test_each_separation_has_its_own(true_pairs):
     usual = joined(true_pairs)
-    assert usual.mean([0.3, 0.9]) == pytest.approx((usual.mean([0.3]) + usual.mean([0.9])) / 2)
+    assert usual.at([0.3, 0.9]) == pytest.approx([share_at(usual, 0.3), share_at(usual, 0.9)])
 
 
 @pytest.mark.parametrize("nearest", [0.0, 0.5])
@@ -36,28 +40,28 @@ def test_look_alikes_among_them_change_little(true_pairs, rng, nearest):
     false = (rng.uniform(nearest, 1.0, 100), rng.uniform(0.1, 0.4, 100))
     usual, without = joined(true_pairs, false), joined(true_pairs)
     for apart in (0.1, 0.3, 0.6, 0.9):
-        assert usual.mean([apart]) < 1.7 * without.mean([apart]) + 0.005
+        assert share_at(usual, apart) < 1.7 * share_at(without, apart) + 0.005
 
 
 def test_look_alikes_as_if_from_one_place_make_nothing_usual_that_is_not_farther_apart(true_pairs, rng):
     false = (rng.uniform(0.0, 0.2, 200), rng.uniform(0.1, 0.4, 200))
     usual = joined(true_pairs, false)
-    assert usual.mean([0.1]) <= usual.mean([0.4]) == pytest.approx(0.25 * 0.4**2, rel=0.3)
+    assert share_at(usual, 0.1) <= share_at(usual, 0.4) == pytest.approx(0.25 * 0.4**2, rel=0.3)
 
 
 def test_farther_apart_than_any_it_grows_with_the_square(true_pairs):
     usual = joined(true_pairs)
-    assert usual.mean([4.0]) == pytest.approx(4 * usual.mean([2.0]))
-    assert usual.mean([2.0]) > usual.mean([0.9])
+    assert share_at(usual, 4.0) == pytest.approx(4 * share_at(usual, 2.0))
+    assert share_at(usual, 2.0) > share_at(usual, 0.9)
 
 
 def test_no_share_is_less_than_noise(true_pairs):
-    assert joined(true_pairs).mean([0.0]) == LEAST_USUAL
-    assert UsualColors([0.5] * 20, [0.0] * 20).mean([0.5, 2.0]) == LEAST_USUAL
+    assert share_at(joined(true_pairs), 0.0) == LEAST_USUAL
+    assert UsualColors([0.5] * 20, [0.0] * 20).at([0.5, 2.0]) == pytest.approx(LEAST_USUAL)
 
 
 def test_few_pairs_say_how_much_differs_but_not_how_little():
     """What a hand-held camera does is allowed for until a recording has told what its own does."""
     few, none = UsualColors([0.5] * 3, [0.2] * 3), UsualColors([], [])
-    assert few.mean([0.5]) == pytest.approx(0.2)
-    assert UsualColors([0.5] * 3, [0.0] * 3).mean([0.4]) == none.mean([0.4]) == pytest.approx(HAND_HELD * 0.4**2)
+    assert share_at(few, 0.5) == pytest.approx(0.2)
+    assert share_at(UsualColors([0.5] * 3, [0.0] * 3), 0.4) == share_at(none, 0.4) == pytest.approx(HAND_HELD * 0.4**2)
