@@ -50,6 +50,10 @@ class MergeHypotheses:
         self._refused.append(hypotheses[0])
         self.refute(hypotheses)
 
+    def was_refused(self, hypothesis: MergeHypothesis) -> bool:
+        """Whether the place that one leads to was refused before."""
+        return bool(self._times_refused([hypothesis])[0])
+
     def refute(self, hypotheses: Sequence[MergeHypothesis]) -> None:
         """Forget some that others contradict: as many must come up anew before the same is believed."""
         refuted = set(map(id, hypotheses))

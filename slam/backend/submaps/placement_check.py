@@ -30,6 +30,24 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 # Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
 # pairs this share is too much. Of true ones it is a quarter at most, of look-alikes half.
 MANY_TOLD, TOO_MANY = 10, 0.4
+REFUSED_STRICTNESS = 2.0  # a look-alike that was refused comes up again until chance has it pass
+
+
+class Scrutiny(NamedTuple):
+    """How closely pairs of views are looked at.
+
+    Attributes:
+        fewest_told: pairs that must share a surface for colours to count.
+        many_told: pairs that must, for a little that differs in many of them to count; None, it does not.
+        strictness: what all bounds are divided by.
+    """
+
+    fewest_told: int = 1
+    many_told: int | None = None
+    strictness: float = 1.0
+
+
+LENIENT = Scrutiny()  # as few pictures without order allow
 
 
 class PlacedPair(NamedTuple):
@@ -63,7 +81,12 @@ class PlacementCheck:
     config: SlamConfig
 
     def contradicts(
-        self, placed: Sequence[int], standing: IndexArray, standing_from_placed: Float64Array, ties: Int64Array
+        self,
+        placed: Sequence[int],
+        standing: IndexArray,
+        standing_from_placed: Float64Array,
+        ties: Int64Array,
+        was_refused: bool = False,
     ) -> bool:
         """Whether keyframes are not where they would be; not, where nobody sees what they see. What lies far from the
         ties may have drifted, and contradicts the less.
@@ -73,9 +96,11 @@ class PlacementCheck:
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
+            was_refused: whether they contradicted it before, so that they must fit better now.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        return contradict(pairs, self._usual_other_colors, self.config, FEWEST_TOLD, MANY_TOLD)
+        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, REFUSED_STRICTNESS if was_refused else 1.0)
+        return contradict(pairs, self._usual_other_colors, self.config, scrutiny)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
         """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
@@ -115,8 +140,7 @@ def contradict(
     pairs: Sequence[PlacedPair],
     usual_other_colors: Callable[[Sequence[PlacedPair]], Float64Array],
     config: SlamConfig,
-    fewest_told: int = 1,
-    many_told: int | None = None,
+    scrutiny: Scrutiny = LENIENT,
 ) -> bool:
     """Whether pairs of views, all taken together, contradict each other; not, where there are none. Where drift may
     have shifted colours, space alone does.
@@ -126,23 +150,28 @@ def contradict(
         usual_other_colors: what share of colours (N,) differs, of one place in this recording, between views placed to
             each other like each of N pairs.
         config: the settings.
-        fewest_told: pairs that must share a surface for colours to count.
-        many_told: pairs that must, for a little that differs in many of them to count; None, it does not.
+        scrutiny: how closely they are looked at.
     """
     if not pairs:
         return False
     space = np.mean([pair.contradiction(config.free_space) for pair in pairs])
-    if space > config.submaps.max_contradiction:
+    if space > config.submaps.max_contradiction / scrutiny.strictness:
         return True
     in_place = [pair for pair in pairs if pair.drift_m <= config.loop_closure.drift_m]
     colors = _color_differences(in_place, config)
-    if len(colors) < fewest_told:
+    if len(colors) < scrutiny.fewest_told:
         return False
     usual = usual_other_colors([in_place[n] for n in colors])
-    shares, most_usual = np.array([*colors.values()]), config.submaps.max_color_excess * usual
-    if shares.mean() > max(most_usual.mean(), UNNOTICED):
+    return _are_other(np.array([*colors.values()]), config.submaps.max_color_excess * usual, scrutiny)
+
+
+def _are_other(shares: Float64Array, most_usual: Float64Array, scrutiny: Scrutiny) -> bool:
+    """Whether the shares (N,) of other colours of pairs are more than is usual at most (N,): on the whole, or of too
+    many of them."""
+    if shares.mean() > max(most_usual.mean(), UNNOTICED) / scrutiny.strictness:
         return True
-    return many_told is not None and len(shares) >= many_told and bool((shares > most_usual).mean() > TOO_MANY)
+    is_many = scrutiny.many_told is not None and len(shares) >= scrutiny.many_told
+    return is_many and bool((shares > most_usual).mean() > TOO_MANY / scrutiny.strictness)
 
 
 def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:

@@ -64,7 +64,8 @@ class SubmapMerging:
     def _merge(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Make a submap part of another, unless its views contradict that."""
         numbers, shift = self._numbers(later.submap), self.hypotheses.shift(agreeing[0])
-        if self.placement.contradicts(numbers.tolist(), self._numbers(home.submap), shift, _ties(agreeing)):
+        others, was_refused = self._numbers(home.submap), self.hypotheses.was_refused(agreeing[0])
+        if self.placement.contradicts(numbers.tolist(), others, shift, _ties(agreeing), was_refused):
             return False
         self._shift(numbers, shift)
         self._assign(numbers, home.submap)
@@ -72,13 +73,13 @@ class SubmapMerging:
 
     def _move(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Move a chain that is where views contradict it to where others say it lies."""
-        shift = self.hypotheses.shift(agreeing[0])
+        shift, was_refused = self.hypotheses.shift(agreeing[0]), self.hypotheses.was_refused(agreeing[0])
         for chain, moved in ((later.chain, shift), (home.chain, inverse(shift))):
             numbers, others = self._parts(chain)
             seen = [n for one in agreeing for n in (one.edge.a, one.edge.b) if n in numbers]
             if 0 in numbers or not self.placement.contradicts(seen, others, np.eye(4), self._ties(numbers)):
                 continue
-            if not self.placement.contradicts(numbers.tolist(), others, moved, _ties(agreeing)):
+            if not self.placement.contradicts(numbers.tolist(), others, moved, _ties(agreeing), was_refused):
                 self._part(numbers)
                 self._shift(numbers, moved)
                 return True

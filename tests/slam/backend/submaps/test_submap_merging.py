@@ -7,7 +7,7 @@ import pytest
 
 from razer.frame import Frame, Intrinsics
 from slam.backend.pose_graph import PoseEdge, PoseGraph
-from slam.backend.submaps.merge_hypotheses import MergeHypotheses
+from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
 from slam.config import SlamConfig
@@ -94,6 +94,16 @@ def test_what_drift_along_the_way_explains_keeps_no_submap_apart(aside_m):
     world = World([7.5, 6.5, 4.5, 3.5, 2.5])
     world.keyframes[4].world_from_camera = at(24.0, x_m=aside_m)
     assert (world.say(0, 3, 0.5)[-1] is Outcome.MOVED) is (aside_m > 0)
+
+
+def test_where_views_were_refused_they_must_fit_better():
+    """4 % of what they read stands where others looked through: 5 are allowed at first, and then half as much."""
+    world = World([7.5, 6.5, 4.8])
+    world.merging.hypotheses.refuse([MergeHypothesis(99, PoseEdge(0, 3, at(0.5), CERTAIN), 1.0)])
+    assert world.say(0, 3, 0.5)[-1] is Outcome.WAITS  # twice as many are needed
+    edge = PoseEdge(0, 3, at(0.5), CERTAIN)
+    assert [world.merging.add(edge, frame, 1.0) for frame in (103, 104, 105)][-1] is Outcome.REFUTED
+    assert World([7.5, 6.5, 4.8]).say(0, 3, 0.5)[-1] is Outcome.MOVED
 
 
 def test_a_place_of_the_same_shape_and_other_colours_is_another_place():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.submaps.placement_check import PlacedPair, contradict
+from slam.backend.submaps.placement_check import PlacedPair, Scrutiny, contradict
 from slam.backend.view_checks.color_check import color_correlation, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -110,8 +110,8 @@ def test_a_single_pair_is_too_few_where_more_are_asked_for():
     rgb, depth = wall()
     pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
     assert contradict([pair] * 2, all_usually(0.0), CONFIG)
-    assert not contradict([pair] * 2, all_usually(0.0), CONFIG, fewest_told=3)
-    assert contradict([pair] * 3, all_usually(0.0), CONFIG, fewest_told=3)
+    assert not contradict([pair] * 2, all_usually(0.0), CONFIG, Scrutiny(fewest_told=3))
+    assert contradict([pair] * 3, all_usually(0.0), CONFIG, Scrutiny(fewest_told=3))
 
 
 def test_where_a_pair_may_have_drifted_its_colours_say_nothing():
@@ -146,11 +146,18 @@ def true_and_false():
 def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_false, usual, is_contradiction):
     """Of things that are alike but for their seats."""
     pairs = [pair for pair, n in zip(true_and_false, (n_true, n_false), strict=True) for _ in range(n)]
-    assert contradict(pairs, all_usually(usual), CONFIG, many_told=10) is is_contradiction
+    assert contradict(pairs, all_usually(usual), CONFIG, Scrutiny(many_told=10)) is is_contradiction
     assert not contradict(pairs, all_usually(usual), CONFIG)
+
+
+def test_half_as_many_are_too_many_where_pairs_are_looked_at_strictly(true_and_false):
+    true, false = true_and_false
+    strictly = Scrutiny(many_told=10, strictness=2)
+    assert contradict([true] * 7 + [false] * 3, all_usually(0.002), CONFIG, strictly)
+    assert not contradict([true] * 8 + [false] * 2, all_usually(0.002), CONFIG, strictly)
 
 
 def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):
     rgb, depth = wall()
     other = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
-    assert contradict([other, true_and_false[0], true_and_false[0]], all_usually(0.01), CONFIG, many_told=10)
+    assert contradict([other, true_and_false[0], true_and_false[0]], all_usually(0.01), CONFIG, Scrutiny(many_told=10))
