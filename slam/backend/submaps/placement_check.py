@@ -28,8 +28,8 @@ MOST_PAIRS = 100  # of views that are compared, some 2 ms each
 FEWEST_TOLD = 3  # of these that must share a surface before colours say anything; one pair may share a corner only
 UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
 # Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
-# pairs this share is too much. Of true ones it is a quarter at most, of look-alikes half.
-MANY_TOLD, TOO_MANY = 10, 0.4
+# pairs this share is too much. Of true ones it is a quarter at most, of look-alikes two fifths and more.
+MANY_TOLD, TOO_MANY = 10, 1 / 3
 REFUSED_STRICTNESS = 2.0  # a look-alike that was refused comes up again until chance has it pass
 
 

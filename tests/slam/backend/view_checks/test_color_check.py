@@ -137,10 +137,10 @@ def true_and_false():
 @pytest.mark.parametrize(
     ("n_true", "n_false", "usual", "is_contradiction"),
     [
-        (4, 6, 0.002, True),
+        (6, 4, 0.002, True),
         (7, 3, 0.002, False),  # a true place has as many
-        (4, 6, 0.005, False),  # nor is that unusual here
-        (3, 6, 0.002, False),  # these are too few
+        (6, 4, 0.005, False),  # nor is that unusual here
+        (5, 4, 0.002, False),  # these are too few
     ],
 )
 def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_false, usual, is_contradiction):
@@ -153,8 +153,8 @@ def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_fal
 def test_half_as_many_are_too_many_where_pairs_are_looked_at_strictly(true_and_false):
     true, false = true_and_false
     strictly = Scrutiny(many_told=10, strictness=2)
-    assert contradict([true] * 7 + [false] * 3, all_usually(0.002), CONFIG, strictly)
-    assert not contradict([true] * 8 + [false] * 2, all_usually(0.002), CONFIG, strictly)
+    assert contradict([true] * 8 + [false] * 2, all_usually(0.002), CONFIG, strictly)
+    assert not contradict([true] * 9 + [false] * 1, all_usually(0.002), CONFIG, strictly)
 
 
 def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):
