@@ -16,7 +16,7 @@ from razer.arrays import Float64Array, IndexArray, Int64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import way_to_ties
-from slam.backend.view_checks.color_check import other_colors
+from slam.backend.view_checks.color_check import ColorDifference, color_difference
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses, separation
@@ -25,7 +25,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
-FEWEST_TOLD = 3  # of these that must share a surface before colours say anything; one pair may share a corner only
+FEWEST_TOLD = 1500  # readings that they must share, a third of a view, before colours say anything
 UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
 # Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
 # pairs this share is too much. Of true ones it is a quarter at most, of look-alikes two fifths and more.
@@ -37,17 +37,20 @@ class Scrutiny(NamedTuple):
     """How closely pairs of views are looked at.
 
     Attributes:
-        fewest_told: pairs that must share a surface for colours to count.
-        many_told: pairs that must, for a little that differs in many of them to count; None, it does not.
+        fewest_told: readings that pairs must share, all together, for colours to count.
+        many_told: pairs that must share some, for a little that differs in many of them to count; None, it does not.
+        by_readings: whether pairs count by the readings they share: rims, which are all that distant views share, lie
+            a pixel off.
         strictness: what all bounds are divided by.
     """
 
     fewest_told: int = 1
     many_told: int | None = None
+    by_readings: bool = False
     strictness: float = 1.0
 
 
-LENIENT = Scrutiny()  # as few pictures without order allow
+LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all share little
 
 
 class PlacedPair(NamedTuple):
@@ -62,9 +65,9 @@ class PlacedPair(NamedTuple):
         """Share of readings that stand where the other view saw through, by more than drift explains."""
         return contradiction(self.first, self.second, self.first_from_second, settings, self.drift_m)
 
-    def other_colors(self, settings: FreeSpaceSettings) -> float | None:
+    def color_difference(self, settings: FreeSpaceSettings) -> ColorDifference | None:
         """Share of readings of the same surface whose colours differ; None where the two share too few."""
-        return other_colors(self.first, self.second, self.first_from_second, settings)
+        return color_difference(self.first, self.second, self.first_from_second, settings)
 
     @property
     def separation(self) -> float:
@@ -99,7 +102,7 @@ class PlacementCheck:
             was_refused: whether they contradicted it before, so that they must fit better now.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, REFUSED_STRICTNESS if was_refused else 1.0)
+        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, True, REFUSED_STRICTNESS if was_refused else 1.0)
         return contradict(pairs, self._usual_other_colors, self.config, scrutiny)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
@@ -131,8 +134,8 @@ class PlacementCheck:
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
         known = [PlacedPair(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
-        shares = _color_differences(known, self.config)
-        usual = UsualColors([known[n].separation for n in shares], list(shares.values()))
+        differences = _color_differences(known, self.config)
+        usual = UsualColors([known[n].separation for n in differences], [d.share for d in differences.values()])
         return usual.at([pair.separation for pair in pairs])
 
 
@@ -159,22 +162,24 @@ def contradict(
         return True
     in_place = [pair for pair in pairs if pair.drift_m <= config.loop_closure.drift_m]
     colors = _color_differences(in_place, config)
-    if len(colors) < scrutiny.fewest_told:
+    if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_other_colors([in_place[n] for n in colors])
-    return _are_other(np.array([*colors.values()]), config.submaps.max_color_excess * usual, scrutiny)
+    return _are_other([*colors.values()], config.submaps.max_color_excess * usual, scrutiny)
 
 
-def _are_other(shares: Float64Array, most_usual: Float64Array, scrutiny: Scrutiny) -> bool:
-    """Whether the shares (N,) of other colours of pairs are more than is usual at most (N,): on the whole, or of too
-    many of them."""
-    if shares.mean() > max(most_usual.mean(), UNNOTICED) / scrutiny.strictness:
+def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array, scrutiny: Scrutiny) -> bool:
+    """Whether more of the colours of pairs differ than is usual at most (N,): on the whole, or of too many pairs."""
+    shares, n_readings = (np.array(column, np.float64) for column in zip(*differences, strict=True))
+    weights = n_readings if scrutiny.by_readings else None
+    share, most = (np.average(each, weights=weights) for each in (shares, most_usual))
+    if share > max(most, UNNOTICED) / scrutiny.strictness:
         return True
-    is_many = scrutiny.many_told is not None and len(shares) >= scrutiny.many_told
-    return is_many and bool((shares > most_usual).mean() > TOO_MANY / scrutiny.strictness)
+    too_many = np.average(shares > most_usual, weights=weights) > TOO_MANY / scrutiny.strictness
+    return scrutiny.many_told is not None and len(shares) >= scrutiny.many_told and bool(too_many)
 
 
-def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, float]:
-    """What share of colours differs, by number, of those pairs that share a surface."""
-    shares = ((n, pair.other_colors(config.free_space)) for n, pair in enumerate(pairs))
-    return {n: share for n, share in shares if share is not None}
+def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, ColorDifference]:
+    """How colours differ, by number, of those pairs that share a surface."""
+    differences = ((n, pair.color_difference(config.free_space)) for n, pair in enumerate(pairs))
+    return {n: difference for n, difference in differences if difference is not None}

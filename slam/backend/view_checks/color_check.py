@@ -7,6 +7,8 @@ compared is how colours vary, not what they are.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
@@ -43,9 +45,16 @@ def color_correlation(
     return float((a * b).sum() / np.sqrt(max(float((a**2).sum() * (b**2).sum()), 1e-12)))
 
 
-def other_colors(
+class ColorDifference(NamedTuple):
+    """What share of so many readings of one surface has other colours."""
+
+    share: float
+    n_readings: int
+
+
+def color_difference(
     target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
-) -> float | None:
+) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
     about, whatever the exposure and white balance; the greater of both ways, None where they share too few.
 
@@ -56,13 +65,23 @@ def other_colors(
         settings: how far apart readings of one surface may lie.
     """
     both_ways = (
-        _other_share(source, target, target_from_source, settings),
-        _other_share(target, source, inverse(target_from_source), settings),
+        _difference(source, target, target_from_source, settings),
+        _difference(target, source, inverse(target_from_source), settings),
     )
-    return max((share for share in both_ways if share is not None), default=None)
+    return max((difference for difference in both_ways if difference is not None), default=None)
 
 
-def _other_share(view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings) -> float | None:
+def other_colors(
+    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
+) -> float | None:
+    """The share alone of `color_difference`, whose arguments are these."""
+    difference = color_difference(target, source, target_from_source, settings)
+    return None if difference is None else difference.share
+
+
+def _difference(
+    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
+) -> ColorDifference | None:
     here, there = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
@@ -73,7 +92,7 @@ def _other_share(view: View, other: View, other_from_view: Float64Array, setting
         fit(image, np.ones((3, 3), np.uint8)).reshape(-1, 3)[there] for fit in (cv2.erode, cv2.dilate)
     )
     outside = np.maximum(darkest - colors, colors - brightest).max(axis=1)
-    return float((outside > OTHER).mean())
+    return ColorDifference(float((outside > OTHER).mean()), len(here))
 
 
 def _same_surface(

@@ -106,12 +106,31 @@ def test_views_that_share_nothing_thin_out_no_contradiction():
     assert not contradict([apart], all_usually(0.0), CONFIG)
 
 
-def test_a_single_pair_is_too_few_where_more_are_asked_for():
+@pytest.fixture(scope="module")
+def rim():
+    """Views two metres aside of each other, which share the rim of a wall that has other colours there."""
     rgb, depth = wall()
-    pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
-    assert contradict([pair] * 2, all_usually(0.0), CONFIG)
-    assert not contradict([pair] * 2, all_usually(0.0), CONFIG, Scrutiny(fewest_told=3))
-    assert contradict([pair] * 3, all_usually(0.0), CONFIG, Scrutiny(fewest_told=3))
+    other = rgb.copy()
+    other[80:160] = (10, 40, 30)
+    aside = np.eye(4)
+    aside[0, 3] = 2.2
+    return PlacedPair(view(rgb, depth), view(other, depth), aside)
+
+
+def test_few_readings_say_nothing_where_more_are_asked_for(rim):
+    """Of 4,800 that each view has the two share 480."""
+    assert contradict([rim] * 2, all_usually(0.0), CONFIG)
+    assert not contradict([rim] * 2, all_usually(0.0), CONFIG, Scrutiny(fewest_told=1500))
+    assert contradict([rim] * 4, all_usually(0.0), CONFIG, Scrutiny(fewest_told=1500))
+
+
+def test_pairs_count_by_what_they_share(rim):
+    """Of the rim a third has other colours, of all readings 2 %; a third of the pairs are such."""
+    rgb, depth = wall()
+    whole = PlacedPair(view(rgb, depth), view(rgb, depth), HERE)
+    assert contradict([rim, whole, whole], all_usually(0.01), CONFIG)
+    assert not contradict([rim, whole, whole], all_usually(0.01), CONFIG, Scrutiny(many_told=3, by_readings=True))
+    assert contradict([rim] * 5, all_usually(0.01), CONFIG, Scrutiny(by_readings=True))
 
 
 def test_where_a_pair_may_have_drifted_its_colours_say_nothing():
