@@ -30,7 +30,6 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 # Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
 # pairs this share is too much. Of true ones it is a quarter at most, of look-alikes two fifths and more.
 MANY_TOLD, TOO_MANY = 10, 1 / 3
-REFUSED_STRICTNESS = 2.0  # a look-alike that was refused comes up again until chance has it pass
 
 
 class Scrutiny(NamedTuple):
@@ -89,7 +88,7 @@ class PlacementCheck:
         standing: IndexArray,
         standing_from_placed: Float64Array,
         ties: Int64Array,
-        was_refused: bool = False,
+        strictly: bool = False,
     ) -> bool:
         """Whether keyframes are not where they would be; not, where nobody sees what they see. What lies far from the
         ties may have drifted, and contradicts the less.
@@ -99,10 +98,10 @@ class PlacementCheck:
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
-            was_refused: whether they contradicted it before, so that they must fit better now.
+            strictly: whether they must fit twice as well.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, True, REFUSED_STRICTNESS if was_refused else 1.0)
+        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, True, 2.0 if strictly else 1.0)
         return contradict(pairs, self._usual_other_colors, self.config, scrutiny)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:

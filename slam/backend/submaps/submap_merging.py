@@ -18,6 +18,7 @@ from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import PoseEdge
 
+FEW_PLACED = 3  # keyframes; fewer must fit twice as well
 REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there, ...
 REVIEW_EACH = 4  # ... each time that it grew by so many, as that takes some 0.2 s
 
@@ -64,8 +65,8 @@ class SubmapMerging:
     def _merge(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Make a submap part of another, unless its views contradict that."""
         numbers, shift = self._numbers(later.submap), self.hypotheses.shift(agreeing[0])
-        others, was_refused = self._numbers(home.submap), self.hypotheses.was_refused(agreeing[0])
-        if self.placement.contradicts(numbers.tolist(), others, shift, _ties(agreeing), was_refused):
+        others, strictly = self._numbers(home.submap), self._is_doubtful(agreeing[0], len(numbers))
+        if self.placement.contradicts(numbers.tolist(), others, shift, _ties(agreeing), strictly):
             return False
         self._shift(numbers, shift)
         self._assign(numbers, home.submap)
@@ -73,17 +74,23 @@ class SubmapMerging:
 
     def _move(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Move a chain that is where views contradict it to where others say it lies."""
-        shift, was_refused = self.hypotheses.shift(agreeing[0]), self.hypotheses.was_refused(agreeing[0])
+        shift = self.hypotheses.shift(agreeing[0])
         for chain, moved in ((later.chain, shift), (home.chain, inverse(shift))):
             numbers, others = self._parts(chain)
             seen = [n for one in agreeing for n in (one.edge.a, one.edge.b) if n in numbers]
             if 0 in numbers or not self.placement.contradicts(seen, others, np.eye(4), self._ties(numbers)):
                 continue
-            if not self.placement.contradicts(numbers.tolist(), others, moved, _ties(agreeing), was_refused):
+            strictly = self._is_doubtful(agreeing[0], len(numbers))
+            if not self.placement.contradicts(numbers.tolist(), others, moved, _ties(agreeing), strictly):
                 self._part(numbers)
                 self._shift(numbers, moved)
                 return True
         return False
+
+    def _is_doubtful(self, hypothesis: MergeHypothesis, n_placed: int) -> bool:
+        """Whether so many keyframes must fit well where one says: a look-alike comes up again until chance has it pass,
+        and of few keyframes as these see one side of it only."""
+        return n_placed < FEW_PLACED or self.hypotheses.was_refused(hypothesis)
 
     def review(self, chain: int, free_submap: int) -> bool:
         """Let a chain that grew be a submap of its own, with an unused number, where its newest views contradict what

@@ -88,6 +88,12 @@ def test_a_submap_that_stands_where_others_saw_through_is_not_merged():
     assert world.places_m == [0, 1, 2, 23, 24]
 
 
+@pytest.mark.parametrize(("ends_m", "is_merged"), [([7.5, 5.8], False), ([7.5, 5.7, 5.2], True)])
+def test_few_keyframes_must_fit_better(ends_m, is_merged):
+    """3 to 5 % of what they read stands where others looked through: of two keyframes that is too much."""
+    assert (World(ends_m).say(0, 3, 0.5)[-1] is Outcome.MOVED) is is_merged
+
+
 @pytest.mark.parametrize("aside_m", [0.0, 15.0])
 def test_what_drift_along_the_way_explains_keeps_no_submap_apart(aside_m):
     """A submap whose last views see the end of the corridor a metre too near, after a way aside or straight on."""
