@@ -120,7 +120,7 @@ class MergeHypotheses:
             agree = same_motions(*self._shifts(hypotheses))
             n_views = np.array([_n_views(hypotheses, row) for row in agree])
             n_unrefused = np.where(self._times_refused(hypotheses) == 0, n_views, 0)
-            places = {int(np.argmax(n_views)), *([int(np.argmax(n_unrefused))] if n_unrefused.any() else [])}
+            places = {int(np.argmax(counted)) for counted in (n_views, n_unrefused) if counted.any()}
             for shift in (self.shift(hypotheses[n]) for n in sorted(places)):
                 found.append((first, shift) if submap == second else (second, inverse(shift)))
         return found
