@@ -40,7 +40,7 @@ class Scrutiny(NamedTuple):
         many_told: pairs that must share some, for a little that differs in many of them to count; None, it does not.
         by_readings: whether pairs count by the readings they share: rims, which are all that distant views share, lie
             a pixel off.
-        strictness: what all bounds are divided by.
+        strictness: what the bounds on colours are divided by; drift alone brings space half way to its bound.
     """
 
     fewest_told: int = 1
@@ -98,7 +98,7 @@ class PlacementCheck:
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
-            strictly: whether they must fit twice as well.
+            strictly: whether their colours must fit twice as well.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
         scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, True, 2.0 if strictly else 1.0)
@@ -157,7 +157,7 @@ def contradict(
     if not pairs:
         return False
     space = np.mean([pair.contradiction(config.free_space) for pair in pairs])
-    if space > config.submaps.max_contradiction / scrutiny.strictness:
+    if space > config.submaps.max_contradiction:
         return True
     in_place = [pair for pair in pairs if pair.drift_m <= config.loop_closure.drift_m]
     colors = _color_differences(in_place, config)

@@ -18,7 +18,7 @@ from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import PoseEdge
 
-FEW_PLACED = 3  # keyframes; fewer must fit twice as well
+FEW_PLACED = 3  # keyframes; the colours of fewer must fit twice as well
 REVIEWED = 8  # newest keyframes of a chain that are held against what others saw there, ...
 REVIEW_EACH = 4  # ... each time that it grew by so many, as that takes some 0.2 s
 
