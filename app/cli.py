@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
+from app.console.leaving import EndAtOnce
 from app.console.no_room import no_room_line
 from app.console.plain_warnings import warn_in_one_line
 from app.console.signals import raise_signals
@@ -83,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         if (line := no_room_line(error)) is None:
             raise
         print(f"razer: {_plain(line)}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        raise EndAtOnce(BAD_INPUT) from None
     sys.exit(code or 0)
 
 

@@ -8,6 +8,12 @@ from typing import NoReturn
 
 from app.console.plain_warnings import warn_in_one_line
 
+
+class EndAtOnce(SystemExit):
+    """The end of a process that has no room left, in which the ends of libraries are not to be waited for: short of
+    memory or threads, some crash as they are unloaded."""
+
+
 _stuck: set[str] = set()
 _kept: list[object] = []
 
@@ -34,9 +40,9 @@ def _end_when_stuck() -> None:
 
 
 def end_process(ending: SystemExit) -> NoReturn:
-    """End as asked; at once where a library is stuck, which Python would wait for. For the process's own entry only:
-    whoever calls the program from Python keeps theirs."""
-    if _stuck and isinstance(ending.code, int):
+    """End as asked; at once where that is asked, or a library is stuck, which Python would wait for. For the process's
+    own entry only: whoever calls the program from Python keeps theirs."""
+    if (_stuck or isinstance(ending, EndAtOnce)) and isinstance(ending.code, int):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(ending.code)
