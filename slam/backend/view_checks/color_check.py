@@ -22,6 +22,7 @@ MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
 DARK = 4.0  # grey levels of noise, so that black has a logarithm
 OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
+WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
 def color_correlation(
@@ -36,7 +37,7 @@ def color_correlation(
         target_from_source: (4, 4) the motion to be checked.
         settings: how far apart readings of one surface may lie.
     """
-    here, there = _same_surface(source, target, target_from_source, settings)
+    here, there, _ = _same_surface(source, target, target_from_source, settings)
     if len(here) < MIN_SHARED:
         return 1.0
     a, b = _centred(source, here), _centred(target, there)
@@ -56,7 +57,8 @@ def color_difference(
     target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
 ) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
-    about, whatever the exposure and white balance; the greater of both ways, None where they share too few.
+    about, whatever the exposure and white balance; the greater of both ways, None where they share too few. A view from
+    farther away blurs what the nearer one tells apart, so that pixels of this one stand for those next to them, too.
 
     Args:
         target: one view.
@@ -82,27 +84,38 @@ def other_colors(
 def _difference(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
 ) -> ColorDifference | None:
-    here, there = _same_surface(view, other, other_from_view, settings)
+    here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
-    colors, image = _logarithms(view).reshape(-1, 3)[here], _logarithms(other)
-    colors = colors + np.median(image.reshape(-1, 3)[there] - colors, axis=0)
-    # Against the least and the greatest of a pixel's neighbours, so that edges may be a pixel off.
-    darkest, brightest = (
-        fit(image, np.ones((3, 3), np.uint8)).reshape(-1, 3)[there] for fit in (cv2.erode, cv2.dilate)
-    )
-    outside = np.maximum(darkest - colors, colors - brightest).max(axis=1)
+    colors, others = _logarithms(view), _logarithms(other)
+    gain = np.median(others.reshape(-1, 3)[there] - colors.reshape(-1, 3)[here], axis=0)
+    least, greatest = _range_about(colors, here, np.rint(1 / span) - 1)
+    darkest, brightest = _range_about(others, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
+    outside = np.maximum(darkest - greatest - gain, least + gain - brightest).max(axis=1)
     return ColorDifference(float((outside > OTHER).mean()), len(here))
+
+
+def _range_about(image: Float32Array, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
+    """The least and the greatest values (M, 3) of an image (H, W, 3) within radii (M,) of pixels."""
+    radii = radii.clip(0, WIDEST).astype(int)
+    least, greatest = (np.empty((len(pixels), 3), np.float32) for _ in range(2))
+    for radius in np.unique(radii):
+        square, of_it = np.ones((2 * radius + 1,) * 2, np.uint8), radii == radius
+        least[of_it] = cv2.erode(image, square).reshape(-1, 3)[pixels[of_it]]
+        greatest[of_it] = cv2.dilate(image, square).reshape(-1, 3)[pixels[of_it]]
+    return least, greatest
 
 
 def _same_surface(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
-) -> tuple[IndexArray, IndexArray]:
-    """Pixels (M,) of a view and those of the other that read the same surface."""
+) -> tuple[IndexArray, IndexArray, Float64Array]:
+    """Pixels (M,) of a view and those of the other that read the same surface, and how many pixels of the other (M,)
+    one of the view spans there."""
     here, there, z = reprojected(view, other, other_from_view)
     read = other.sparse_depth.ravel()[there].astype(np.float32)
     near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
-    return here[near], there[near]
+    here, there, focal_lengths = here[near], there[near], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
+    return here, there, focal_lengths * view.sparse_depth.ravel()[here].astype(np.float64) / z[near]
 
 
 def _centred(view: View, pixel: IndexArray) -> Float64Array:

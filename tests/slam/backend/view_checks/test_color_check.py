@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -87,6 +88,32 @@ def test_a_board_on_the_wall_is_told_by_its_share_of_the_view(is_swapped):
 def test_surfaces_that_are_not_the_same_say_nothing_of_colours():
     rgb, depth = wall()
     assert other(view(rgb, depth), view(rgb[..., [2, 0, 1]], 1.5 * depth)) is None
+
+
+def framed(away_m, width_m):
+    """A white wall with a black frame of some width, a metre across, seen from so far away."""
+    across = np.linspace(-1, 1, 4 * 320)[None, :] * 160 / 260 * away_m
+    up = np.linspace(-1, 1, 4 * 240)[:, None] * 120 / 260 * away_m
+    aside = np.maximum(np.abs(across - 0.3), np.abs(up))
+    is_black = (aside < 0.5) & (aside > 0.5 - width_m)
+    fine = np.where(is_black, 30, 230).astype(np.uint8)
+    rgb = np.repeat(cv2.resize(fine, (320, 240), interpolation=cv2.INTER_AREA)[..., None], 3, axis=2)
+    return view(rgb, np.full((240, 320), away_m, np.float32))
+
+
+@pytest.mark.parametrize("far_m", [1.5, 2.0, 3.0, 4.0])
+def test_what_a_view_from_afar_blurs_has_no_other_colours(far_m):
+    near, nearer = np.eye(4), np.eye(4)
+    near[2, 3], nearer[2, 3] = 1.0 - far_m, far_m - 1.0
+    assert other(framed(1.0, 0.05), framed(far_m, 0.05), near) < 0.002
+    assert other(framed(far_m, 0.05), framed(1.0, 0.05), nearer) < 0.002
+
+
+def test_what_is_wide_enough_for_both_is_told_from_afar_as_well():
+    """Two fifths of what both views show are black in one alone."""
+    nearer = np.eye(4)
+    nearer[2, 3] = 2.0
+    assert other(framed(3.0, 0.0), framed(1.0, 0.3), nearer) > 0.35
 
 
 def all_usually(share):
