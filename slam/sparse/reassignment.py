@@ -15,10 +15,9 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.submaps.merge_hypotheses import MAJORITY, same_motions
-from slam.backend.view_checks.color_check import other_colors
-from slam.backend.view_checks.free_space_check import contradiction
+from slam.backend.submaps.placement_check import PlacedPair
 from slam.backend.view_checks.usual_colors import UsualColors
-from slam.backend.view_overlap import near_poses, separation
+from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.sparse.measured_pair import MeasuredPair, is_sure
@@ -35,14 +34,14 @@ Tie = tuple[MeasuredPair, Float64Array]  # a pair, and where (4, 4) it puts the 
 @dataclass(frozen=True)
 class PlacementFit:
     """How a picture fits at a place: the share of space it contradicts, and by how many times the usual share colours
-    differ, the median of the pictures near there (None where none shares a surface with it)."""
+    differ, of all readings that it shares with pictures near there (None where none shares a surface with it)."""
 
     contradiction: float
     color_excess: float | None
 
     def is_clearly_better(self, other: PlacementFit) -> bool:
-        """Whether colours say so."""
-        if self.color_excess is None or other.color_excess is None:
+        """Whether colours say so, of which more than usual must differ elsewhere."""
+        if self.color_excess is None or other.color_excess is None or other.color_excess <= 1:
             return False
         return CLEARLY * (self.color_excess + UNNOTICED) <= other.color_excess + UNNOTICED
 
@@ -113,14 +112,21 @@ class Reassignment:
     def _fit(self, number: int, pose: Float64Array, poses: Mapping[int, Float64Array]) -> PlacementFit:
         others = [other for other in poses if other != number]
         near = near_poses(pose, np.stack([poses[n] for n in others]), self.config.loop_closure)[:MOST_COMPARED]
-        view, space, excess = self.keyframes[number].view, list[float](), list[float]()
-        for other in (others[n] for n in near):
-            seen, motion = self.keyframes[other].view, inverse(poses[other]) @ pose
-            space.append(contradiction(seen, view, motion, self.config.free_space))
-            share = other_colors(seen, view, motion, self.config.free_space)
-            if share is not None:
-                excess.append(share / float(self.usual_colors.at([separation(seen, view, motion)])[0]))
-        return PlacementFit(float(np.mean(space or [0.0])), float(np.median(excess)) if excess else None)
+        pairs = [self._placed(others[n], number, inverse(poses[others[n]]) @ pose) for n in near]
+        space = [pair.contradiction(self.config.free_space) for pair in pairs]
+        return PlacementFit(float(np.mean(space or [0.0])), self._color_excess(pairs))
+
+    def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
+        return PlacedPair(self.keyframes[a].view, self.keyframes[b].view, a_from_b)
+
+    def _color_excess(self, pairs: Sequence[PlacedPair]) -> float | None:
+        compared = [(pair, pair.color_difference(self.config.free_space)) for pair in pairs]
+        told = [(pair, difference) for pair, difference in compared if difference is not None]
+        if not told:
+            return None
+        usual = self.usual_colors.at([pair.separation for pair, _ in told])
+        shares, n_readings = np.array([difference for _, difference in told]).T
+        return float(n_readings @ shares / (n_readings @ usual))
 
 
 def _weight(ties: Sequence[Tie]) -> float:

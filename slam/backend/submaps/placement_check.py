@@ -38,14 +38,11 @@ class Scrutiny(NamedTuple):
     Attributes:
         fewest_told: readings that pairs must share, all together, for colours to count.
         many_told: pairs that must share some, for a little that differs in many of them to count; None, it does not.
-        by_readings: whether pairs count by the readings they share: rims, which are all that distant views share, lie
-            a pixel off.
         strictness: what the bounds on colours are divided by; drift alone brings space half way to its bound.
     """
 
     fewest_told: int = 1
     many_told: int | None = None
-    by_readings: bool = False
     strictness: float = 1.0
 
 
@@ -101,7 +98,7 @@ class PlacementCheck:
             strictly: whether their colours must fit twice as well.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, True, 2.0 if strictly else 1.0)
+        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, 2.0 if strictly else 1.0)
         return contradict(pairs, self._usual_other_colors, self.config, scrutiny)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
@@ -168,13 +165,13 @@ def contradict(
 
 
 def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array, scrutiny: Scrutiny) -> bool:
-    """Whether more of the colours of pairs differ than is usual at most (N,): on the whole, or of too many pairs."""
-    shares, n_readings = (np.array(column, np.float64) for column in zip(*differences, strict=True))
-    weights = n_readings if scrutiny.by_readings else None
-    share, most = (np.average(each, weights=weights) for each in (shares, most_usual))
+    """Whether more of the colours of pairs differ than is usual at most (N,): on the whole, or of too many pairs. Pairs
+    count by the readings they share: rims, which are all that distant views share, lie a pixel off."""
+    shares, n_readings = np.array(differences).T
+    share, most = (np.average(each, weights=n_readings) for each in (shares, most_usual))
     if share > max(most, UNNOTICED) / scrutiny.strictness:
         return True
-    too_many = np.average(shares > most_usual, weights=weights) > TOO_MANY / scrutiny.strictness
+    too_many = np.average(shares > most_usual, weights=n_readings) > TOO_MANY / scrutiny.strictness
     return scrutiny.many_told is not None and len(shares) >= scrutiny.many_told and bool(too_many)
 
 

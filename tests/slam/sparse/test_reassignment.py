@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from slam.backend.pose_graph import PoseEdge
+from slam.backend.view_checks.color_check import ColorDifference
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -69,8 +71,10 @@ def test_where_colours_say_nothing_twice_the_ties_move_a_picture(n_here, n_there
         np.testing.assert_allclose(found[5], at(TWIN_M + 0.3), atol=1e-12)
 
 
-@pytest.mark.parametrize(("here", "there", "moves"), [(3.0, 1.0, True), (1.0, 3.0, False), (1.1, 1.0, False)])
-def test_colours_say_more_than_ties(here, there, moves):
+@pytest.mark.parametrize(
+    ("here", "there", "moves"), [(3.0, 1.0, True), (1.0, 3.0, False), (1.1, 1.0, False), (1.0, 0.1, False)]
+)
+def test_colours_say_more_than_ties_where_more_than_usual_differ(here, there, moves):
     found = moved(ties(3, 2), {**POSES, 5: at(0.3)}, PlacementFit(0.0, here), PlacementFit(0.0, there))
     assert list(found) == ([5] if moves else [])
 
@@ -125,6 +129,25 @@ def test_pictures_that_moved_are_smoothed_where_they_are_and_what_is_left_is_par
     assert parts.reassign()
     assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5, 6]]
     np.testing.assert_allclose(np.linalg.inv(parts.poses[3]) @ parts.poses[6], at(0.6), atol=1e-6)
+
+
+class Compared(NamedTuple):
+    """Two pictures that are half a separation apart, and how their colours differ."""
+
+    difference: ColorDifference | None
+    separation: float = 0.5
+
+    def color_difference(self, _):
+        return self.difference
+
+
+def test_pictures_count_by_the_readings_that_they_share():
+    """Three that show the rim of what a picture shows, one that shows all of it, and one that shows nothing of it."""
+    rim, whole = Compared(ColorDifference(0.2, 100)), Compared(ColorDifference(0.0, 4700))
+    reassignment, usual = Reassignment(Keyframes(), {}, USUAL, SlamConfig()), USUAL.at([0.5])[0]
+    excess = reassignment._color_excess([rim, rim, rim, whole, Compared(None)])
+    assert excess == pytest.approx(3 * 20 / 5000 / usual)
+    assert reassignment._color_excess([Compared(None)]) is None
 
 
 def test_a_picture_fits_where_it_was_taken_and_not_elsewhere():

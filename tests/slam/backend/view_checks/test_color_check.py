@@ -155,9 +155,8 @@ def test_pairs_count_by_what_they_share(rim):
     """Of the rim a third has other colours, of all readings 2 %; a third of the pairs are such."""
     rgb, depth = wall()
     whole = PlacedPair(view(rgb, depth), view(rgb, depth), HERE)
-    assert contradict([rim, whole, whole], all_usually(0.01), CONFIG)
-    assert not contradict([rim, whole, whole], all_usually(0.01), CONFIG, Scrutiny(many_told=3, by_readings=True))
-    assert contradict([rim] * 5, all_usually(0.01), CONFIG, Scrutiny(by_readings=True))
+    assert not contradict([rim, whole, whole], all_usually(0.01), CONFIG, Scrutiny(many_told=3))
+    assert contradict([rim] * 5, all_usually(0.01), CONFIG)
 
 
 def test_where_a_pair_may_have_drifted_its_colours_say_nothing():
