@@ -52,6 +52,7 @@ class Parts:
             if not parts.reassign():
                 break
             parts.grow()
+        parts.leave_undecided()
         return parts
 
     def grow(self) -> None:
@@ -62,24 +63,39 @@ class Parts:
     def reassign(self) -> bool:
         """Move pictures that lie in the wrong one of two look-alike places to the other, part what that leaves without
         a tie, and say whether any was moved."""
-        reassignment = Reassignment(self._keyframes, self._table, self._usual_colors, self._config)
-        moved = [part for part in sorted(self.members) if self._reassign(part, reassignment)]
+        return sum(self._reassign(part) for part in sorted(self.members)) > 0
+
+    def leave_undecided(self) -> None:
+        """Part what might as well lie in another place from the rest."""
+        for part in sorted(self.members):
+            undecided = self._reassignment.undecided(self._poses_of(part))
+            if undecided:
+                self._split(part, alone=undecided)
+
+    @property
+    def _reassignment(self) -> Reassignment:
+        return Reassignment(self._keyframes, self._table, self._usual_colors, self._config)
+
+    def _reassign(self, part: int) -> bool:
+        moved = self._reassignment.moved(self._poses_of(part))
+        if moved:
+            self.poses.update(moved)
+            self._split(part)
         return bool(moved)
 
-    def _reassign(self, part: int, reassignment: Reassignment) -> bool:
-        moved = reassignment.moved({n: self.poses[n] for n in self.members[part]})
-        if not moved:
-            return False
-        self.poses.update(moved)
-        tied = self._tied_together(part)
+    def _poses_of(self, part: int) -> dict[int, Float64Array]:
+        return {n: self.poses[n] for n in self.members[part]}
+
+    def _split(self, part: int, alone: Sequence[int] = ()) -> None:
+        """Part what no pair ties together, but for those of some pictures."""
+        tied = self._tied_together(part, alone)
         del self.members[part]
         for numbers in tied:
             self._set_apart(numbers)
-        return True
 
-    def _tied_together(self, part: int) -> list[list[int]]:
+    def _tied_together(self, part: int, alone: Sequence[int]) -> list[list[int]]:
         """The numbers of a part's pictures, by what pairs that its poses bear out tie together."""
-        edges = [pair.edge for pair in self.agreeing(part)]
+        edges = [pair.edge for pair in self.agreeing(part) if not {pair.edge.a, pair.edge.b} & {*alone}]
         tied = components(len(self._keyframes), edges)[self.members[part]]
         return [[n for n, t in zip(self.members[part], tied, strict=True) if t == one] for one in np.unique(tied)]
 

@@ -85,6 +85,24 @@ class Reassignment:
         poses[number] = pose
         return True
 
+    def undecided(self, poses: Mapping[int, Float64Array]) -> list[int]:
+        """The pictures of a part that might as well lie elsewhere: ties that are sure say so, nothing contradicts them,
+        and colours do not tell which is right.
+
+        Args:
+            poses: of all pictures of the part.
+        """
+        return [number for number in sorted(poses) if self._is_undecided(number, poses)]
+
+    def _is_undecided(self, number: int, poses: Mapping[int, Float64Array]) -> bool:
+        here, there = self._here_and_there(number, poses)
+        if not is_sure([pair for pair, _ in there]) or any(pair.is_next for pair, _ in here):
+            return False
+        elsewhere = self._fit(number, there[0][1], poses)
+        if elsewhere.contradiction > self.config.submaps.max_contradiction:
+            return False
+        return not self._fit(number, poses[number], poses).is_clearly_better(elsewhere)
+
     def _here_and_there(self, number: int, poses: Mapping[int, Float64Array]) -> tuple[list[Tie], list[Tie]]:
         """The ties that put a picture where it is, and the heaviest that agree on another place."""
         ties = self._ties(number, poses)

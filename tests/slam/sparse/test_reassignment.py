@@ -38,7 +38,7 @@ def pair(a, b, x_m, n_features=40):
     return MeasuredPair(PoseEdge(a, b, at(x_m), 1e6 * np.eye(6)), n_features, 0.5)
 
 
-def moved(pairs, poses, here=FITS, there=FITS):
+def told(pairs, here=FITS, there=FITS):
     """Of picture 5 it is told how it fits here and there; all others fit where they lie."""
 
     class Told(Reassignment):
@@ -47,7 +47,11 @@ def moved(pairs, poses, here=FITS, there=FITS):
                 return here if pose[0, 3] < TWIN_M / 2 else there
             return FITS if np.allclose(pose, poses[number]) else PlacementFit(0.2, None)
 
-    return Told(None, by_picture(pairs), USUAL, SlamConfig()).moved(poses)
+    return Told(None, by_picture(pairs), USUAL, SlamConfig())
+
+
+def moved(pairs, poses, here=FITS, there=FITS):
+    return told(pairs, here, there).moved(poses)
 
 
 POSES = {0: at(0.0), 1: at(0.1), 2: at(0.2), 10: at(TWIN_M), 11: at(TWIN_M + 0.1), 12: at(TWIN_M + 0.2)}
@@ -101,6 +105,24 @@ def test_the_way_of_the_camera_holds_a_picture():
     assert not moved(way, {**POSES, 5: at(0.3)})
 
 
+@pytest.mark.parametrize(
+    ("here", "there", "is_undecided"),
+    [
+        (FITS, FITS, True),
+        (PlacementFit(0.0, 0.3), PlacementFit(0.0, 0.9), True),  # both differ less than is usual
+        (PlacementFit(0.0, None), PlacementFit(0.0, 3.0), True),
+        (PlacementFit(0.0, 1.0), PlacementFit(0.0, 3.0), False),
+        (FITS, PlacementFit(0.2, 1.0), False),
+    ],
+)
+def test_what_fits_two_places_alike_is_undecided_however_many_ties_hold_it(here, there, is_undecided):
+    poses = {**POSES, 5: at(0.3)}
+    assert told(ties(3, 2), here, there).undecided(poses) == ([5] if is_undecided else [])
+    assert not told(ties(3, 0), here, there).undecided(poses)
+    way = [replace(one, is_next=one.edge.a == 0 and one.edge.b == 5) for one in ties(3, 2)]
+    assert not told(way, here, there).undecided(poses)
+
+
 def test_of_several_that_lie_wrong_the_one_draws_the_other():
     """5 and 6 hold each other here; of 6 nothing but 5 says where it lies."""
     pairs = [*ties(1, 3), pair(5, 6, 0.1, 90)]
@@ -108,6 +130,21 @@ def test_of_several_that_lie_wrong_the_one_draws_the_other():
     found = moved(pairs, {**POSES, 5: at(0.3), 6: at(0.4)}, PlacementFit(0.0, 2.0), FITS)
     assert list(found) == [5, 6]
     np.testing.assert_allclose(found[6], at(TWIN_M + 0.4), atol=1e-12)
+
+
+def test_what_is_undecided_is_parted_from_the_rest_and_what_hung_on_it_too(monkeypatch):
+    monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
+    chain = [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (2, 3), (3, 4), (3, 5), (4, 5)]]
+    parts = Parts([None] * 6, chain, SlamConfig())
+    monkeypatch.setattr(parts, "_is_contradicted", lambda *_: False)
+    parts.grow()
+    assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2, 3, 4, 5]]
+    parts.leave_undecided()
+    assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2, 3, 4, 5]]
+    monkeypatch.setattr(Reassignment, "undecided", lambda *_: [3])
+    parts.leave_undecided()
+    assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3], [4, 5]]
+    assert parts.part_of == [0, 0, 0, 3, 4, 4]
 
 
 def test_pictures_that_moved_are_smoothed_where_they_are_and_what_is_left_is_parted(monkeypatch):
