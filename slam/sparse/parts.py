@@ -92,6 +92,8 @@ class Parts:
         del self.members[part]
         for numbers in tied:
             self._set_apart(numbers)
+        for numbers in tied:
+            self._smooth(min(numbers))
 
     def _tied_together(self, part: int, alone: Sequence[int]) -> list[list[int]]:
         """The numbers of a part's pictures, by what pairs that its poses bear out tie together."""
@@ -106,7 +108,6 @@ class Parts:
             self.part_of[n] = part
         self.members[part] = numbers
         self._version[part] += 1
-        self._smooth(part)
 
     def agreeing(self, part: int) -> list[MeasuredPair]:
         """The pairs within a part that its poses bear out."""
