@@ -66,11 +66,15 @@ class Parts:
         return sum(self._reassign(part) for part in sorted(self.members)) > 0
 
     def leave_undecided(self) -> None:
-        """Part what might as well lie in another place from the rest."""
+        """Part what might as well lie in another place from the rest; but not what holds the rest together, which says
+        from two sides where it lies."""
         for part in sorted(self.members):
-            undecided = self._reassignment.undecided(self._poses_of(part))
-            if undecided:
-                self._split(part, alone=undecided)
+            alone, n_parts = list[int](), 1
+            for number in self._reassignment.undecided(self._poses_of(part)):
+                if len(self._tied_together(part, [*alone, number])) == n_parts + 1:
+                    alone, n_parts = [*alone, number], n_parts + 1
+            if alone:
+                self._split(part, alone)
 
     @property
     def _reassignment(self) -> Reassignment:
