@@ -53,6 +53,27 @@ def test_a_module_that_is_imported_for_ever_can_be_left(tmp_path):
     assert done.returncode == 143
 
 
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_that_a_destructor_swallows_is_raised_once_more(tmp_path, name, code):
+    (tmp_path / "program.py").write_text(
+        "import signal, sys, time\nfrom app.console.signals import raise_signals\nraise_signals()\n"
+        f"class Gone:\n    def __del__(self):\n        signal.raise_signal(signal.{name})\n        int()\n"
+        "try:\n    gone = Gone()\n    del gone\n    time.sleep(20)\nexcept KeyboardInterrupt:\n    sys.exit(130)\n"
+    )
+    done = run_program(tmp_path)
+    assert (done.returncode, done.stderr) == (code, "")
+
+
+def test_other_errors_of_destructors_are_told_as_before(tmp_path):
+    (tmp_path / "program.py").write_text(
+        "from app.console.signals import raise_signals\nraise_signals()\nraise_signals()\n"
+        "class Gone:\n    def __del__(self):\n        raise OSError('told')\ngone = Gone()\ndel gone\n"
+    )
+    done = run_program(tmp_path)
+    assert done.returncode == 0
+    assert done.stderr.count("OSError: told") == 1
+
+
 @pytest.mark.full
 def test_ctrl_c_at_any_moment_of_the_start_ends_quietly(tmp_path):
     room = write_small_room(tmp_path / "room")
