@@ -199,11 +199,8 @@ class Parts:
             moved = home_from_away @ self.poses[number]
             near = at_home[near_poses(moved, poses, self._config.loop_closure)]
             for other in near[near != number].tolist():
-                pairs.append(self._placed(other, number, inverse(self.poses[other]) @ moved))
+                pairs.append(PlacedPair.of(self._keyframes, other, number, inverse(self.poses[other]) @ moved))
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
-
-    def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
-        return PlacedPair(self._keyframes[a].view, self._keyframes[b].view, a_from_b)
 
     def _join(self, home: int, away: int, home_from_away: Float64Array) -> None:
         joined = self.members.pop(away)

@@ -15,7 +15,7 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.submaps.merge_hypotheses import MAJORITY, same_motions
-from slam.backend.submaps.placement_check import PlacedPair
+from slam.backend.submaps.placement_check import PlacedPair, color_differences
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
@@ -130,20 +130,17 @@ class Reassignment:
     def _fit(self, number: int, pose: Float64Array, poses: Mapping[int, Float64Array]) -> PlacementFit:
         others = [other for other in poses if other != number]
         near = near_poses(pose, np.stack([poses[n] for n in others]), self.config.loop_closure)[:MOST_COMPARED]
-        pairs = [self._placed(others[n], number, inverse(poses[others[n]]) @ pose) for n in near]
+        placed = ((others[n], number, inverse(poses[others[n]]) @ pose) for n in near)
+        pairs = [PlacedPair.of(self.keyframes, *one) for one in placed]
         space = [pair.contradiction(self.config.free_space) for pair in pairs]
         return PlacementFit(float(np.mean(space or [0.0])), self._color_excess(pairs))
 
-    def _placed(self, a: int, b: int, a_from_b: Float64Array) -> PlacedPair:
-        return PlacedPair(self.keyframes[a].view, self.keyframes[b].view, a_from_b)
-
     def _color_excess(self, pairs: Sequence[PlacedPair]) -> float | None:
-        compared = [(pair, pair.color_difference(self.config.free_space)) for pair in pairs]
-        told = [(pair, difference) for pair, difference in compared if difference is not None]
+        told = color_differences(pairs, self.config)
         if not told:
             return None
-        usual = self.usual_colors.at([pair.separation for pair, _ in told])
-        shares, n_readings = np.array([difference for _, difference in told]).T
+        usual = self.usual_colors.at([pairs[n].separation for n in told])
+        shares, n_readings = np.array([*told.values()]).T
         return float(n_readings @ shares / (n_readings @ usual))
 
 

@@ -57,6 +57,11 @@ class PlacedPair(NamedTuple):
     first_from_second: Float64Array
     drift_m: float = 0.0
 
+    @classmethod
+    def of(cls, keyframes: Keyframes, a: int, b: int, a_from_b: Float64Array, drift_m: float = 0.0) -> PlacedPair:
+        """The views of two keyframes."""
+        return cls(keyframes[a].view, keyframes[b].view, a_from_b, drift_m)
+
     def contradiction(self, settings: FreeSpaceSettings) -> float:
         """Share of readings that stand where the other view saw through, by more than drift explains."""
         return contradiction(self.first, self.second, self.first_from_second, settings, self.drift_m)
@@ -119,8 +124,8 @@ class PlacementCheck:
             moved = standing_from_placed @ self.keyframes[number].world_from_camera
             for other in standing[near_poses(moved, poses, self.config.loop_closure)].tolist():
                 motion = inverse(self.keyframes[other].world_from_camera) @ moved
-                views = self.keyframes[other].view, self.keyframes[number].view
-                pairs.append(PlacedPair(*views, motion, float(drift_m[other] + drift_m[number])))
+                drifted_m = float(drift_m[other] + drift_m[number])
+                pairs.append(PlacedPair.of(self.keyframes, other, number, motion, drifted_m))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
     def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> Float64Array:
@@ -129,8 +134,8 @@ class PlacementCheck:
         keyframes = self.keyframes
         within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
         probes = within[:: max(len(within) // PROBES, 1)]
-        known = [PlacedPair(keyframes[edge.a].view, keyframes[edge.b].view, edge.a_from_b) for edge in probes]
-        differences = _color_differences(known, self.config)
+        known = [PlacedPair.of(keyframes, edge.a, edge.b, edge.a_from_b) for edge in probes]
+        differences = color_differences(known, self.config)
         usual = UsualColors([known[n].separation for n in differences], [d.share for d in differences.values()])
         return usual.at([pair.separation for pair in pairs])
 
@@ -157,7 +162,7 @@ def contradict(
     if space > config.submaps.max_contradiction:
         return True
     in_place = [pair for pair in pairs if pair.drift_m <= config.loop_closure.drift_m]
-    colors = _color_differences(in_place, config)
+    colors = color_differences(in_place, config)
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_other_colors([in_place[n] for n in colors])
@@ -175,7 +180,7 @@ def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array,
     return scrutiny.many_told is not None and len(shares) >= scrutiny.many_told and bool(too_many)
 
 
-def _color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, ColorDifference]:
+def color_differences(pairs: Sequence[PlacedPair], config: SlamConfig) -> dict[int, ColorDifference]:
     """How colours differ, by number, of those pairs that share a surface."""
     differences = ((n, pair.color_difference(config.free_space)) for n, pair in enumerate(pairs))
     return {n: difference for n, difference in differences if difference is not None}

@@ -114,8 +114,8 @@ def _same_surface(
     here, there, z = reprojected(view, other, other_from_view)
     read = other.sparse_depth.ravel()[there].astype(np.float32)
     near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
-    here, there, focal_lengths = here[near], there[near], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
-    return here, there, focal_lengths * view.sparse_depth.ravel()[here].astype(np.float64) / z[near]
+    own_z, times_finer = view.sparse_depth.ravel()[here[near]], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
+    return here[near], there[near], times_finer * own_z.astype(np.float64) / z[near]
 
 
 def _centred(view: View, pixel: IndexArray) -> Float64Array:
