@@ -16,7 +16,7 @@ from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration
 from slam.frontend.correspondences import ColorTerm, Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import SurfaceGrid
-from slam.se3 import exp_se3
+from slam.se3 import exp_se3, orthonormal
 
 # Readings of neighbouring pixels err together, and those of one pixel alike from frame to frame, which pulls towards no
 # motion at all: thousands of them count as this share of as many.
@@ -131,7 +131,9 @@ def icp(
             calibration_step = calibration_step + step[6:]
             if np.abs(step[:3]).max() < level.min_step_rad and np.abs(step[3:6]).max() < level.min_step_m:
                 break
-    result = _result(pose, depth, color, calibration, calibration_step)
+    # Rounding is removed, since the next frame's guess is made of this motion's powers: it would grow by 1 + sqrt(2) with
+    # each frame, until rotations shrink what they turn.
+    result = _result(orthonormal(pose), depth, color, calibration, calibration_step)
     return replace(result, last_step=float(np.sqrt(step[:6] @ result.information @ step[:6])))
 
 

@@ -14,7 +14,7 @@ from data_tools import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.frame import Frame, Intrinsics
-from razer.geometry import inverse, is_rigid
+from razer.geometry import inverse, is_rigid, rotation_error
 from razer.metrics.umeyama import umeyama
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.frontend.features import FeatureExtractor
@@ -89,6 +89,12 @@ def test_keyframes_are_fewer_than_frames_and_edges_connect_them(frames, tracked)
     assert 3 <= len(slam.keyframes) < len(frames) / 2
     connected = {edge.b for edge in slam.graph.edges if edge.is_odometry}
     assert connected == set(range(1, len(slam.keyframes)))
+
+
+def test_rounding_does_not_grow_from_frame_to_frame(tracked):
+    """A guess is made of the motion before, and that of its guess."""
+    slam, _ = tracked
+    assert max(rotation_error(edge.a_from_b[:3, :3]) for edge in slam.graph.edges) < 1e-12
 
 
 @pytest.mark.parametrize(("stride", "gap_s"), [(16, 16 / 30), (8, 1 / 30)], ids=["half a second", "wrong stamps"])
