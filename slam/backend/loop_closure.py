@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,16 @@ MAX_GAIN = 10.0  # of a pair that nothing joins near by
 MOST_LOOKED_AT = 36  # keyframes whose overlap with a new one is told, of those in reach the nearest by position
 
 
+class WaitingPair(NamedTuple):
+    """Keyframes a < b, which share of b's view a sees at the poses of when they were queued, and whether they look
+    alike: then they may share more than poses that have drifted say."""
+
+    a: int
+    b: int
+    share: float = 1.0
+    looks_alike: bool = False
+
+
 class LoopClosure:
     """The pairs of keyframes still to be measured, the most promising first."""
 
@@ -41,7 +52,7 @@ class LoopClosure:
         self._keyframes, self._graph, self._places, self._registration = keyframes, graph, places, registration
         self._settings = config.loop_closure
         self._max_depth_m = config.depth.max_depth_m
-        self._waiting: deque[tuple[int, int, float]] = deque()  # pairs, and the share of one view that the other sees
+        self._waiting: deque[WaitingPair] = deque()
         self._queued: set[tuple[int, int]] = set()
 
     def __len__(self) -> int:
@@ -49,23 +60,26 @@ class LoopClosure:
 
     def add(self, keyframe: Keyframe) -> None:
         """Queue what a new keyframe may be measured against: places first, then neighbours."""
-        self._queue([(n, keyframe.number, 1.0) for n in self._places_of(keyframe)])
-        self._places.add(keyframe.view)
+        places = self._places_of(keyframe)
         neighbors = sorted(self._neighbors(keyframe, MOST_LOOKED_AT), reverse=True)[: self._settings.max_neighbors]
-        self._queue([(n, keyframe.number, share) for _, share, n in neighbors])
+        is_back = bool(places) or any(gain >= MAX_GAIN * share for gain, share, _ in neighbors)
+        places += [] if is_back else self._drifted_from(keyframe)
+        self._places.add(keyframe.view)
+        self._queue(WaitingPair(n, keyframe.number, looks_alike=True) for n in places)
+        self._queue(WaitingPair(n, keyframe.number, share) for _, share, n in neighbors)
 
     def queue_neighbors(self) -> None:
         """Queue the pairs that overlap at the present poses, were not measured yet and would add something: those that
         add most first, as they may make others needless."""
         self._graph.doubt_edges()
         found = [(-gain, n, k.number, share) for k in self._keyframes.all for gain, share, n in self._neighbors(k)]
-        self._queue((a, b, share) for _, a, b, share in sorted(found))
+        self._queue(WaitingPair(a, b, share) for _, a, b, share in sorted(found))
 
-    def _queue(self, pairs: Iterable[tuple[int, int, float]]) -> None:
-        for a, b, share in pairs:
-            if (a, b) not in self._queued:
-                self._queued.add((a, b))
-                self._waiting.append((a, b, share))
+    def _queue(self, pairs: Iterable[WaitingPair]) -> None:
+        for pair in pairs:
+            if pair[:2] not in self._queued:
+                self._queued.add(pair[:2])
+                self._waiting.append(pair)
 
     def _places_of(self, keyframe: Keyframe) -> list[int]:
         submaps = self._keyframes.submaps()[: keyframe.number]
@@ -74,6 +88,13 @@ class LoopClosure:
         view, settings = keyframe.view, self._settings
         alike = self._places.lookalikes(view, own, settings.min_similarity_sigmas, settings.shortlist)
         return alike + self._places.lookalikes(view, others, 0.0, settings.shortlist)
+
+    def _drifted_from(self, keyframe: Keyframe) -> list[int]:
+        """The keyframe in reach that looks most like one which, at poses that have drifted, sees nothing of those that
+        no short way leads to, if both may share something: it need not stand out among all."""
+        reached = [number for number, gain in self._uncertain(keyframe) if gain >= MAX_GAIN]
+        best = self._places.lookalikes(keyframe.view, reached, 0.0, 1)
+        return [n for n in best if self._registration.may_share(self._keyframes[n], keyframe.view)]
 
     def _neighbors(self, keyframe: Keyframe, most: int | None = None) -> Iterator[tuple[float, float, int]]:
         """Earlier keyframes of the same submap whose view overlaps with this one's, and an edge to which would add
@@ -104,14 +125,13 @@ class LoopClosure:
         variance = network.variances_from(a.number).get(b.number)
         return variance is None or share * variance / network.usual_variance >= MIN_GAIN
 
-    def _next(self) -> tuple[Keyframe, Keyframe] | None:
+    def _next(self) -> WaitingPair | None:
         """The next pair that still adds something."""
         while self._waiting:
-            *pair, share = self._waiting.popleft()
-            a, b = (self._keyframes[n] for n in pair)
-            if self._adds(a, b, share):
-                return a, b
-            self._queued.discard((a.number, b.number))  # what is near now may not be at other poses
+            pair = self._waiting.popleft()
+            if self._adds(self._keyframes[pair.a], self._keyframes[pair.b], pair.share):
+                return pair
+            self._queued.discard(pair[:2])  # what is near now may not be at other poses
         return None
 
     def measure_next(self, calibration: ColorCalibration) -> PoseEdge | None:
@@ -120,13 +140,11 @@ class LoopClosure:
         pair = self._next()
         if pair is None:
             return None
-        a, b = pair
+        a, b = self._keyframes[pair.a], self._keyframes[pair.b]
         view, known = self._keyframes.view(b), a.submap == b.submap
-        if known:
-            guess = inverse(a.world_from_camera) @ b.world_from_camera
-            result = self._registration.register(a, view, [guess], calibration)
-        else:
-            result = self._registration.recognise(a, view, [], calibration)
+        guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if known else []
+        measure = self._registration.recognise if pair.looks_alike or not known else self._registration.register
+        result = measure(a, view, guesses, calibration)
         if result is None:
             return None
         edge = PoseEdge(a.number, b.number, result.target_from_source, result.information)

@@ -10,13 +10,14 @@ from razer.geometry import inverse
 from slam.backend.loop_closure import MIN_GAIN, LoopClosure, plausible
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseGraph
+from slam.backend.resistance_network import NEAREST
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import EDGE_SHARE, PoseEdge
-from slam.se3 import exp_se3
+from slam.se3 import exp_se3, length_m
 
 SIGMA = 0.01
 INFORMATION = np.eye(6) / SIGMA**2 / EDGE_SHARE
@@ -64,6 +65,33 @@ class Turning:
             if len(self.measured) > n_measured:
                 self.graph.add_edge(self.edge(*self.measured[-1]))
         return self.measured
+
+
+def back_after_drift(views, room, drift_m):
+    """What is measured of a camera that comes back by a long way, so far beside where it is thought to be, to what does
+    not stand out by its looks; and the true motion."""
+    config = SlamConfig(loop_closure=LoopClosureSettings(min_similarity_sigmas=1e9))
+    keyframes, graph, places = Keyframes(), PoseGraph(), PlaceRecognition()
+    loops = LoopClosure(keyframes, graph, places, VerifiedRegistration(keyframes, config), config)
+    truth = inverse(room[10].pose) @ room[12].pose
+    away = [exp_se3(np.array([0, np.pi, 0, 10, 0, 0]))] * (NEAREST + 2)
+    for number, pose in enumerate([np.eye(4), *away, exp_se3(np.array([0, 0, 0, drift_m, 0, 0])) @ truth]):
+        is_back = number > len(away)
+        keyframe = keyframes.add(views[12 if is_back else 10], pose, 0, float(number))
+        graph.add_keyframe(number, pose)
+        if number:
+            a_from_b = inverse(keyframes[number - 1].world_from_camera) @ pose
+            graph.add_edge(PoseEdge(number - 1, number, a_from_b, INFORMATION, is_odometry=True))
+        loops.add(keyframe) if is_back else places.add(keyframe.view)
+    found = [loops.measure_next(ColorCalibration.nominal()) for _ in range(len(loops))]
+    return [edge for edge in found if edge is not None], truth
+
+
+def test_a_camera_that_comes_back_beside_where_it_is_thought_to_be_is_recognised(views, room):
+    """At those poses both views share nothing, and others look as much alike."""
+    edges, truth = back_after_drift(views, room, drift_m=2.0)
+    assert [(edge.a, edge.b) for edge in edges] == [(0, NEAREST + 3)]
+    assert length_m(inverse(truth) @ edges[0].a_from_b) < 0.01
 
 
 def test_pairs_that_are_measured_grow_with_the_keyframes_and_not_with_their_square(views):
