@@ -63,8 +63,22 @@ class _ViewPair:
 
     def fine(self, start: Float64Array, level: Level = FINE) -> IcpResult:
         """The motion after the fine level."""
-        at_rest = self._fine(start, self.noise.without_smear(), level)
-        return at_rest if self.noise.smear == 0 or at_rest.rms <= SHARP_RMS else self._fine(start, self.noise, level)
+        return self.best([start], lambda _: True, level)
+
+    def best(
+        self, starts: Sequence[Float64Array], may_be: Callable[[Float64Array], bool], level: Level = FINE
+    ) -> IcpResult:
+        """The most plausible motion after the fine level, from any of the starts, of those that may be. All are held to
+        the same noise: a wrong one, taken to be smeared, would fit better than a right one that is sharp."""
+        at_rest = self._best(starts, may_be, self.noise.without_smear(), level)
+        is_sharp = self.noise.smear == 0 or at_rest.rms <= SHARP_RMS
+        return at_rest if is_sharp else self._best(starts, may_be, self.noise, level)
+
+    def _best(
+        self, starts: Sequence[Float64Array], may_be: Callable[[Float64Array], bool], noise: DepthNoise, level: Level
+    ) -> IcpResult:
+        results = [self._fine(start, noise, level) for start in starts]
+        return most_plausible([result for result in results if may_be(result.target_from_source)] or results)
 
     def _fine(self, start: Float64Array, noise: DepthNoise, level: Level) -> IcpResult:
         source, target = self.source.pyramid.levels[1:], self.target.pyramid.levels[1:]
@@ -112,9 +126,7 @@ class ViewRegistration:
         guesses = [*guesses, *(start for start in solved if start is not None)]
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
-        results = [pair.fine(start) for start in starts]
-        possible = [result for result in results if may_be(result.target_from_source)]
-        return most_plausible(possible or results) if results else None
+        return pair.best(starts, may_be) if starts else None
 
     def refine(
         self,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,25 @@ def result(overlap, fit_where_shared):
 )
 def test_the_start_is_taken_whose_depth_fits_best_where_both_views_have_it(first, second, chosen):
     assert most_plausible([first, second]) is (first, second)[chosen]
+
+
+def test_a_wrong_start_does_not_win_because_the_camera_is_said_to_have_turned(views, monkeypatch):
+    """Depth that may have been smeared fits everywhere; this was not, as the right start shows."""
+    wrong = exp_se3(np.array([0, 0, 0, 5.0, 0, 0]))
+
+    def fits(source, target, guess, correspondences, calibration, noise, levels):
+        is_right = length_m(guess) < 1.0
+        fit, rms = (0.83, 0.6) if is_right else (0.5, 1.4)
+        fit, rms = (0.95, 0.2) if noise.smear else (fit, rms)
+        return replace(result(1.0, fit), target_from_source=guess, rms=rms)
+
+    monkeypatch.setattr("slam.frontend.view_registration.icp", fits)
+    target, source = (views[n].turning(np.array([0.0, 2.0, 0.0])) for n in (10, 12))
+    for guesses in ([np.eye(4), wrong], [wrong, np.eye(4)]):
+        found = ViewRegistration(SlamConfig()).register(target, source, guesses, ColorCalibration.nominal())
+        assert found is not None
+        assert length_m(found.target_from_source) < 1.0
+        assert found.rms == 0.6
 
 
 def test_a_motion_that_cannot_be_competes_with_none_that_can(room, views):
