@@ -29,13 +29,12 @@ MOST_LOOKED_AT = 36  # keyframes whose overlap with a new one is told, of those 
 
 
 class WaitingPair(NamedTuple):
-    """Keyframes a < b, which share of b's view a sees at the poses of when they were queued, and whether they look
-    alike: then they may share more than poses that have drifted say."""
+    """Keyframes a < b, which share of b's view a may see, and whether poses have drifted too far to start from."""
 
     a: int
     b: int
     share: float = 1.0
-    looks_alike: bool = False
+    has_drifted: bool = False
 
 
 class LoopClosure:
@@ -63,9 +62,10 @@ class LoopClosure:
         places = self._places_of(keyframe)
         neighbors = sorted(self._neighbors(keyframe, MOST_LOOKED_AT), reverse=True)[: self._settings.max_neighbors]
         is_back = bool(places) or any(gain >= MAX_GAIN * share for gain, share, _ in neighbors)
-        places += [] if is_back else self._drifted_from(keyframe)
+        drifted = [] if is_back else self._drifted_from(keyframe)
         self._places.add(keyframe.view)
-        self._queue(WaitingPair(n, keyframe.number, looks_alike=True) for n in places)
+        self._queue(WaitingPair(n, keyframe.number) for n in places)
+        self._queue(WaitingPair(n, keyframe.number, has_drifted=True) for n in drifted)
         self._queue(WaitingPair(n, keyframe.number, share) for _, share, n in neighbors)
 
     def queue_neighbors(self) -> None:
@@ -143,7 +143,7 @@ class LoopClosure:
         a, b = self._keyframes[pair.a], self._keyframes[pair.b]
         view, known = self._keyframes.view(b), a.submap == b.submap
         guesses = [inverse(a.world_from_camera) @ b.world_from_camera] if known else []
-        measure = self._registration.recognise if pair.looks_alike or not known else self._registration.register
+        measure = self._registration.recognise if pair.has_drifted or not known else self._registration.register
         result = measure(a, view, guesses, calibration)
         if result is None:
             return None
