@@ -11,7 +11,7 @@ from slam.backend.dynamic_masking import DynamicMasking
 from slam.backend.given_uncertainty import GivenUncertainty
 from slam.backend.inverted_index import InvertedIndex
 from slam.backend.keyframe_map import KeyframeMap
-from slam.backend.loop_closure import LoopClosure
+from slam.backend.loop_closure import LoopClosure, WaitingPair
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import Batch, PoseGraph
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
@@ -43,7 +43,7 @@ CLASSES = (
     GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames,
     LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck, PlaceRecognition, PoseEdge,
     PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch,
-    TrackingQuality, VerifiedRegistration, View, WideFeatures,
+    TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
 )  # fmt: skip
 
 
