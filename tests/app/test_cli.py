@@ -98,6 +98,7 @@ def _shown_default(name):
     return parameter.show_default
 
 
+@pytest.mark.full
 def test_quiet_leaves_results_and_warnings_alone(capsys, tmp_path):
     loud = razer(capsys, "demo", "-o", tmp_path / "loud", "--frames", 2, "--json")
     quiet = razer(capsys, "demo", "-o", tmp_path / "quiet", "--frames", 2, "--json", "--quiet")

@@ -249,6 +249,7 @@ class TwoSubmaps:
         return replace(self.shots[index], index=index, stamp=index / 30, world_from_camera=None)
 
 
+@pytest.mark.full
 def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(two_corners):
     locator = Locator(TwoSubmaps(two_corners), SlamSystem)
     packets = [locator(index) for index in range(len(locator.sequence.shots))]

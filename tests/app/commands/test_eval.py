@@ -196,6 +196,7 @@ def test_a_list_without_scenes_or_with_one_twice_is_refused(room, run, tmp_path,
     assert capsys.readouterr().err == f"razer: {tmp_path / 'list.txt'} lists room 2 times: leave all but one out\n"
 
 
+@pytest.mark.full
 def test_scenes_at_once_have_their_notes_and_links_to_nowhere_harm_nothing(room, run, tmp_path, capsys):
     (tmp_path / "list.txt").write_text("one\ntwo\n")
     for name in ("one", "two"):

@@ -91,6 +91,7 @@ def written(out):
     return {path.parent.name: path.stat().st_mtime_ns for path in out.glob("*/map.npz")}
 
 
+@pytest.mark.full
 def test_a_broken_scene_is_named_and_the_others_count(data, tmp_path, capsys):
     broken = tmp_path / "data" / "scenenn"
     shutil.copytree(data / "scenenn", broken)
@@ -136,6 +137,7 @@ def test_component_times_are_the_papers_and_add_up():
     assert times == {"2D segmentation": 30, "OBB detection": 15, "OBB tracking": 15, "embedding": 7.5, "all": 67.5}
 
 
+@pytest.mark.full
 def test_what_comes_with_the_table(data, tmp_path, capsys):
     """Retrieval of predicted and of true masks, component times, and the rows that belong to the poses."""
     run = ("reproduce", "scenenn", data / "scenenn", "-o", tmp_path, "--no-timeline", "--scenes", "011", "--json")
