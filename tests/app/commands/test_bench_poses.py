@@ -34,7 +34,7 @@ def test_each_world_and_seed_is_a_run_with_its_figures(capsys):
 
 
 def test_the_table_has_a_line_for_each_world(capsys):
-    code, out, _ = razer(capsys, "bench", "poses", "--worlds", "stride-16", "--seeds", "1", "--frames", "8")
+    code, out, _ = razer(capsys, "bench", "poses", "--worlds", "stride-16", "--seeds", "1", "--frames", "16")
     assert code == 0
     assert "stride-16" in out
     assert "tracked" in out
