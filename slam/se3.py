@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -19,7 +21,9 @@ def exp_se3(twist: Float64Array) -> Float64Array:
 
 def angle_deg(transform: Float64Array) -> float:
     """The rotation angle of a rigid motion in degrees, accurate near 0 as well."""
-    return float(np.degrees(Rotation.from_matrix(transform[:3, :3]).magnitude()))
+    r = transform
+    sine = math.hypot(r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
+    return math.degrees(math.atan2(sine, r[0, 0] + r[1, 1] + r[2, 2] - 1))
 
 
 def turn_rad(transform: Float64Array) -> Float64Array:

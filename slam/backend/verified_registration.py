@@ -19,6 +19,8 @@ from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_tru
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
+# A start by features alone is off by so much at the most; what it contradicts beyond that is another place.
+START_OFF_M, MAX_START_CONTRADICTION = 0.1, 0.1
 MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
 
 
@@ -57,8 +59,14 @@ class VerifiedRegistration:
         return None if result is None or result.n_features < MIN_FEATURES else result
 
     def may_share(self, keyframe: Keyframe, view: View) -> bool:
-        """Whether a keyframe and a view may show the same, by a tenth of what a registration costs."""
-        return RigidMatches(keyframe.view.wide.features, view.wide.features).n_agreeing >= MIN_INLIERS
+        """Whether a keyframe and a view may show the same, by a tenth of what a registration costs: enough features lie
+        as far from each other, and where these put the view, space and colours do not say otherwise."""
+        rigid = RigidMatches(keyframe.view.wide.features, view.wide.features)
+        if rigid.n_agreeing < MIN_INLIERS or rigid.n_explained < MIN_FEATURES:
+            return False
+        motion = rigid.motion()
+        standing = contradiction(keyframe.view, view, motion, self._free_space, START_OFF_M)
+        return standing <= MAX_START_CONTRADICTION and self._looks_alike(keyframe, view, motion)
 
     def _verified(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
@@ -69,8 +77,11 @@ class VerifiedRegistration:
         motion = result.target_from_source
         if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:
             return None
+        return result if self._looks_alike(keyframe, view, motion) else None
+
+    def _looks_alike(self, keyframe: Keyframe, view: View, motion: Float64Array) -> bool:
         alike = color_correlation(keyframe.view, view, motion, self._free_space)
-        return result if alike >= self._settings.min_color_correlation else None
+        return alike >= self._settings.min_color_correlation
 
     def _settled(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool

@@ -2,12 +2,15 @@
 (pairwise consistency, as in Leordeanu and Hebert, ICCV 2005), and the motion they say by absolute orientation (Horn,
 1987).
 
-Far cheaper than a registration, and a start for one where too few agree for PnP: views 50 degrees or a metre apart.
+Far cheaper than a registration, and a start for one, from views 50 degrees or a metre apart, too.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from slam.frontend.features import Features
@@ -17,33 +20,61 @@ from slam.frontend.wide_features import match_wide_features
 # belong to one scene.
 SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOST = 0.6  # share of a set that each of it must agree with: matches that are false agree with few
-ROUNDS = 3  # of leaving out those that do not
+LEAST = 3  # points, that a motion is known by
+ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
 
 
 class RigidMatches:
-    """The largest set of matched features of two views that agree with one of them."""
+    """The largest set of matched features of two views that agree with one of them. `pairs`: all matches (M, 2) of
+    (target, source) features, those without a depth in the source, too."""
 
     def __init__(self, target: Features, source: Features) -> None:
-        t, s = match_wide_features(target, source).T
+        self.pairs = match_wide_features(target, source)
+        t, s = self.pairs.T
         t, s = (numbers[source.depth_m[s] > 0] for numbers in (t, s))
         there, here = _points(target, t), _points(source, s)
         depth_m = np.maximum(target.depth_m[t], source.depth_m[s])
         margin_m = SAME_DISTANCE_M + SAME_DISTANCE_SHARE * np.maximum(depth_m, depth_m[:, None])
-        agree: BoolArray = np.abs(_distances(there) - _distances(here)) < margin_m
+        agree: BoolArray = np.abs(cdist(there, there) - cdist(here, here)) < margin_m
+        self._margin_m = margin_m.diagonal()
         best = agree[int(agree.sum(axis=1).argmax())] if len(t) else np.zeros(0, bool)
         self._kept = _consistent(np.flatnonzero(best), agree)
         self._there, self._here = there, here
         self.n_agreeing = int(best.sum())  # of views that share nothing hardly any have a dozen
 
     def motion(self) -> Float64Array:
-        """target_from_source (4, 4) as those have it that agree with most others; of three features at least."""
-        return absolute_orientations(self._here[None, self._kept], self._there[None, self._kept])[0]
+        """target_from_source (4, 4) as those have it that agree with most others, and then all that it explains; of
+        three features at least."""
+        return self._best[0]
+
+    @property
+    def n_explained(self) -> int:
+        """How many features the motion brings to where the target saw them."""
+        return int(self._best[1].sum())
+
+    @cached_property
+    def _best(self) -> tuple[Float64Array, BoolArray]:
+        """The motion that explains most, and what it explains (M,)."""
+        best = self._explained(self._kept)
+        for _ in range(ROUNDS):
+            if best[1].sum() < LEAST:
+                break
+            better = self._explained(np.flatnonzero(best[1]))
+            if better[1].sum() <= best[1].sum():
+                break
+            best = better
+        return best
+
+    def _explained(self, numbers: IndexArray) -> tuple[Float64Array, BoolArray]:
+        motion = absolute_orientations(self._here[None, numbers], self._there[None, numbers])[0]
+        off_m = np.linalg.norm(self._here @ motion[:3, :3].T + motion[:3, 3] - self._there, axis=1)
+        return motion, off_m < self._margin_m
 
 
 def _consistent(numbers: IndexArray, agree: BoolArray) -> IndexArray:
     for _ in range(ROUNDS):
         fewer = numbers[agree[np.ix_(numbers, numbers)].mean(axis=1) >= MOST] if len(numbers) else numbers
-        if len(fewer) < 3:
+        if len(fewer) < LEAST:
             break
         numbers = fewer
     return numbers
@@ -52,12 +83,6 @@ def _consistent(numbers: IndexArray, agree: BoolArray) -> IndexArray:
 def _points(features: Features, numbers: IndexArray) -> Float64Array:
     rays = np.column_stack([features.rays[numbers], np.ones(len(numbers))])
     return rays.astype(np.float64) * features.depth_m[numbers, None]
-
-
-def _distances(points: Float64Array) -> Float64Array:
-    """Between points (M, M), metres."""
-    result: Float64Array = np.linalg.norm(points[:, None] - points, axis=2)
-    return result
 
 
 def absolute_orientations(first: Float64Array, second: Float64Array) -> Float64Array:

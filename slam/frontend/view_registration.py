@@ -17,7 +17,6 @@ from slam.frontend.features import match_features
 from slam.frontend.icp import COARSE, FINE, IcpResult, Level, icp
 from slam.frontend.keyframes import View
 from slam.frontend.rigid_matches import RigidMatches
-from slam.frontend.wide_features import match_wide_features
 from slam.se3 import angle_deg, length_m
 
 # Correspondences within this many sigmas of a guess take part: the guess is only a guess.
@@ -35,6 +34,8 @@ SAME_FIT = 0.003  # what noise may account for
 ENOUGH_OVERLAP = 0.5  # of a view, for its fit to tell as much as that of all of it; less tells the less
 # RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
 TRIES, MANY_TRIES = 100, 1000
+# Features that a motion by distances explains, and PnP finds no other: a tenth of its cost.
+ENOUGH_RIGID = 8
 LOOK = replace(FINE, iterations=1)  # what is reported is how the start fits
 # What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
 # is left open.
@@ -119,11 +120,9 @@ class ViewRegistration:
             matches: of the features of both, where they are known.
             may_be: whether a motion (4, 4) is possible; others compete with none that is.
         """
-        correspondences = self._correspondences(target, source, matches, wide)
-        tries = MANY_TRIES if wide else TRIES
-        solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
-        solved += [_rigid(target, source)] if wide else []
-        guesses = [*guesses, *(start for start in solved if start is not None)]
+        rigid = _rigid(target, source) if wide else None
+        correspondences = self._correspondences(target, source, matches, rigid)
+        guesses = [*guesses, *_feature_starts(correspondences, calibration, rigid)]
         pair = self._pair(target, source, Correspondences.joined(correspondences), calibration)
         starts = _distinct([pair.coarse(guess) for guess in guesses])
         return pair.best(starts, may_be) if starts else None
@@ -147,7 +146,8 @@ class ViewRegistration:
             wide: whether features that match from afar take part.
             matches: of the features of both, where they are known.
         """
-        correspondences = Correspondences.joined(self._correspondences(target, source, matches, wide))
+        rigid = _rigid(target, source) if wide else None
+        correspondences = Correspondences.joined(self._correspondences(target, source, matches, rigid))
         return self._pair(target, source, correspondences, calibration).fine(guess)
 
     def fit(
@@ -162,7 +162,7 @@ class ViewRegistration:
             calibration: the colour camera as known so far.
             matches: of the features of both.
         """
-        correspondences = self._correspondences(target, source, matches, False)[0]
+        correspondences = self._correspondences(target, source, matches, None)[0]
         result = self._pair(target, source, correspondences, calibration).fine(motion, LOOK)
         return replace(result, target_from_source=motion, calibration=calibration)
 
@@ -171,13 +171,15 @@ class ViewRegistration:
         return match_features(target.features, source.features, self.config.features)
 
     def _correspondences(
-        self, target: View, source: View, matches: IndexArray | None, wide: bool
+        self, target: View, source: View, matches: IndexArray | None, rigid: RigidMatches | None
     ) -> list[Correspondences]:
-        """Those of the usual features, and of those that match from afar."""
+        """Those of the usual features, and of those that match from afar, if these take part."""
         pairs = self.match(target, source) if matches is None else matches
         turning = target.turning_rad_s, source.turning_rad_s
         usual = Correspondences.of(target.features, source.features, pairs, *turning)
-        return [usual, _wide_correspondences(target, source)] if wide else [usual]
+        if rigid is None:
+            return [usual]
+        return [usual, Correspondences.of(target.wide.features, source.wide.features, rigid.pairs, *turning)]
 
     def _pair(
         self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration
@@ -186,16 +188,20 @@ class ViewRegistration:
         return _ViewPair(target, source, correspondences, calibration, DepthNoise(self.config.depth, smear))
 
 
-def _wide_correspondences(target: View, source: View) -> Correspondences:
-    there, here = target.wide.features, source.wide.features
-    matches = match_wide_features(there, here)
-    return Correspondences.of(there, here, matches, target.turning_rad_s, source.turning_rad_s)
+def _rigid(target: View, source: View) -> RigidMatches:
+    return RigidMatches(target.wide.features, source.wide.features)
 
 
-def _rigid(target: View, source: View) -> Float64Array | None:
-    """target_from_source by features that lie as far from each other in both views; None where too few do."""
-    matches = RigidMatches(target.wide.features, source.wide.features)
-    return matches.motion() if matches.n_agreeing >= MIN_INLIERS else None
+def _feature_starts(
+    correspondences: Sequence[Correspondences], calibration: ColorCalibration, rigid: RigidMatches | None
+) -> list[Float64Array]:
+    """Motions target_from_source (4, 4) that features say: by their distances, and where these tell little by PnP."""
+    starts = [rigid.motion()] if rigid is not None and rigid.n_agreeing >= MIN_INLIERS else []
+    if starts and rigid is not None and rigid.n_explained >= ENOUGH_RIGID:
+        return starts
+    tries = TRIES if rigid is None else MANY_TRIES
+    solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]
+    return [start for start in solved if start is not None] + starts
 
 
 def _distinct(motions: Sequence[Float64Array]) -> list[Float64Array]:

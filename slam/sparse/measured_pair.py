@@ -38,6 +38,11 @@ class MeasuredPair:
         """How much it says beside others: by the features that agree, and how well the rest does."""
         return self.n_features * self.score
 
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The numbers of both pictures."""
+        return self.edge.a, self.edge.b
+
     def motion(self, start: int) -> Float64Array:
         """start_from_other (4, 4), start being one of the two pictures."""
         return self.edge.a_from_b if start == self.edge.a else inverse(self.edge.a_from_b)

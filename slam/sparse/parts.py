@@ -19,7 +19,6 @@ from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
-from slam.se3 import angle_deg, length_m
 from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
 from slam.sparse.reassignment import Reassignment
 
@@ -116,10 +115,13 @@ class Parts:
     def agreeing(self, part: int) -> list[MeasuredPair]:
         """The pairs within a part that its poses bear out."""
         inside = [p for p in self._pairs if self.part_of[p.edge.a] == self.part_of[p.edge.b] == part]
-        return [p for p in inside if _same(self._between(p.edge.a, p.edge.b), p.edge.a_from_b)]
-
-    def _between(self, a: int, b: int) -> Float64Array:
-        return inverse(self.poses[a]) @ self.poses[b]
+        if not inside:
+            return []
+        first, second = (
+            np.stack([self.poses[n] for n in ends]) for ends in zip(*(p.ends for p in inside), strict=True)
+        )
+        told = first @ np.stack([p.edge.a_from_b for p in inside])
+        return [pair for pair, is_same in zip(inside, _same(told, second), strict=True) if is_same]
 
     def _try(self, pair: MeasuredPair) -> bool:
         """Join the parts that a pair ties together, if that is sure enough."""
@@ -237,9 +239,12 @@ def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
     return np.flatnonzero(same[int(np.argmax(sizes))] & left)
 
 
-def _same(a: Float64Array, b: Float64Array) -> bool:
-    offset = inverse(a) @ b
-    return length_m(offset) <= SAME_M and angle_deg(offset) <= SAME_DEG
+def _same(first: Float64Array, second: Float64Array) -> BoolArray:
+    """Which poses (N, 4, 4) are the same as others, but for drift (N,)."""
+    away_m = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
+    cosine = (np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3]) - 1) / 2
+    same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
+    return same
 
 
 def components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:

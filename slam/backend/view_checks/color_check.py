@@ -98,11 +98,11 @@ def _difference(
 def _range_about(image: Float32Array, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
     """The least and the greatest values (M, 3) of an image (H, W, 3) within radii (M,) of pixels."""
     radii = radii.clip(0, WIDEST).astype(int)
-    least, greatest = (np.empty((len(pixels), 3), np.float32) for _ in range(2))
-    for radius in np.unique(radii):
-        square, of_it = np.ones((2 * radius + 1,) * 2, np.uint8), radii == radius
-        least[of_it] = cv2.erode(image, square).reshape(-1, 3)[pixels[of_it]]
-        greatest[of_it] = cv2.dilate(image, square).reshape(-1, 3)[pixels[of_it]]
+    squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(radii.max(initial=0) + 1)]
+    least, greatest = (
+        np.stack([filtered(image, square) for square in squares]).reshape(len(squares), -1, 3)[radii, pixels]
+        for filtered in (cv2.erode, cv2.dilate)
+    )
     return least, greatest
 
 

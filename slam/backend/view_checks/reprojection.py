@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
+from razer.frame import Intrinsics
 from slam.frontend.keyframes import View
 
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
@@ -19,15 +22,26 @@ def reprojected(view: View, other: View, other_from_view: Float64Array) -> tuple
         other: the view they are projected into.
         other_from_view: (4, 4) the motion between them.
     """
-    pixel = np.flatnonzero(view.sparse_depth)
-    points = _points(view, pixel) @ other_from_view[:3, :3].T + other_from_view[:3, 3]
-    in_front, k = points[:, 2] > MIN_DEPTH_M, other.sparse_intrinsics
-    pixel, points = pixel[in_front], points[in_front]
-    column, row = np.rint(points[:, :2] / points[:, 2:] * (k.fx, k.fy) + (k.cx, k.cy)).T.astype(int)
-    inside = (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
-    return pixel[inside], (row * k.width + column)[inside], points[inside, 2]
+    pixel, (x, y, z) = _points(view, other_from_view)
+    k = other.sparse_intrinsics
+    column, row = np.rint(x / z * k.fx + k.cx), np.rint(y / z * k.fy + k.cy)
+    inside = np.flatnonzero((column >= 0) & (column < k.width) & (row >= 0) & (row < k.height))
+    there = row[inside] * k.width + column[inside]
+    return pixel[inside], there.astype(np.intp), z[inside]
 
 
-def _points(view: View, pixel: IndexArray) -> Float64Array:
-    k, z = view.sparse_intrinsics, view.sparse_depth.ravel()[pixel].astype(np.float64)
-    return np.column_stack([(pixel % k.width - k.cx) / k.fx * z, (pixel // k.width - k.cy) / k.fy * z, z])
+def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, Float64Array]:
+    """The pixels (M,) of readings in front of another camera, and their points (3, M) there."""
+    depth, (rotation, shift) = view.sparse_depth.ravel().astype(np.float64), np.split(other_from_view[:3], [3], axis=1)
+    # Written out, as products of large and tiny matrices take longer.
+    u, v = _rays(view.sparse_intrinsics)
+    points = np.stack([(r[0] * u + r[1] * v + r[2]) * depth + t for r, (t,) in zip(rotation, shift, strict=True)])
+    pixel = np.flatnonzero((depth > 0) & (points[2] > MIN_DEPTH_M))
+    return pixel, points[:, pixel]
+
+
+@lru_cache(maxsize=8)
+def _rays(k: Intrinsics) -> tuple[Float64Array, Float64Array]:
+    """Directions x / z and y / z of all pixels (H * W,), rows one after the other."""
+    row, column = np.divmod(np.arange(k.height * k.width), k.width)
+    return (column - k.cx) / k.fx, (row - k.cy) / k.fy
