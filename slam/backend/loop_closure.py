@@ -94,7 +94,7 @@ class LoopClosure:
         no short way leads to, if both may share something: it need not stand out among all."""
         reached = [number for number, gain in self._uncertain(keyframe) if gain >= MAX_GAIN]
         best = self._places.lookalikes(keyframe.view, reached, 0.0, 1)
-        return [n for n in best if self._registration.may_share(self._keyframes[n], keyframe.view)]
+        return [n for n in best if self._registration.rigid_motion(self._keyframes[n], keyframe.view)]
 
     def _neighbors(self, keyframe: Keyframe, most: int | None = None) -> Iterator[tuple[float, float, int]]:
         """Earlier keyframes of the same submap whose view overlaps with this one's, and an edge to which would add

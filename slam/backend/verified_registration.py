@@ -13,7 +13,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
-from slam.frontend.rigid_matches import RigidMatches
+from slam.frontend.rigid_matches import RigidMatches, RigidMotion
 from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
@@ -58,15 +58,16 @@ class VerifiedRegistration:
         result = self._verified(keyframe, view, guesses, calibration, wide=True)
         return None if result is None or result.n_features < MIN_FEATURES else result
 
-    def may_share(self, keyframe: Keyframe, view: View) -> bool:
-        """Whether a keyframe and a view may show the same, by a tenth of what a registration costs: enough features lie
-        as far from each other, and where these put the view, space and colours do not say otherwise."""
+    def rigid_motion(self, keyframe: Keyframe, view: View) -> RigidMotion | None:
+        """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
+        few features lie as far from each other in both, or where space or colours contradict the motion these have."""
         rigid = RigidMatches(keyframe.view.wide.features, view.wide.features)
         if rigid.n_agreeing < MIN_INLIERS or rigid.n_explained < MIN_FEATURES:
-            return False
+            return None
         motion = rigid.motion()
         standing = contradiction(keyframe.view, view, motion, self._free_space, START_OFF_M)
-        return standing <= MAX_START_CONTRADICTION and self._looks_alike(keyframe, view, motion)
+        is_possible = standing <= MAX_START_CONTRADICTION and self._looks_alike(keyframe, view, motion)
+        return RigidMotion(motion, rigid.n_explained) if is_possible else None
 
     def _verified(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool

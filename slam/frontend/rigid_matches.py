@@ -8,6 +8,7 @@ Far cheaper than a registration, and a start for one, from views 50 degrees or a
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -22,6 +23,13 @@ SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOST = 0.6  # share of a set that each of it must agree with: matches that are false agree with few
 LEAST = 3  # points, that a motion is known by
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
+
+
+class RigidMotion(NamedTuple):
+    """target_from_source (4, 4), roughly, and how many features it explains."""
+
+    target_from_source: Float64Array
+    n_explained: int
 
 
 class RigidMatches:

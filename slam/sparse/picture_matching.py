@@ -3,6 +3,7 @@ pairs that look most alike, so that all others are measured with the same one.""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
@@ -10,7 +11,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from razer.arrays import Float64Array
+from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
+from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_overlap import separation
@@ -19,6 +22,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import Features, depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
+from slam.frontend.rigid_matches import RigidMotion
 from slam.frontend.wide_features import WideFeatures
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
@@ -28,6 +32,7 @@ ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look
 SHORTLIST = 20  # of these
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
+ENOUGH_WAYS = 3  # round by a third picture, that say what a pair would
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
@@ -46,6 +51,7 @@ class PictureMatching:
         self.quality: dict[int, TrackingQuality] = {}
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
+        self._ties: defaultdict[int, dict[int, Float64Array]] = defaultdict(dict)  # motions, from the one to the other
         for view in sorted(views, key=lambda view: (view.stamp, view.index)):
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
@@ -66,7 +72,8 @@ class PictureMatching:
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
-            result = self._registered(a, b)
+            is_tried = (a, b) in self._consecutive or self._rigid_motion(a, b)
+            result = self._registered(a, b) if is_tried else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
         for keyframe in self.keyframes.all:
@@ -92,11 +99,29 @@ class PictureMatching:
     def _lookalikes(self, number: int, among: Sequence[int], shortlist: int) -> list[int]:
         return self.places.lookalikes(self.keyframes[number].view, among, 0.0, shortlist)
 
-    def measure(self, a: int, b: int) -> None:
-        """Register a pair a < b, unless that was tried before."""
-        if (a, b) in self._tried:
-            return
-        self._tried.add((a, b))
+    def measure(self, pairs: Iterable[Numbers]) -> None:
+        """Register those pairs a < b that were not tried before: what follows each other first, as it may show the same
+        where nothing has texture, then what shares most and was not told by others."""
+        untried = [pair for pair in pairs if pair not in self._tried]
+        self._tried.update(untried)
+        for pair in untried:
+            if pair in self._consecutive:
+                self._measure(*pair)
+        rigid = {pair: self._rigid_motion(*pair) for pair in untried if pair not in self._consecutive}
+        found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
+        for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
+            if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
+                self._measure(a, b)
+
+    def _rigid_motion(self, a: int, b: int) -> RigidMotion | None:
+        return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view)
+
+    def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
+        """By how many third pictures that were registered to both a motion (4, 4) is said already."""
+        ways = [self._ties[a][c] @ self._ties[c][b] for c in self._ties[a].keys() & self._ties[b]]
+        return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
+
+    def _measure(self, a: int, b: int) -> None:
         result = self._registered(a, b)
         if result is None:
             return
@@ -106,16 +131,14 @@ class PictureMatching:
         pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
         self._measured.append(pair)
         quality = TrackingQuality.of(result)
+        self._ties[a][b], self._ties[b][a] = motion, inverse(motion)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:
                 self.quality[n] = quality
 
     def _registered(self, a: int, b: int) -> IcpResult | None:
         target, source = self.keyframes[a], self.keyframes[b]
-        # Pictures that follow each other may show the same where nothing has texture.
         guesses: list[Float64Array] = [np.eye(4)] if (a, b) in self._consecutive else []
-        if not guesses and not self.registration.may_share(target, source.view):
-            return None
         return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
 
 

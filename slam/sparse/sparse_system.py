@@ -69,8 +69,7 @@ class SparseSystem:
             return
         matching.learn_camera()
         self.calibration = matching.calibration
-        for pair in matching.candidates():
-            matching.measure(*pair)
+        matching.measure(matching.candidates())
         parts = self._grown(matching)
         self.n_pairs = len(matching.pairs)
         self.quality = {self.keyframes[n].view.index: quality for n, quality in matching.quality.items()}
@@ -87,8 +86,7 @@ class SparseSystem:
         world = max(parts.members.values(), key=len)
         outside = set(range(len(self.keyframes))) - set(world)
         n_pairs = len(matching.pairs)
-        for pair in sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)):
-            matching.measure(*pair)
+        matching.measure(sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)))
         if len(matching.pairs) > n_pairs:
             parts = Parts.of(self.keyframes, matching.pairs, self.config)
         return parts
