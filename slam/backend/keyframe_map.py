@@ -45,7 +45,7 @@ class KeyframeMap:
         self._places = PlaceRecognition()
         self._loops = LoopClosure(self.keyframes, self.graph, self._places, self._registration, config)
         hypotheses = MergeHypotheses(self.keyframes, config.submaps)
-        self._search = SubmapSearch(self.keyframes, self._places, hypotheses, config)
+        self._search = SubmapSearch(self.keyframes, self._places, hypotheses, self._registration, config)
         placement = PlacementCheck(self.keyframes, self.graph, config)
         self._merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
         self._masking = DynamicMasking(self.keyframes, config)

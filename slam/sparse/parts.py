@@ -20,6 +20,7 @@ from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
+from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment
 
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
@@ -35,7 +36,9 @@ class Parts:
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
         self._pairs = surest_first(pairs)
-        self._table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
+        table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
+        self._placed, self._table = PlacedPictures(keyframes, config.free_space), table
+        self._reassignment = Reassignment(self._placed, table, self._usual_colors, config)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -74,10 +77,6 @@ class Parts:
                     alone, n_parts = [*alone, number], n_parts + 1
             if alone:
                 self._split(part, alone)
-
-    @property
-    def _reassignment(self) -> Reassignment:
-        return Reassignment(self._keyframes, self._table, self._usual_colors, self._config)
 
     def _reassign(self, part: int) -> bool:
         moved = self._reassignment.moved(self._poses_of(part))
@@ -201,7 +200,7 @@ class Parts:
             moved = home_from_away @ self.poses[number]
             near = at_home[near_poses(moved, poses, self._config.loop_closure)]
             for other in near[near != number].tolist():
-                pairs.append(PlacedPair.of(self._keyframes, other, number, inverse(self.poses[other]) @ moved))
+                pairs.append(self._placed.pair(other, number, inverse(self.poses[other]) @ moved))
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
 
     def _join(self, home: int, away: int, home_from_away: Float64Array) -> None:

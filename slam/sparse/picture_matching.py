@@ -31,6 +31,7 @@ from slam.sparse.measured_pair import MeasuredPair
 ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
 SHORTLIST = 20  # of these
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
+MAY_BE_IN_ORDER = 0.25  # share of them that features say may do so
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 3  # round by a third picture, that say what a pair would
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
@@ -72,8 +73,7 @@ class PictureMatching:
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
-            is_tried = (a, b) in self._consecutive or self._rigid_motion(a, b)
-            result = self._registered(a, b) if is_tried else None
+            result = self._registered(a, b) if self._rigid_motion(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
         for keyframe in self.keyframes.all:
@@ -100,14 +100,16 @@ class PictureMatching:
         return self.places.lookalikes(self.keyframes[number].view, among, 0.0, shortlist)
 
     def measure(self, pairs: Iterable[Numbers]) -> None:
-        """Register those pairs a < b that were not tried before: what follows each other first, as it may show the same
-        where nothing has texture, then what shares most and was not told by others."""
+        """Register those pairs a < b that were not tried before and share features: those that share most first, and
+        none that others tell already. If pictures may be in the order of taking, all that follow each other come before
+        these: they may show the same where nothing has texture."""
         untried = [pair for pair in pairs if pair not in self._tried]
         self._tried.update(untried)
-        for pair in untried:
-            if pair in self._consecutive:
-                self._measure(*pair)
-        rigid = {pair: self._rigid_motion(*pair) for pair in untried if pair not in self._consecutive}
+        rigid = {pair: self._rigid_motion(*pair) for pair in untried}
+        if sum(rigid.get(pair) is not None for pair in self._consecutive) >= MAY_BE_IN_ORDER * len(self._consecutive):
+            for pair in sorted(self._consecutive & rigid.keys()):
+                self._measure(*pair, [np.eye(4)])
+                rigid[pair] = None
         found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
         for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
             if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
@@ -121,8 +123,8 @@ class PictureMatching:
         ways = [self._ties[a][c] @ self._ties[c][b] for c in self._ties[a].keys() & self._ties[b]]
         return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
 
-    def _measure(self, a: int, b: int) -> None:
-        result = self._registered(a, b)
+    def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> None:
+        result = self._registered(a, b, guesses)
         if result is None:
             return
         edge = PoseEdge(a, b, result.target_from_source, result.information)
@@ -136,9 +138,8 @@ class PictureMatching:
             if n not in self.quality or self.quality[n].n_features < quality.n_features:
                 self.quality[n] = quality
 
-    def _registered(self, a: int, b: int) -> IcpResult | None:
+    def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
         target, source = self.keyframes[a], self.keyframes[b]
-        guesses: list[Float64Array] = [np.eye(4)] if (a, b) in self._consecutive else []
         return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
 
 

@@ -19,8 +19,8 @@ from slam.backend.submaps.placement_check import PlacedPair, color_differences
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
-from slam.frontend.keyframes import Keyframes
 from slam.sparse.measured_pair import MeasuredPair, is_sure
+from slam.sparse.placed_pictures import PlacedPictures
 
 MOST_COMPARED = 16  # pictures near a place, some 2 ms each
 CLEARLY = 1.25  # times the colours that differ; less says nothing
@@ -51,13 +51,13 @@ class Reassignment:
     """Moves pictures of a part.
 
     Args:
-        keyframes: all pictures.
+        pictures: all of them, wherever they may lie.
         table: the pairs of each, by the other picture.
         usual_colors: what share of colours differs between pictures so far apart.
         config: the settings.
     """
 
-    keyframes: Keyframes
+    pictures: PlacedPictures
     table: Mapping[int, Mapping[int, MeasuredPair]]
     usual_colors: UsualColors
     config: SlamConfig
@@ -131,7 +131,7 @@ class Reassignment:
         others = [other for other in poses if other != number]
         near = near_poses(pose, np.stack([poses[n] for n in others]), self.config.loop_closure)[:MOST_COMPARED]
         placed = ((others[n], number, inverse(poses[others[n]]) @ pose) for n in near)
-        pairs = [PlacedPair.of(self.keyframes, *one) for one in placed]
+        pairs = [self.pictures.pair(*one) for one in placed]
         space = [pair.contradiction(self.config.free_space) for pair in pairs]
         return PlacementFit(float(np.mean(space or [0.0])), self._color_excess(pairs))
 

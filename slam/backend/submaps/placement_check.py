@@ -49,7 +49,8 @@ class Scrutiny(NamedTuple):
 LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all share little
 
 
-class PlacedPair(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PlacedPair:
     """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres."""
 
     first: View

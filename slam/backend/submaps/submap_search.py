@@ -11,11 +11,10 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
+from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
 from slam.config import SlamConfig
-from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.keyframes import Keyframes, LocatedView, View
-from slam.frontend.rigid_matches import RigidMatches
 
 # A keyframe that a view may show, and where the view would be in front of it (4, 4) as far as that is foreseen.
 Candidate = tuple[int, list[Float64Array]]
@@ -29,6 +28,7 @@ class SubmapSearch:
     keyframes: Keyframes
     places: PlaceRecognition
     hypotheses: MergeHypotheses
+    registration: VerifiedRegistration
     config: SlamConfig
     _turn: int = 0  # of the places that look alike, the next that a view is compared with
 
@@ -57,11 +57,10 @@ class SubmapSearch:
         return candidates + [(number, []) for number in rigid[:shortlist]]
 
     def _rigid(self, view: View, numbers: Sequence[int]) -> list[int]:
-        """Those of keyframes in which enough features lie as far from each other as in a view, the most first."""
-        n_agreeing = {
-            n: RigidMatches(self.keyframes[n].view.wide.features, view.wide.features).n_agreeing for n in numbers
-        }
-        return sorted((n for n in numbers if n_agreeing[n] >= MIN_INLIERS), key=lambda n: -n_agreeing[n])
+        """Those of keyframes that features say a view may show, those of most features first."""
+        motions = {n: self.registration.rigid_motion(self.keyframes[n], view) for n in numbers}
+        shared = {n: motion.n_explained for n, motion in motions.items() if motion is not None}
+        return sorted(shared, key=lambda n: -shared[n])
 
     def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> int | None:
         """The keyframe of a submap that sees most of a view at a pose in it, if it is enough."""

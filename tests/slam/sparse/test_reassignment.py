@@ -20,6 +20,7 @@ from slam.frontend.keyframes import STILL, Keyframes, View
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair, by_picture
 from slam.sparse.parts import Parts
+from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import PlacementFit, Reassignment
 
 USUAL = UsualColors([0.5], [0.05])
@@ -181,7 +182,7 @@ class Compared(NamedTuple):
 def test_pictures_count_by_the_readings_that_they_share():
     """Three that show the rim of what a picture shows, one that shows all of it, and one that shows nothing of it."""
     rim, whole = Compared(ColorDifference(0.2, 100)), Compared(ColorDifference(0.0, 4700))
-    reassignment, usual = Reassignment(Keyframes(), {}, USUAL, SlamConfig()), USUAL.at([0.5])[0]
+    reassignment, usual = Reassignment(None, {}, USUAL, SlamConfig()), USUAL.at([0.5])[0]
     excess = reassignment._color_excess([rim, rim, rim, whole, Compared(None)])
     assert excess == pytest.approx(3 * 20 / 5000 / usual)
     assert reassignment._color_excess([Compared(None)]) is None
@@ -195,7 +196,7 @@ def test_a_picture_fits_where_it_was_taken_and_not_elsewhere():
         view = View.of(room[index], extractor.extract(room[index], calibration), STILL, config)
         keyframes.add(view, np.eye(4), 0, 0.0)
     poses = {n: room[index].pose for n, index in enumerate(numbers)}
-    reassignment = Reassignment(keyframes, {}, USUAL, config)
+    reassignment = Reassignment(PlacedPictures(keyframes, config.free_space), {}, USUAL, config)
     right = reassignment._fit(3, poses[3], poses)
     wrong = reassignment._fit(3, poses[3] @ exp_se3(np.array([0, 0.3, 0, 0.5, 0, 0])), poses)
     assert right.contradiction < config.submaps.max_contradiction

@@ -14,7 +14,7 @@ LED_TO, ALIKE = (7, [np.eye(4)]), [(1, []), (2, []), (3, [])]
 @pytest.fixture
 def search(monkeypatch):
     monkeypatch.setattr(SubmapSearch, "candidates", lambda _, places, shortlist: places)
-    return SubmapSearch(None, None, None, SlamConfig())
+    return SubmapSearch(None, None, None, None, SlamConfig())
 
 
 def test_places_that_look_alike_are_asked_in_turn_and_those_that_hypotheses_lead_to_always(search):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -163,7 +165,7 @@ def test_where_a_pair_may_have_drifted_its_colours_say_nothing():
     """They are those of the stripe beside; what stands where the other looked through would still contradict."""
     rgb, depth = wall()
     pair = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
-    drifted = pair._replace(drift_m=CONFIG.loop_closure.drift_m + 0.01)
+    drifted = replace(pair, drift_m=CONFIG.loop_closure.drift_m + 0.01)
     assert not contradict([drifted] * 20, all_usually(0.0), CONFIG)
     assert contradict([drifted] * 20 + [pair], all_usually(0.0), CONFIG)
     through = PlacedPair(view(rgb, depth), view(rgb, depth * 0.5), HERE, drifted.drift_m)
