@@ -36,9 +36,8 @@ class Parts:
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
         self._pairs = surest_first(pairs)
-        table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
-        self._placed, self._table = PlacedPictures(keyframes, config.free_space), table
-        self._reassignment = Reassignment(self._placed, table, self._usual_colors, config)
+        self._table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
+        self._placed = PlacedPictures(keyframes, config.free_space)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
         self.poses: dict[int, Float64Array] = {n: np.eye(4) for n in self.part_of}
@@ -77,6 +76,10 @@ class Parts:
                     alone, n_parts = [*alone, number], n_parts + 1
             if alone:
                 self._split(part, alone)
+
+    @property
+    def _reassignment(self) -> Reassignment:
+        return Reassignment(self._placed, self._table, self._usual_colors, self._config)
 
     def _reassign(self, part: int) -> bool:
         moved = self._reassignment.moved(self._poses_of(part))

@@ -31,7 +31,7 @@ from slam.sparse.measured_pair import MeasuredPair
 ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
 SHORTLIST = 20  # of these
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
-MAY_BE_IN_ORDER = 0.25  # share of them that features say may do so
+MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the share of them from which all are
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 3  # round by a third picture, that say what a pair would
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
@@ -99,21 +99,29 @@ class PictureMatching:
     def _lookalikes(self, number: int, among: Sequence[int], shortlist: int) -> list[int]:
         return self.places.lookalikes(self.keyframes[number].view, among, 0.0, shortlist)
 
+    def measure_consecutive(self) -> None:
+        """Register pictures to those before, if some of them show the same: they may be in the order of taking, and
+        where nothing has texture only that says so."""
+        pairs = sorted(self._consecutive)
+        probes = pairs[:: -(-len(pairs) // MOST_PROBES) or 1]
+        n_found = sum(self._measure(*pair, [np.eye(4)]) for pair in probes)
+        if n_found >= MAY_BE_IN_ORDER * len(probes):
+            for pair in self._untried(pairs):
+                self._measure(*pair, [np.eye(4)])
+
     def measure(self, pairs: Iterable[Numbers]) -> None:
         """Register those pairs a < b that were not tried before and share features: those that share most first, and
-        none that others tell already. If pictures may be in the order of taking, all that follow each other come before
-        these: they may show the same where nothing has texture."""
-        untried = [pair for pair in pairs if pair not in self._tried]
+        none that others tell already."""
+        untried = self._untried(pairs)
         self._tried.update(untried)
         rigid = {pair: self._rigid_motion(*pair) for pair in untried}
-        if sum(rigid.get(pair) is not None for pair in self._consecutive) >= MAY_BE_IN_ORDER * len(self._consecutive):
-            for pair in sorted(self._consecutive & rigid.keys()):
-                self._measure(*pair, [np.eye(4)])
-                rigid[pair] = None
         found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
         for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
             if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
                 self._measure(a, b)
+
+    def _untried(self, pairs: Iterable[Numbers]) -> list[Numbers]:
+        return [pair for pair in pairs if pair not in self._tried]
 
     def _rigid_motion(self, a: int, b: int) -> RigidMotion | None:
         return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view)
@@ -123,10 +131,11 @@ class PictureMatching:
         ways = [self._ties[a][c] @ self._ties[c][b] for c in self._ties[a].keys() & self._ties[b]]
         return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
 
-    def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> None:
+    def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> bool:
+        self._tried.add((a, b))
         result = self._registered(a, b, guesses)
         if result is None:
-            return
+            return False
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
         colors = other_colors(*views, motion, self._config.free_space) or 0.0
@@ -137,6 +146,7 @@ class PictureMatching:
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:
                 self.quality[n] = quality
+        return True
 
     def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
         target, source = self.keyframes[a], self.keyframes[b]

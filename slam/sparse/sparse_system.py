@@ -69,6 +69,7 @@ class SparseSystem:
             return
         matching.learn_camera()
         self.calibration = matching.calibration
+        matching.measure_consecutive()
         matching.measure(matching.candidates())
         parts = self._grown(matching)
         self.n_pairs = len(matching.pairs)

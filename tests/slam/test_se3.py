@@ -25,4 +25,9 @@ def test_angle_and_length_of_a_motion():
     turned = exp_se3(np.array([0.0, np.radians(30), 0.0, 0.0, 3.0, 4.0]))
     assert angle_deg(turned) == pytest.approx(30)
     assert length_m(turned) == pytest.approx(5)
+    for degrees in (0.0, 90.0, 179.9999, 180.0):
+        axis = np.array([0.48, 0.6, 0.64])
+        assert angle_deg(exp_se3(np.append(np.radians(degrees) * axis, np.zeros(3)))) == pytest.approx(
+            degrees, abs=1e-9
+        )
     assert angle_deg(exp_se3(np.full(6, 1e-7))) == pytest.approx(np.degrees(np.sqrt(3) * 1e-7), rel=1e-6)

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from razer.geometry import inverse
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes
+from slam.se3 import angle_deg, length_m
 
 NOMINAL = ColorCalibration.nominal()
 KNOWN = IcpResult(np.eye(4), 1e6 * np.eye(6), 1e6 * np.eye(6), 1.0, 0.9, 0.9, 0.6, 100, NOMINAL)
@@ -62,3 +64,30 @@ def test_nothing_is_gone_on_with_that_is_not_believed_anyhow(views):
     registration._registration = creeping
     assert registration.recognise(keyframe, views[10], [], NOMINAL) is None
     assert creeping.n_asked == 1
+
+
+def rigid_motion(views, seen):
+    keyframes = Keyframes()
+    keyframe = keyframes.add(views[10], np.eye(4), 0, 0.0)
+    return VerifiedRegistration(keyframes, SlamConfig()).rigid_motion(keyframe, seen)
+
+
+def test_features_say_roughly_how_two_views_lie(room, views):
+    found = rigid_motion(views, views[12])
+    off = inverse(inverse(room[10].pose) @ room[12].pose) @ found.target_from_source
+    assert found.n_explained >= 12
+    assert length_m(off) < 0.1
+    assert angle_deg(off) < 4
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sparse_depth": lambda view: view.sparse_depth / 2},  # where it stands, the other looked through
+        {"sparse_rgb": lambda view: 255 - view.sparse_rgb},
+    ],
+    ids=["space", "colours"],
+)
+def test_features_say_nothing_where_space_or_colours_contradict_them(views, change):
+    changed = replace(views[12], **{name: of(views[12]) for name, of in change.items()})
+    assert rigid_motion(views, changed) is None
