@@ -33,7 +33,7 @@ SHORTLIST = 20  # of these
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the share of them from which all are
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
-ENOUGH_WAYS = 3  # round by a third picture, that say what a pair would
+ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
