@@ -10,7 +10,6 @@ from slam.backend.view_checks.color_check import color_correlation
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
@@ -62,7 +61,7 @@ class VerifiedRegistration:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
         few features lie as far from each other in both, or where space or colours contradict the motion these have."""
         rigid = RigidMatches(keyframe.view.wide.features, view.wide.features)
-        if rigid.n_agreeing < MIN_INLIERS or rigid.n_explained < MIN_FEATURES:
+        if not rigid.is_sure:
             return None
         motion = rigid.motion()
         standing = contradiction(keyframe.view, view, motion, self._free_space, START_OFF_M)

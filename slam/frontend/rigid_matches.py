@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
+from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.features import Features
 from slam.frontend.wide_features import match_wide_features
 
@@ -21,6 +22,8 @@ from slam.frontend.wide_features import match_wide_features
 # belong to one scene.
 SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOST = 0.6  # share of a set that each of it must agree with: matches that are false agree with few
+# Features that a motion explains, of views of one place; PnP finds no other then, at ten times the cost.
+ENOUGH_EXPLAINED = 8
 LEAST = 3  # points, that a motion is known by
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
 
@@ -59,6 +62,11 @@ class RigidMatches:
     def n_explained(self) -> int:
         """How many features the motion brings to where the target saw them."""
         return int(self._best[1].sum())
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether enough features agree, and the motion explains enough."""
+        return self.n_agreeing >= MIN_INLIERS and self.n_explained >= ENOUGH_EXPLAINED
 
     @cached_property
     def _best(self) -> tuple[Float64Array, BoolArray]:

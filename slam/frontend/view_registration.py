@@ -34,8 +34,6 @@ SAME_FIT = 0.003  # what noise may account for
 ENOUGH_OVERLAP = 0.5  # of a view, for its fit to tell as much as that of all of it; less tells the less
 # RANSAC's iterations for PnP; many where views are far apart and most matches wrong.
 TRIES, MANY_TRIES = 100, 1000
-# Features that a motion by distances explains, and PnP finds no other: a tenth of its cost.
-ENOUGH_RIGID = 8
 LOOK = replace(FINE, iterations=1)  # what is reported is how the start fits
 # What is trusted: enough of the view's points lie on the other's surface, or enough features agree, and no direction
 # is left open.
@@ -197,7 +195,7 @@ def _feature_starts(
 ) -> list[Float64Array]:
     """Motions target_from_source (4, 4) that features say: by their distances, and where these tell little by PnP."""
     starts = [rigid.motion()] if rigid is not None and rigid.n_agreeing >= MIN_INLIERS else []
-    if starts and rigid is not None and rigid.n_explained >= ENOUGH_RIGID:
+    if rigid is not None and rigid.is_sure:
         return starts
     tries = TRIES if rigid is None else MANY_TRIES
     solved = [solve_pnp(matched, calibration, tries) for matched in correspondences]

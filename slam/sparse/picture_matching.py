@@ -11,7 +11,6 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from razer.arrays import Float64Array
-from razer.geometry import inverse
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
@@ -52,7 +51,7 @@ class PictureMatching:
         self.quality: dict[int, TrackingQuality] = {}
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
-        self._ties: defaultdict[int, dict[int, Float64Array]] = defaultdict(dict)  # motions, from the one to the other
+        self._ties: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)  # by one picture and the other
         for view in sorted(views, key=lambda view: (view.stamp, view.index)):
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
@@ -128,7 +127,7 @@ class PictureMatching:
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that were registered to both a motion (4, 4) is said already."""
-        ways = [self._ties[a][c] @ self._ties[c][b] for c in self._ties[a].keys() & self._ties[b]]
+        ways = [self._ties[a][c].motion(a) @ self._ties[c][b].motion(c) for c in self._ties[a].keys() & self._ties[b]]
         return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
 
     def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> bool:
@@ -141,8 +140,8 @@ class PictureMatching:
         colors = other_colors(*views, motion, self._config.free_space) or 0.0
         pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
         self._measured.append(pair)
+        self._ties[a][b] = self._ties[b][a] = pair
         quality = TrackingQuality.of(result)
-        self._ties[a][b], self._ties[b][a] = motion, inverse(motion)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:
                 self.quality[n] = quality

@@ -38,9 +38,9 @@ class Told(PictureMatching):
         self.asked.append((a, b, len(guesses)))
         if not self.shares(a, b):
             return False
-        motion = inverse(at(a)) @ at(b)
-        self._measured.append(MeasuredPair(PoseEdge(a, b, motion, np.eye(6)), 50, 0.5))
-        self._ties[a][b], self._ties[b][a] = motion, inverse(motion)
+        pair = MeasuredPair(PoseEdge(a, b, inverse(at(a)) @ at(b), np.eye(6)), 50, 0.5)
+        self._measured.append(pair)
+        self._ties[a][b] = self._ties[b][a] = pair
         return True
 
 
