@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,7 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.pose_edge import PoseEdge
-from slam.se3 import angle_deg, length_m
 
-LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
 ALONE_FEATURES = 20  # that agree, for a single pair to be believed: fewer may agree on a look-alike
 BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
@@ -60,17 +58,15 @@ def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPai
     return dict(result)
 
 
-def surest_first(pairs: Sequence[MeasuredPair]) -> list[MeasuredPair]:
+def surest_first(pairs: Sequence[MeasuredPair], support: Mapping[tuple[int, int], float]) -> list[MeasuredPair]:
     """Pictures taken one after the other first, then pairs whose colours differ no more than in the better pairs of
-    both pictures, no more than twice as much, and so on, of these the ones that most triangles bear out, of equals
-    those with most features: a triangle is three pictures of which each two were measured, and whose motions lead back
-    to where they began."""
-    table = by_picture(pairs)
-    usual = {number: _better_colors(partners.values()) for number, partners in table.items()}
+    both pictures, no more than twice as much, and so on, of these the ones with most support, see `pair_support`, of
+    equals those with most features."""
+    usual = {number: _better_colors(partners.values()) for number, partners in by_picture(pairs).items()}
 
-    def sureness(pair: MeasuredPair) -> tuple[bool, int, int, float]:
+    def sureness(pair: MeasuredPair) -> tuple[bool, int, float, float]:
         color_rank = min(int(pair.other_colors / min(usual[pair.edge.a], usual[pair.edge.b])), LAST_RANK)
-        return pair.is_next, -color_rank, _n_triangles(pair, table), pair.weight
+        return pair.is_next, -color_rank, support[pair.ends], pair.weight
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
 
@@ -84,17 +80,3 @@ def _better_colors(pairs: Iterable[MeasuredPair]) -> float:
     """What share of colours differs in the better pairs of a picture, the best quarter: those of its place, as in a
     place that looks alike something has another colour."""
     return max(float(np.quantile([pair.other_colors for pair in pairs], BETTER)), LEAST_COLORS)
-
-
-def _n_triangles(pair: MeasuredPair, table: dict[int, dict[int, MeasuredPair]]) -> int:
-    """Triangles that bear a pair out, less those that contradict it."""
-    a, b = pair.edge.a, pair.edge.b
-    closed = [
-        _closes(pair.edge.a_from_b, table[b][c].motion(b), table[a][c].motion(a)) for c in table[a].keys() & table[b]
-    ]
-    return 2 * sum(closed) - len(closed)
-
-
-def _closes(a_from_b: Float64Array, b_from_c: Float64Array, a_from_c: Float64Array) -> bool:
-    off = inverse(a_from_c) @ a_from_b @ b_from_c
-    return length_m(off) <= LOOP_M and angle_deg(off) <= LOOP_DEG

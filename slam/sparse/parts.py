@@ -14,17 +14,20 @@ from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
-from slam.backend.view_checks.usual_colors import LEAST_PAIRS, UsualColors
+from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
 from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
+from slam.sparse.pair_support import pair_support
 from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment
 
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
-FIRST_DIFFER_LESS = 1.5  # times as many colours differ between any pictures as between those that are joined early
+LEAST_SUPPORT = (
+    -5.0
+)  # of ties on average: those of one place have more than -3, some through doors, those of two -5 to -20
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
@@ -35,8 +38,9 @@ class Parts:
 
     def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
         self._keyframes, self._config = keyframes, config
-        self._pairs = surest_first(pairs)
-        self._table, self._usual_colors = by_picture(self._pairs), _usual_colors(self._pairs)
+        self._table, self._usual_colors = by_picture(pairs), _usual_colors(pairs)
+        self._support = pair_support(pairs, self._usual_colors)
+        self._pairs = surest_first(pairs, self._support)
         self._placed = PlacedPictures(keyframes, config.free_space)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
@@ -162,7 +166,7 @@ class Parts:
             if not is_sure(chosen):
                 return None
             rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
-            if self._have_other_colors(home, away, chosen) or self._is_contradicted(home, away, motions[best[0]]):
+            if self._is_unsupported(chosen) or self._is_contradicted(home, away, motions[best[0]]):
                 left[best] = False
             elif len(best) >= MAJORITY * len(rivals):
                 return motions[best[0]]
@@ -172,20 +176,12 @@ class Parts:
                 return None
         return None
 
-    def _have_other_colors(self, home: int, away: int, ties: Sequence[MeasuredPair]) -> bool:
-        """Whether pictures that ties put on each other differ in colour more than pictures so far apart do."""
-        differ = float(np.mean([tie.other_colors for tie in ties]))
-        usual = self._usual_other_colors(home, away, [tie.separation for tie in ties])
-        return differ > self._config.submaps.max_color_excess * usual
-
-    def _usual_other_colors(self, home: int, away: int, separations: Sequence[float]) -> float:
-        """As of all pairs; but as most of these may be false where places repeat, not much more than within the parts,
-        where these have pairs enough to tell."""
-        usual = float(self._usual_colors.at(separations).mean())
-        inside = [*self.agreeing(home), *self.agreeing(away)]
-        if len(inside) < LEAST_PAIRS:
-            return usual
-        return min(usual, FIRST_DIFFER_LESS * float(_usual_colors(inside).at(separations).mean()))
+    def _is_unsupported(self, ties: Sequence[MeasuredPair]) -> bool:
+        """Whether triangles of pictures say that ties put one place on another that looks alike."""
+        if any(tie.is_next for tie in ties):
+            return False
+        support = np.average([self._support[tie.ends] for tie in ties], weights=[tie.weight for tie in ties])
+        return bool(support < LEAST_SUPPORT)
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw

@@ -24,6 +24,7 @@ from slam.sparse.placed_pictures import PlacedPictures
 
 MOST_COMPARED = 16  # pictures near a place, some 2 ms each
 CLEARLY = 1.25  # times the colours that differ; less says nothing
+SURELY = 2.0  # times what may be contradicted; walls that are seen from both sides contradict a little more
 UNNOTICED = 0.25  # of the usual share of other colours, which is noise
 SWEEPS = 5  # through the pictures, at most: some move to and fro
 
@@ -99,7 +100,7 @@ class Reassignment:
         if not is_sure([pair for pair, _ in there]) or any(pair.is_next for pair, _ in here):
             return False
         elsewhere = self._fit(number, there[0][1], poses)
-        if elsewhere.contradiction > self.config.submaps.max_contradiction:
+        if self._is_contradicted(elsewhere, SURELY):
             return False
         return not self._fit(number, poses[number], poses).is_clearly_better(elsewhere)
 
@@ -114,12 +115,17 @@ class Reassignment:
     def _is_better(self, number: int, pose: Float64Array, times: float, poses: Mapping[int, Float64Array]) -> bool:
         """Whether a picture rather lies elsewhere, where ties say so that weigh so many times those that leave it."""
         there = self._fit(number, pose, poses)
-        if there.contradiction > self.config.submaps.max_contradiction:
+        if self._is_contradicted(there):
             return False
         here = self._fit(number, poses[number], poses)
-        if here.contradiction > self.config.submaps.max_contradiction or there.is_clearly_better(here):
+        is_held = here.is_clearly_better(there)  # some of what contradicts a place lies in the wrong one itself
+        if self._is_contradicted(here, SURELY if is_held else 1.0) or there.is_clearly_better(here):
             return True
-        return times >= MAJORITY and not here.is_clearly_better(there)
+        return times >= MAJORITY and not is_held
+
+    def _is_contradicted(self, fit: PlacementFit, times: float = 1.0) -> bool:
+        """Whether more space is contradicted than may be, so many times."""
+        return fit.contradiction > times * self.config.submaps.max_contradiction
 
     def _ties(self, number: int, poses: Mapping[int, Float64Array]) -> list[Tie]:
         """The pairs of a picture within the part, and where each puts it, the surest first."""

@@ -9,9 +9,11 @@ import pytest
 
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseEdge
+from slam.backend.view_checks.usual_colors import UsualColors
 from slam.config import SlamConfig
 from slam.se3 import angle_deg, exp_se3, length_m
 from slam.sparse.measured_pair import MeasuredPair, surest_first
+from slam.sparse.pair_support import pair_support
 from slam.sparse.parts import Parts
 
 N = 14
@@ -143,21 +145,32 @@ def test_ties_to_places_that_pictures_contradict_tie_nothing():
     assert len(parts.members) == 2
 
 
-@pytest.mark.parametrize(("colors", "n_parts"), [(0.02, 1), (0.06, 2)])
-def test_ties_whose_colours_differ_far_more_than_within_the_parts_tie_nothing(ring, colors, n_parts):
+@pytest.mark.parametrize(("colors", "n_parts"), [(0.02, 1), (0.3, 2)])
+def test_ties_whose_colours_differ_far_more_than_those_of_their_triangles_tie_nothing(ring, colors, n_parts):
     """Rooms furnished alike, of which one has another rug: ever so many ties agree."""
     usual = [replace(p, other_colors=0.01) for p in halves(ring)]
-    ends = [(a, b) for a in range(7) for b in range(7, N)]
-    parts = grown([*usual, *ties(ring, ends, 1.0, other_colors=colors)])
+    ends = [(a, b) for a in range(3, 7) for b in range(7, 11)]
+    parts = grown([*ties(ring, ends, 1.0, other_colors=colors), *usual])
     assert len(parts.members) == n_parts
+
+
+def test_ties_that_nothing_speaks_against_join_wherever_colours_differ_as_through_a_door(ring):
+    usual = [replace(p, other_colors=0.01) for p in halves(ring)]
+    parts = grown([*usual, *ties(ring, [(0, 13), (6, 7)], 0.0, other_colors=0.06)])
+    assert len(parts.members) == 1
+
+
+def sorted_by_support(pairs):
+    usual = UsualColors([p.separation for p in pairs], [p.other_colors for p in pairs])
+    return surest_first(pairs, pair_support(pairs, usual))
 
 
 def test_pairs_whose_colours_differ_more_than_is_usual_come_last(ring, true_pairs):
     other = [replace(p, other_colors=0.05, n_features=500) for p in true_pairs[:3]]
     usual = [replace(p, other_colors=0.01) for p in true_pairs[3:]]
-    assert {p.n_features for p in surest_first([*other, *usual])[-3:]} == {500}
+    assert {p.n_features for p in sorted_by_support([*other, *usual])[-3:]} == {500}
     alike = [replace(p, other_colors=0.015) for p in other]
-    assert {p.n_features for p in surest_first([*alike, *usual])[-3:]} != {500}
+    assert {p.n_features for p in sorted_by_support([*alike, *usual])[-3:]} != {500}
 
 
 def test_the_way_of_the_camera_says_more_than_looks(ring):
@@ -176,4 +189,4 @@ def test_a_single_pair_ties_two_pictures_if_many_features_agree(n_features, n_pa
 def test_pairs_that_triangles_bear_out_come_first(ring, true_pairs):
     false = pair(0, 2, exp_se3(np.array([0, 0, 0, 0, 2.0, 0])), 1000)
     others = [p for p in true_pairs if (p.edge.a, p.edge.b) != (0, 2)]
-    assert surest_first([false, *others])[-1] is false
+    assert sorted_by_support([false, *others])[-1] is false

@@ -94,6 +94,13 @@ def test_space_says_more_than_colours_and_ties():
     assert not moved(ties(1, 3), poses, other, full)
 
 
+@pytest.mark.parametrize(("contradiction", "moves"), [(0.07, False), (0.2, True)])
+def test_colours_hold_a_picture_against_a_little_contradiction(contradiction, moves):
+    """As of a neighbour that lies wrong itself, or of a thin wall."""
+    here, there = PlacementFit(contradiction, 0.1), PlacementFit(0.0, 2.0)
+    assert list(moved(ties(3, 4), {**POSES, 5: at(0.3)}, here, there)) == ([5] if moves else [])
+
+
 def test_what_no_tie_holds_goes_where_two_ties_or_a_strong_one_say():
     poses = {**POSES, 5: at(0.3)}
     assert list(moved(ties(0, 2), poses)) == [5]
@@ -114,6 +121,7 @@ def test_the_way_of_the_camera_holds_a_picture():
         (PlacementFit(0.0, None), PlacementFit(0.0, 3.0), True),
         (PlacementFit(0.0, 1.0), PlacementFit(0.0, 3.0), False),
         (FITS, PlacementFit(0.2, 1.0), False),
+        (FITS, PlacementFit(0.07, 1.0), True),  # hardly more than may be contradicted where it belongs
     ],
 )
 def test_what_fits_two_places_alike_is_undecided_however_many_ties_hold_it(here, there, is_undecided):
