@@ -41,6 +41,7 @@ class Parts:
         self._table, self._usual_colors = by_picture(pairs), _usual_colors(pairs)
         self._support = pair_support(pairs, self._usual_colors)
         self._pairs = surest_first(pairs, self._support)
+        self._supported = by_picture([pair for pair in pairs if not self._is_unsupported([pair])])
         self._placed = PlacedPictures(keyframes, config.free_space)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
@@ -83,7 +84,7 @@ class Parts:
 
     @property
     def _reassignment(self) -> Reassignment:
-        return Reassignment(self._placed, self._table, self._usual_colors, self._config)
+        return Reassignment(self._placed, self._supported, self._usual_colors, self._config)
 
     def _reassign(self, part: int) -> bool:
         moved = self._reassignment.moved(self._poses_of(part))
