@@ -28,6 +28,9 @@ MOST_PLACES = 4  # to which ties would put a part that are tested; there are few
 LEAST_SUPPORT = (
     -5.0
 )  # of ties on average: those of one place have more than -3, some through doors, those of two -5 to -20
+FEW_TIMES = (
+    2.0  # what may differ of all that two parts share: ties are few, and edges as through doors are much of them
+)
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
@@ -167,7 +170,8 @@ class Parts:
             if not is_sure(chosen):
                 return None
             rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
-            if self._is_unsupported(chosen) or self._is_contradicted(home, away, motions[best[0]]):
+            is_false = self._is_unsupported(chosen) or self._have_other_colors(chosen)
+            if is_false or self._is_contradicted(home, away, motions[best[0]]):
                 left[best] = False
             elif len(best) >= MAJORITY * len(rivals):
                 return motions[best[0]]
@@ -183,6 +187,13 @@ class Parts:
             return False
         support = np.average([self._support[tie.ends] for tie in ties], weights=[tie.weight for tie in ties])
         return bool(support < LEAST_SUPPORT)
+
+    def _have_other_colors(self, ties: Sequence[MeasuredPair]) -> bool:
+        """Whether pictures that ties put on each other differ far more in colour than pictures so far apart do: enough
+        where no third picture shows what both do, so that there are no triangles."""
+        usual = self._usual_colors.at([tie.separation for tie in ties])
+        excess = float(np.mean([tie.other_colors for tie in ties])) / float(usual.mean())
+        return excess > FEW_TIMES * self._config.submaps.max_color_excess
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw

@@ -160,6 +160,13 @@ def test_ties_that_nothing_speaks_against_join_wherever_colours_differ_as_throug
     assert len(parts.members) == 1
 
 
+@pytest.mark.parametrize(("colors", "n_parts"), [(0.05, 1), (0.08, 2)])
+def test_ties_of_far_other_colours_join_nothing_where_there_are_no_triangles(ring, colors, n_parts):
+    usual = [replace(p, other_colors=0.01) for p in halves(ring)]
+    parts = grown([*ties(ring, [(0, 13), (6, 7)], 0.0, other_colors=colors), *usual])
+    assert len(parts.members) == n_parts
+
+
 def sorted_by_support(pairs):
     usual = UsualColors([p.separation for p in pairs], [p.other_colors for p in pairs])
     return surest_first(pairs, pair_support(pairs, usual))

@@ -168,13 +168,29 @@ def test_pictures_that_moved_are_smoothed_where_they_are_and_what_is_left_is_par
     parts.grow()
     assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5], [6]]
     further = [pair(0, 6, 0.3), *(pair(n, 6, 0.9 - 0.1 * n) for n in (3, 4, 5))]
-    parts._table = by_picture([*parts._pairs, *further])
+    parts._table = parts._supported = by_picture([*parts._pairs, *further])
     parts._pairs += further
     for other, x_m in ((part, x) for part, x in ((parts.part_of[3], TWIN_M), (6, 0.3))):
         parts._join(parts.part_of[0], other, at(x_m) @ np.linalg.inv(parts.poses[3 if other != 6 else 6]))
     assert parts.reassign()
     assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5, 6]]
     np.testing.assert_allclose(np.linalg.inv(parts.poses[3]) @ parts.poses[6], at(0.6), atol=1e-6)
+
+
+def test_pairs_that_triangles_speak_against_move_nothing(monkeypatch):
+    """Picture 6 lies where one pair puts it; three say that it lies at the other place."""
+    monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
+    places = [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)]]
+    there = [pair(n, 6, 0.9 - 0.1 * n) for n in (3, 4, 5)]
+    parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
+    poses = {0: 0.0, 1: 0.1, 2: 0.2, 3: TWIN_M, 4: TWIN_M + 0.1, 5: TWIN_M + 0.2, 6: 0.3}
+    poses = {n: at(x_m) for n, x_m in poses.items()}
+    assert list(parts._reassignment.moved(poses)) == [6]
+    monkeypatch.setattr(
+        "slam.sparse.parts.pair_support", lambda pairs, _: {p.ends: -10.0 * (p in there) for p in pairs}
+    )
+    parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
+    assert not parts._reassignment.moved(poses)
 
 
 class Compared(NamedTuple):
