@@ -25,12 +25,10 @@ from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment
 
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
-LEAST_SUPPORT = (
-    -5.0
-)  # of ties on average: those of one place have more than -3, some through doors, those of two -5 to -20
-FEW_TIMES = (
-    2.0  # what may differ of all that two parts share: ties are few, and edges as through doors are much of them
-)
+# Of ties on average: those of one place have -3 and more, as through doors; those of two, -5 to -20.
+LEAST_SUPPORT = -5.0
+# Times the other colours that two parts may have on the whole: ties are few, and mostly edges, as through doors.
+FEW_TIMES = 2.0
 MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
