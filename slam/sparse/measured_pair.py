@@ -17,6 +17,8 @@ BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
 LAST_RANK = 6  # times the usual share of other colours, from which all pairs are equally bad
 
+Numbers = tuple[int, int]  # of two pictures
+
 
 @dataclass(frozen=True)
 class MeasuredPair:
@@ -37,7 +39,7 @@ class MeasuredPair:
         return self.n_features * self.score
 
     @property
-    def ends(self) -> tuple[int, int]:
+    def ends(self) -> Numbers:
         """The numbers of both pictures."""
         return self.edge.a, self.edge.b
 
@@ -58,7 +60,7 @@ def by_picture(pairs: Sequence[MeasuredPair]) -> dict[int, dict[int, MeasuredPai
     return dict(result)
 
 
-def surest_first(pairs: Sequence[MeasuredPair], support: Mapping[tuple[int, int], float]) -> list[MeasuredPair]:
+def surest_first(pairs: Sequence[MeasuredPair], support: Mapping[Numbers, float]) -> list[MeasuredPair]:
     """Pictures taken one after the other first, then pairs whose colours differ no more than in the better pairs of
     both pictures, no more than twice as much, and so on, of these the ones with most support, see `pair_support`, of
     equals those with most features."""

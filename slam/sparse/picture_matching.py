@@ -25,7 +25,7 @@ from slam.frontend.rigid_matches import RigidMotion
 from slam.frontend.wide_features import WideFeatures
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
-from slam.sparse.measured_pair import MeasuredPair
+from slam.sparse.measured_pair import MeasuredPair, Numbers
 
 ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
 SHORTLIST = 20  # of these
@@ -35,8 +35,6 @@ LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
-
-Numbers = tuple[int, int]
 
 
 class PictureMatching:

@@ -186,8 +186,9 @@ def test_pairs_that_triangles_speak_against_move_nothing(monkeypatch):
     poses = {0: 0.0, 1: 0.1, 2: 0.2, 3: TWIN_M, 4: TWIN_M + 0.1, 5: TWIN_M + 0.2, 6: 0.3}
     poses = {n: at(x_m) for n, x_m in poses.items()}
     assert list(parts._reassignment.moved(poses)) == [6]
+    against = {one.ends for one in there}
     monkeypatch.setattr(
-        "slam.sparse.parts.pair_support", lambda pairs, _: {p.ends: -10.0 * (p in there) for p in pairs}
+        "slam.sparse.parts.pair_support", lambda pairs, _: {p.ends: -10.0 * (p.ends in against) for p in pairs}
     )
     parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
     assert not parts._reassignment.moved(poses)
