@@ -92,5 +92,4 @@ def _posting() -> array[int]:
 
 
 def _joined(postings: Iterable[array[int]]) -> Int64Array:
-    views = [np.frombuffer(posting, np.uintc) for posting in postings]
-    return np.concatenate([np.zeros(0, np.int64), *views], dtype=np.int64)
+    return np.frombuffer(b"".join(postings), np.uintc).astype(np.int64)

@@ -13,13 +13,14 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
-from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
+from slam.frontend.view_registration import GridPair, ViewRegistration, is_at_rest, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
 # A start by features alone is off by so much at the most; what it contradicts beyond that is another place.
 START_OFF_M, MAX_START_CONTRADICTION = 0.1, 0.1
+COARSE_OFF_M = 0.02  # that the coarse level is off by, where it leads anywhere
 MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
 
 
@@ -41,7 +42,7 @@ class VerifiedRegistration:
             guesses: keyframe_from_view (4, 4) to start from.
             calibration: the colour camera as known so far.
         """
-        return self._verified(keyframe, view, guesses, calibration, wide=False)
+        return self._verified(keyframe, view, guesses, calibration, None)
 
     def recognise(
         self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
@@ -54,48 +55,100 @@ class VerifiedRegistration:
             guesses: keyframe_from_view (4, 4) to start from, if any.
             calibration: the colour camera as known so far.
         """
-        result = self._verified(keyframe, view, guesses, calibration, wide=True)
-        return None if result is None or result.n_features < MIN_FEATURES else result
+        result = self._verified(keyframe, view, guesses, calibration, wide_matches(keyframe, view))
+        return result if _shows_the_same(result) else None
 
-    def rigid_motion(self, keyframe: Keyframe, view: View) -> RigidMotion | None:
+    def recognise_by(
+        self, rigid: RigidMatches, keyframe: Keyframe, view: View, calibration: ColorCalibration, grids: GridPair
+    ) -> IcpResult | None:
+        """The same from where features that match from afar lead, in two steps: what space or colours contradict after
+        the coarse level is not followed any further.
+
+        Args:
+            rigid: the features, of which enough lead there.
+            keyframe: what the view is registered to.
+            view: the view.
+            calibration: the colour camera as known so far.
+            grids: the coarsest of keyframe and view.
+        """
+        motion = self._registration.coarse(keyframe.view, view, rigid, calibration, grids)
+        if not self._is_possible(keyframe, view, motion, COARSE_OFF_M, self._settings.max_contradiction):
+            return None
+        start = self._registration.refine(self._keyframes.view(keyframe), view, motion, calibration, rigid)
+        result = self._checked(keyframe, view, self._settled(keyframe, view, start, calibration, rigid))
+        return result if _shows_the_same(result) else None
+
+    def rigid_motion(self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None) -> RigidMotion | None:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
-        few features lie as far from each other in both, or where space or colours contradict the motion these have."""
-        rigid = RigidMatches(keyframe.view.wide.features, view.wide.features)
+        few features lie as far from each other in both, or where space or colours contradict the motion these have.
+
+        Args:
+            keyframe: what it lies in front of.
+            view: the view.
+            rigid: features of both that match from afar, where they are known.
+        """
+        rigid = rigid or wide_matches(keyframe, view)
         if not rigid.is_sure:
             return None
         motion = rigid.motion()
-        standing = contradiction(keyframe.view, view, motion, self._free_space, START_OFF_M)
-        is_possible = standing <= MAX_START_CONTRADICTION and self._looks_alike(keyframe, view, motion)
+        is_possible = self._is_possible(keyframe, view, motion, START_OFF_M, MAX_START_CONTRADICTION)
         return RigidMotion(motion, rigid.n_explained) if is_possible else None
 
     def _verified(
-        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
+        self,
+        keyframe: Keyframe,
+        view: View,
+        guesses: Sequence[Float64Array],
+        calibration: ColorCalibration,
+        rigid: RigidMatches | None,
     ) -> IcpResult | None:
-        result = self._settled(keyframe, view, guesses, calibration, wide)
+        start = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, rigid)
+        return self._checked(keyframe, view, self._settled(keyframe, view, start, calibration, rigid))
+
+    def _checked(self, keyframe: Keyframe, view: View, result: IcpResult | None) -> IcpResult | None:
+        """A registration that space and colours bear out."""
         if result is None:
             return None
-        motion = result.target_from_source
-        if contradiction(keyframe.view, view, motion, self._free_space) > self._settings.max_contradiction:
-            return None
-        return result if self._looks_alike(keyframe, view, motion) else None
+        motion, most = result.target_from_source, self._settings.max_contradiction
+        return result if self._is_possible(keyframe, view, motion, 0.0, most) else None
+
+    def _is_possible(
+        self, keyframe: Keyframe, view: View, motion: Float64Array, off_m: float, max_contradiction: float
+    ) -> bool:
+        """Whether space, and colours, bear out a motion that may be off by so much."""
+        standing = contradiction(keyframe.view, view, motion, self._free_space, off_m)
+        return standing <= max_contradiction and self._looks_alike(keyframe, view, motion)
 
     def _looks_alike(self, keyframe: Keyframe, view: View, motion: Float64Array) -> bool:
         alike = color_correlation(keyframe.view, view, motion, self._free_space)
         return alike >= self._settings.min_color_correlation
 
     def _settled(
-        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration, wide: bool
+        self,
+        keyframe: Keyframe,
+        view: View,
+        start: IcpResult | None,
+        calibration: ColorCalibration,
+        rigid: RigidMatches | None,
     ) -> IcpResult | None:
         """A registration that came to rest where features or depth agree, and leave no direction open."""
-        target = self._keyframes.view(keyframe)
-        result = self._registration.register(target, view, guesses, calibration, wide)
+        target, result = self._keyframes.view(keyframe), start
         for _ in range(MORE_ROUNDS):
             if result is None or not self._holds(result):
                 return None
             if is_at_rest(result):
                 return result
-            result = self._registration.refine(target, view, result.target_from_source, calibration, wide)
+            result = self._registration.refine(target, view, result.target_from_source, calibration, rigid)
         return None
 
     def _holds(self, result: IcpResult) -> bool:
         return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES)
+
+
+def wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:
+    """The features of a keyframe and a view that match from afar."""
+    return RigidMatches(keyframe.view.wide.features, view.wide.features)
+
+
+def _shows_the_same(result: IcpResult | None) -> bool:
+    return result is not None and result.n_features >= MIN_FEATURES

@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.features import Features
-from slam.frontend.wide_features import match_wide_features
+from slam.frontend.wide_features import RootPair, match_wide_features
 
 # Matched features whose distance is the same in both views but for so much, some of it for each metre of depth, may
 # belong to one scene.
@@ -37,21 +37,34 @@ class RigidMotion(NamedTuple):
 
 class RigidMatches:
     """The largest set of matched features of two views that agree with one of them. `pairs`: all matches (M, 2) of
-    (target, source) features, those without a depth in the source, too."""
+    (target, source) features, those without a depth in the source, too. `roots`: see `match_wide_features`."""
 
-    def __init__(self, target: Features, source: Features) -> None:
-        self.pairs = match_wide_features(target, source)
+    def __init__(self, target: Features, source: Features, roots: RootPair | None = None) -> None:
+        self.pairs = match_wide_features(target, source, roots)
         t, s = self.pairs.T
         t, s = (numbers[source.depth_m[s] > 0] for numbers in (t, s))
-        there, here = _points(target, t), _points(source, s)
+        self._there, self._here = _points(target, t), _points(source, s)
         depth_m = np.maximum(target.depth_m[t], source.depth_m[s])
-        margin_m = SAME_DISTANCE_M + SAME_DISTANCE_SHARE * np.maximum(depth_m, depth_m[:, None])
-        agree: BoolArray = np.abs(cdist(there, there) - cdist(here, here)) < margin_m
-        self._margin_m = margin_m.diagonal()
-        best = agree[int(agree.sum(axis=1).argmax())] if len(t) else np.zeros(0, bool)
-        self._kept = _consistent(np.flatnonzero(best), agree)
-        self._there, self._here = there, here
-        self.n_agreeing = int(best.sum())  # of views that share nothing hardly any have a dozen
+        self._margin_m = SAME_DISTANCE_M + SAME_DISTANCE_SHARE * depth_m
+
+    @property
+    def n_agreeing(self) -> int:
+        """How many matches agree with one of them, itself included; of views that share nothing hardly any have a
+        dozen."""
+        return len(self._agreeing)
+
+    @cached_property
+    def _agreeing(self) -> IndexArray:
+        """The numbers of these."""
+        n_agreeing = self._agree.sum(axis=1)
+        return np.flatnonzero(self._agree[int(n_agreeing.argmax())]) if len(n_agreeing) else np.zeros(0, np.intp)
+
+    @cached_property
+    def _agree(self) -> BoolArray:
+        """Which matches (M, M) are as far from each other in both views."""
+        margin_m = np.maximum(self._margin_m, self._margin_m[:, None])
+        agree: BoolArray = np.abs(cdist(self._there, self._there) - cdist(self._here, self._here)) < margin_m
+        return agree
 
     def motion(self) -> Float64Array:
         """target_from_source (4, 4) as those have it that agree with most others, and then all that it explains; of
@@ -66,12 +79,13 @@ class RigidMatches:
     @property
     def is_sure(self) -> bool:
         """Whether enough features agree, and the motion explains enough."""
-        return self.n_agreeing >= MIN_INLIERS and self.n_explained >= ENOUGH_EXPLAINED
+        n_matches = len(self._margin_m)
+        return n_matches >= MIN_INLIERS and self.n_agreeing >= MIN_INLIERS and self.n_explained >= ENOUGH_EXPLAINED
 
     @cached_property
     def _best(self) -> tuple[Float64Array, BoolArray]:
         """The motion that explains most, and what it explains (M,)."""
-        best = self._explained(self._kept)
+        best = self._explained(_consistent(self._agreeing, self._agree))
         for _ in range(ROUNDS):
             if best[1].sum() < LEAST:
                 break

@@ -89,14 +89,17 @@ def levels(descriptors: Uint8Array) -> Uint8Array:
     )
 
 
-def match_wide_features(target: Features, source: Features) -> IndexArray:
+RootPair = tuple[Float32Array, Float32Array]  # of a target's and a source's features, see `root_sift`
+
+
+def match_wide_features(target: Features, source: Features, roots: RootPair | None = None) -> IndexArray:
     """Pairs (M, 2) of (target, source) features that are each other's nearest by far, of which the target has a
-    depth."""
+    depth; roots: what `root_sift` makes of the descriptors of both, where it is known."""
     with_depth = np.flatnonzero(target.depth_m > 0)
     if len(with_depth) < 2 or len(source) < 2:
         return np.zeros((0, 2), np.intp)
-    cosine = _root_sift(source.descriptors) @ _root_sift(target.descriptors[with_depth]).T
-    cosine = np.minimum(cosine, SAME_COSINE)
+    of_target, of_source = roots or (root_sift(target.descriptors), root_sift(source.descriptors))
+    cosine = np.minimum(of_source @ of_target[with_depth].T, SAME_COSINE)
     rows, nearest = np.arange(len(source)), cosine.argmax(axis=1)
     mutual, best = cosine.argmax(axis=0)[nearest] == rows, cosine[rows, nearest]
     cosine[rows, nearest] = -1.0
@@ -105,7 +108,8 @@ def match_wide_features(target: Features, source: Features) -> IndexArray:
     return np.column_stack([with_depth[nearest[kept]], kept])
 
 
-def _root_sift(descriptors: Uint8Array) -> Float32Array:
+def root_sift(descriptors: Uint8Array) -> Float32Array:
+    """Descriptors (N, 128) of length one of packed ones (N, 64)."""
     root = levels(descriptors).astype(np.float32)
     result: Float32Array = root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), np.float32(1e-6))
     return result

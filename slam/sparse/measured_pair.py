@@ -15,6 +15,7 @@ from slam.pose_edge import PoseEdge
 ALONE_FEATURES = 20  # that agree, for a single pair to be believed: fewer may agree on a look-alike
 BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
+LEAST_SCORE = 0.01  # features say something where no depth agrees, too
 LAST_RANK = 6  # times the usual share of other colours, from which all pairs are equally bad
 
 Numbers = tuple[int, int]  # of two pictures
@@ -36,7 +37,7 @@ class MeasuredPair:
     @property
     def weight(self) -> float:
         """How much it says beside others: by the features that agree, and how well the rest does."""
-        return self.n_features * self.score
+        return self.n_features * max(self.score, LEAST_SCORE)
 
     @property
     def ends(self) -> Numbers:

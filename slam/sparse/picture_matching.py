@@ -6,11 +6,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from razer.arrays import Float64Array
+from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
@@ -18,11 +20,12 @@ from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.frontend.features import Features, depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
-from slam.frontend.rigid_matches import RigidMotion
-from slam.frontend.wide_features import WideFeatures
+from slam.frontend.rigid_matches import RigidMatches, RigidMotion
+from slam.frontend.wide_features import WideFeatures, root_sift
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair, Numbers
@@ -37,6 +40,14 @@ SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour cam
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
 
+class RigidPair(NamedTuple):
+    """Two pictures of which enough features lie as far from each other."""
+
+    pair: Numbers
+    matches: RigidMatches
+    motion: RigidMotion
+
+
 class PictureMatching:
     """Pictures in the order of their stamps, and the pairs of them that were measured. `quality`: that of each
     picture's best pair."""
@@ -45,7 +56,7 @@ class PictureMatching:
         self._config = config
         self.keyframes, self.places = Keyframes(), PlaceRecognition()
         self.calibration = ColorCalibration.nominal()
-        self._measured: list[MeasuredPair] = []
+        self._measured: dict[Numbers, MeasuredPair] = {}
         self.quality: dict[int, TrackingQuality] = {}
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
@@ -54,15 +65,17 @@ class PictureMatching:
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
+        self._roots = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._root_sift)
+        self._coarsest = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._grid)
 
     @property
     def pairs(self) -> list[MeasuredPair]:
         """All that were measured. Where most pictures show what the one before does, the camera was carried from one to
         the next, which says more than any look: places repeat."""
-        ends = [(pair.edge.a, pair.edge.b) for pair in self._measured]
-        if len(self._consecutive.intersection(ends)) < IN_ORDER * len(self._consecutive):
-            return list(self._measured)
-        return [replace(pair, is_next=end in self._consecutive) for pair, end in zip(self._measured, ends, strict=True)]
+        pairs = list(self._measured.values())
+        if len(self._consecutive & self._measured.keys()) < IN_ORDER * len(self._consecutive):
+            return pairs
+        return [replace(pair, is_next=pair.ends in self._consecutive) for pair in pairs]
 
     def learn_camera(self) -> None:
         """Learn the colour camera, and read the depths of features where it saw them."""
@@ -70,11 +83,12 @@ class PictureMatching:
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
-            result = self._registered(a, b) if self._rigid_motion(a, b) else None
+            result = self._registered(a, b) if self._rigid(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
         for keyframe in self.keyframes.all:
             keyframe.view = _seen_by(keyframe.view, self.calibration)
+        self._roots.cache_clear()
 
     def candidates(self) -> list[Numbers]:
         """The pairs that are worth measuring: those that follow each other, and of few pictures all, else those that
@@ -111,17 +125,25 @@ class PictureMatching:
         none that others tell already."""
         untried = self._untried(pairs)
         self._tried.update(untried)
-        rigid = {pair: self._rigid_motion(*pair) for pair in untried}
-        found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
-        for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
-            if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
-                self._measure(a, b)
+        found = [one for one in (self._rigid(*pair) for pair in untried) if one is not None]
+        for rigid in sorted(found, key=lambda one: -one.motion.n_explained):
+            if self._n_ways(*rigid.pair, rigid.motion.target_from_source) < ENOUGH_WAYS:
+                self._take(*rigid.pair, self._followed(rigid))
 
     def _untried(self, pairs: Iterable[Numbers]) -> list[Numbers]:
         return [pair for pair in pairs if pair not in self._tried]
 
-    def _rigid_motion(self, a: int, b: int) -> RigidMotion | None:
-        return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view)
+    def _rigid(self, a: int, b: int) -> RigidPair | None:
+        target, view = self.keyframes[a], self.keyframes[b].view
+        matches = RigidMatches(target.view.wide.features, view.wide.features, (self._roots(a), self._roots(b)))
+        motion = self.registration.rigid_motion(target, view, matches)
+        return None if motion is None else RigidPair((a, b), matches, motion)
+
+    def _root_sift(self, number: int) -> Float32Array:
+        return root_sift(self.keyframes[number].view.wide.features.descriptors)
+
+    def _grid(self, number: int) -> SurfaceGrid:
+        return self.keyframes[number].view.pyramid.coarsest()
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that were registered to both a motion (4, 4) is said already."""
@@ -130,14 +152,17 @@ class PictureMatching:
 
     def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> bool:
         self._tried.add((a, b))
-        result = self._registered(a, b, guesses)
+        return self._take(a, b, self._registered(a, b, guesses))
+
+    def _take(self, a: int, b: int, result: IcpResult | None) -> bool:
         if result is None:
             return False
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
         colors = other_colors(*views, motion, self._config.free_space) or 0.0
-        pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
-        self._measured.append(pair)
+        apart = separation(*views, motion)
+        pair = MeasuredPair(edge, result.n_features, result.score, colors, apart)
+        self._measured[a, b] = pair
         self._ties[a][b] = self._ties[b][a] = pair
         quality = TrackingQuality.of(result)
         for n in (a, b):
@@ -149,11 +174,16 @@ class PictureMatching:
         target, source = self.keyframes[a], self.keyframes[b]
         return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
 
+    def _followed(self, rigid: RigidPair) -> IcpResult | None:
+        a, b = rigid.pair
+        view, grids = self.keyframes.view(self.keyframes[b]), (self._coarsest(a), self._coarsest(b))
+        return self.registration.recognise_by(rigid.matches, self.keyframes[a], view, self.calibration, grids)
+
 
 def _seen_by(view: View, calibration: ColorCalibration) -> View:
     """A view whose features lie where a colour camera saw them."""
     features, wide = (_deep(part, view, calibration) for part in (view.features, view.wide.features))
-    return replace(view, features=features, wide=WideFeatures.known(wide))
+    return replace(view, features=features, wide=WideFeatures.known(wide.select(wide.depth_m > 0)))
 
 
 def _deep(features: Features, view: View, calibration: ColorCalibration) -> Features:

@@ -21,6 +21,7 @@ from slam.frontend.keyframes import View
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
 DARK = 4.0  # grey levels of noise, so that black has a logarithm
+LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
@@ -87,23 +88,24 @@ def _difference(
     here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
-    colors, others = _logarithms(view), _logarithms(other)
-    gain = np.median(others.reshape(-1, 3)[there] - colors.reshape(-1, 3)[here], axis=0)
-    least, greatest = _range_about(colors, here, np.rint(1 / span) - 1)
-    darkest, brightest = _range_about(others, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
-    outside = np.maximum(darkest - greatest - gain, least + gain - brightest).max(axis=1)
-    return ColorDifference(float((outside > OTHER).mean()), len(here))
+    gain = np.median(_logarithms(other, there) - _logarithms(view, here), axis=1)[:, None]
+    least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
+    darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
+    outside = np.maximum(darkest - greatest - gain, least + gain - brightest)
+    is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > OTHER
+    return ColorDifference(float(is_other.mean()), len(here))
 
 
-def _range_about(image: Float32Array, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
-    """The least and the greatest values (M, 3) of an image (H, W, 3) within radii (M,) of pixels."""
-    radii = radii.clip(0, WIDEST).astype(int)
-    squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(radii.max(initial=0) + 1)]
+def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
+    """The least and the greatest logarithms (3, M) of the colours of a view within radii (M,) of pixels."""
+    rounded = radii.clip(0, WIDEST).astype(np.intp)
+    squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(rounded.max(initial=0) + 1)]
+    which = rounded * view.sparse_depth.size + pixels
     least, greatest = (
-        np.stack([filtered(image, square) for square in squares]).reshape(len(squares), -1, 3)[radii, pixels]
+        np.stack([filtered(view.sparse_rgb, square) for square in squares]).reshape(-1, 3).take(which, axis=0)
         for filtered in (cv2.erode, cv2.dilate)
     )
-    return least, greatest
+    return LOGARITHMS[least.T], LOGARITHMS[greatest.T]
 
 
 def _same_surface(
@@ -118,12 +120,13 @@ def _same_surface(
     return here[near], there[near], times_finer * own_z.astype(np.float64) / z[near]
 
 
-def _centred(view: View, pixel: IndexArray) -> Float64Array:
-    logarithms = _logarithms(view).reshape(-1, 3)[pixel].astype(np.float64)
+def _centred(view: View, pixels: IndexArray) -> Float64Array:
+    logarithms = _logarithms(view, pixels).T.astype(np.float64)
     result: Float64Array = logarithms - logarithms.mean(axis=0)
     return result
 
 
-def _logarithms(view: View) -> Float32Array:
-    """Of the colours (H, W, 3)."""
-    return np.log(view.sparse_rgb.astype(np.float32) + np.float32(DARK))
+def _logarithms(view: View, pixels: IndexArray) -> Float32Array:
+    """Of the colours (3, M) of pixels."""
+    result: Float32Array = LOGARITHMS[view.sparse_rgb.reshape(-1, 3).take(pixels, axis=0).T]
+    return result

@@ -22,22 +22,24 @@ def reprojected(view: View, other: View, other_from_view: Float64Array) -> tuple
         other: the view they are projected into.
         other_from_view: (4, 4) the motion between them.
     """
-    pixel, (x, y, z) = _points(view, other_from_view)
     k = other.sparse_intrinsics
+    pixel, (x, y, z) = _points(view, other_from_view)
     column, row = np.rint(x / z * k.fx + k.cx), np.rint(y / z * k.fy + k.cy)
     inside = np.flatnonzero((column >= 0) & (column < k.width) & (row >= 0) & (row < k.height))
     there = row[inside] * k.width + column[inside]
     return pixel[inside], there.astype(np.intp), z[inside]
 
 
-def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, Float64Array]:
-    """The pixels (M,) of readings in front of another camera, and their points (3, M) there."""
-    depth, (rotation, shift) = view.sparse_depth.ravel().astype(np.float64), np.split(other_from_view[:3], [3], axis=1)
+def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, tuple[Float64Array, ...]]:
+    """The pixels (M,) of readings in front of another camera, and x, y and z (M,) of their points there."""
+    pixel = np.flatnonzero(view.sparse_depth.view(np.uint16))  # the same as of halves, which take three times as long
+    depth = view.sparse_depth.ravel()[pixel].astype(np.float64)
+    u, v = (each[pixel] for each in _rays(view.sparse_intrinsics))
+    rotation, shift = other_from_view[:3, :3].tolist(), other_from_view[:3, 3].tolist()
     # Written out, as products of large and tiny matrices take longer.
-    u, v = _rays(view.sparse_intrinsics)
-    points = np.stack([(r[0] * u + r[1] * v + r[2]) * depth + t for r, (t,) in zip(rotation, shift, strict=True)])
-    pixel = np.flatnonzero((depth > 0) & (points[2] > MIN_DEPTH_M))
-    return pixel, points[:, pixel]
+    x, y, z = ((r[0] * u + r[1] * v + r[2]) * depth + t for r, t in zip(rotation, shift, strict=True))
+    ahead = z > MIN_DEPTH_M
+    return (pixel, (x, y, z)) if ahead.all() else (pixel[ahead], (x[ahead], y[ahead], z[ahead]))
 
 
 @lru_cache(maxsize=8)

@@ -10,8 +10,9 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor, Features
 from slam.frontend.keyframes import STILL, View
+from slam.frontend.rigid_matches import RigidMatches
 from slam.frontend.view_registration import ViewRegistration, is_trusted
-from slam.frontend.wide_features import WideFeatures, levels, match_wide_features, packed
+from slam.frontend.wide_features import WideFeatures, levels, match_wide_features, packed, root_sift
 from slam.se3 import angle_deg, length_m
 
 NOMINAL = ColorCalibration.nominal()
@@ -71,9 +72,23 @@ def test_views_of_a_real_kitchen_apart_are_registered_without_a_guess(real_data,
     clip, extractor = open_sequence(real_data / "redkitchen"), FeatureExtractor(SlamConfig())
     frames = [clip[first], clip[second]]
     target, source = (View.of(f, extractor.extract(f, NOMINAL), STILL, SlamConfig()) for f in frames)
-    result = ViewRegistration(SlamConfig()).register(target, source, [], NOMINAL, wide=True)
+    rigid = RigidMatches(target.wide.features, source.wide.features)
+    result = ViewRegistration(SlamConfig()).register(target, source, [], NOMINAL, rigid)
     assert result is not None
     assert is_trusted(result)
     off = inverse(inverse(frames[0].pose) @ frames[1].pose) @ result.target_from_source
     assert length_m(off) < 0.08
     assert angle_deg(off) < 3.0
+
+
+def test_known_roots_lead_to_the_same_matches(real_data):
+    from data_tools.registry import open_sequence
+
+    clip, extractor = open_sequence(real_data / "redkitchen"), FeatureExtractor(SlamConfig())
+    views = [View.of(clip[n], extractor.extract(clip[n], NOMINAL), STILL, SlamConfig()) for n in (0, 8)]
+    target, source = (view.wide.features for view in views)
+    pairs = match_wide_features(target, source)
+    assert len(pairs) > 50
+    roots = root_sift(target.descriptors), root_sift(source.descriptors)
+    assert np.array_equal(match_wide_features(target, source, roots), pairs)
+    assert not np.array_equal(match_wide_features(target, source, (roots[0][::-1], roots[1])), pairs)
