@@ -18,7 +18,7 @@ from razer.geometry import inverse
 from slam.backend.submaps.merge_hypotheses import MAJORITY
 from slam.sparse.measured_pair import MeasuredPair, Numbers, same_poses, told_poses
 
-MOST_ASKED = 12  # pairs that poses do not bear out, whose pictures are cut apart: the heaviest
+MOST_ASKED = 12  # motions that poses do not bear out, of the heaviest pairs, that may cut a part
 SURE_SUPPORT = 2.0  # by triangles, from which a pair counts in full; without any it does not count
 MOSTLY = 0.5  # share of the weight of pairs that say one thing that triangles must bear out, as false ones say it, too
 FEWEST = 2  # pictures on each side: a single one moves by itself, see `Reassignment`
@@ -42,11 +42,15 @@ def weak_joint(
     is_held, weights = same_poses(told, placed), _weights(pairs, support)
     numbers, ends = np.unique(np.array([pair.ends for pair in pairs]), return_inverse=True)
     ends = ends.reshape(-1, 2)
-    heaviest = np.argsort(-weights, kind="stable").tolist()
-    against = [n for n in heaviest if not is_held[n] and weights[n] > 0]
-    for n in against[:MOST_ASKED]:
+    left = ~is_held & (weights > 0)
+    for _ in range(MOST_ASKED):
+        n = int(np.where(left, weights, -1.0).argmax())
+        if not left[n]:
+            break
         away = told[n] @ inverse(placed[n])
         alike = ~is_held & (same_poses(told, away @ placed) | same_poses(away @ told, placed))
+        left &= ~alike
+        left[n] = False
         side = _near_side(ends[is_held], weights[is_held], len(numbers), ends[n])
         spans = side[ends[:, 0]] != side[ends[:, 1]]
         say_so = float(weights[alike & spans].sum())
