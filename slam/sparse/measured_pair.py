@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array
+from razer.arrays import Float64Array
 from razer.geometry import inverse
-from slam.backend.submaps.merge_hypotheses import SAME_DEG, SAME_M
 from slam.pose_edge import PoseEdge
 
 ALONE_FEATURES = 20  # that agree, for a single pair to be believed: fewer may agree on a look-alike
@@ -73,26 +72,6 @@ def surest_first(pairs: Sequence[MeasuredPair], support: Mapping[Numbers, float]
         return pair.is_next, -color_rank, support[pair.ends], pair.weight
 
     return sorted(pairs, key=lambda pair: (sureness(pair), pair.edge.a, pair.edge.b), reverse=True)
-
-
-def told_poses(pairs: Sequence[MeasuredPair], poses: Mapping[int, Float64Array]) -> tuple[Float64Array, Float64Array]:
-    """Where pairs put their second pictures (N, 4, 4), and where these are (N, 4, 4).
-
-    Args:
-        pairs: one at least.
-        poses: part_from_picture (4, 4) of all of their pictures.
-    """
-    first, second = (np.stack([poses[pair.ends[end]] for pair in pairs]) for end in (0, 1))
-    told: Float64Array = first @ np.stack([pair.edge.a_from_b for pair in pairs])
-    return told, second
-
-
-def same_poses(first: Float64Array, second: Float64Array) -> BoolArray:
-    """Which poses (N, 4, 4) are the same as others, but for drift (N,)."""
-    away_m = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
-    cosine = (np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3]) - 1) / 2
-    same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
-    return same
 
 
 def is_sure(ties: Sequence[MeasuredPair]) -> bool:

@@ -3,7 +3,7 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -12,18 +12,17 @@ from scipy.sparse.csgraph import connected_components
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
-from slam.backend.submaps.merge_hypotheses import MAJORITY, same_motions
+from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
-from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, same_poses, surest_first, told_poses
+from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
 from slam.sparse.pair_support import pair_support
 from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment
-from slam.sparse.weak_joint import weak_joint
 
 MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
 # Of ties on average: those of one place have -3 and more, as through doors; those of two, -5 to -20.
@@ -57,9 +56,9 @@ class Parts:
         parts = cls(keyframes, pairs, config)
         parts.grow()
         for _ in range(ROUNDS):
-            if not parts.mend():
+            if not parts.reassign():
                 break
-        parts.cut()
+            parts.grow()
         parts.leave_undecided()
         return parts
 
@@ -67,28 +66,6 @@ class Parts:
         """Join parts until nothing is left that may be joined."""
         while sum(self._try(pair) for pair in self._pairs):
             pass
-
-    def mend(self) -> bool:
-        """Cut weak joints, move pictures, join what that leaves, and say whether anything changed."""
-        changed = False
-        for was_changed in (self.cut, self.reassign):
-            if was_changed():
-                self.grow()
-                changed = True
-        return changed
-
-    def cut(self) -> bool:
-        """Part parts at joints that are too weak, until none is left, and say whether any was."""
-        n_before = len(self.members)
-        while any(self._cut(part) for part in sorted(self.members)):
-            pass
-        return len(self.members) > n_before
-
-    def _cut(self, part: int) -> bool:
-        side = weak_joint(self._inside(part), self.poses, self._support)
-        if side is not None:
-            self._split(part, lambda pair: (pair.edge.a in side) != (pair.edge.b in side))
-        return side is not None
 
     def reassign(self) -> bool:
         """Move pictures that lie in the wrong one of two look-alike places to the other, part what that leaves without
@@ -101,10 +78,10 @@ class Parts:
         for part in sorted(self.members):
             alone, n_parts = list[int](), 1
             for number in self._reassignment.undecided(self._poses_of(part)):
-                if len(self._tied_together(part, _touches([*alone, number]))) == n_parts + 1:
+                if len(self._tied_together(part, [*alone, number])) == n_parts + 1:
                     alone, n_parts = [*alone, number], n_parts + 1
             if alone:
-                self._split(part, _touches(alone))
+                self._split(part, alone)
 
     @property
     def _reassignment(self) -> Reassignment:
@@ -120,18 +97,18 @@ class Parts:
     def _poses_of(self, part: int) -> dict[int, Float64Array]:
         return {n: self.poses[n] for n in self.members[part]}
 
-    def _split(self, part: int, is_left_out: Callable[[MeasuredPair], bool] = lambda _: False) -> None:
-        """Part what no pair ties together, but for some of them."""
-        tied = self._tied_together(part, is_left_out)
+    def _split(self, part: int, alone: Sequence[int] = ()) -> None:
+        """Part what no pair ties together, but for those of some pictures."""
+        tied = self._tied_together(part, alone)
         del self.members[part]
         for numbers in tied:
             self._set_apart(numbers)
         for numbers in tied:
             self._smooth(min(numbers))
 
-    def _tied_together(self, part: int, is_left_out: Callable[[MeasuredPair], bool]) -> list[list[int]]:
+    def _tied_together(self, part: int, alone: Sequence[int]) -> list[list[int]]:
         """The numbers of a part's pictures, by what pairs that its poses bear out tie together."""
-        edges = [pair.edge for pair in self.agreeing(part) if not is_left_out(pair)]
+        edges = [pair.edge for pair in self.agreeing(part) if not {pair.edge.a, pair.edge.b} & {*alone}]
         tied = components(len(self._keyframes), edges)[self.members[part]]
         return [[n for n, t in zip(self.members[part], tied, strict=True) if t == one] for one in np.unique(tied)]
 
@@ -145,13 +122,14 @@ class Parts:
 
     def agreeing(self, part: int) -> list[MeasuredPair]:
         """The pairs within a part that its poses bear out."""
-        inside = self._inside(part)
-        is_held = same_poses(*told_poses(inside, self.poses)) if inside else ()
-        return [pair for pair, is_same in zip(inside, is_held, strict=True) if is_same]
-
-    def _inside(self, part: int) -> list[MeasuredPair]:
-        """The pairs within a part."""
-        return [p for p in self._pairs if self.part_of[p.edge.a] == self.part_of[p.edge.b] == part]
+        inside = [p for p in self._pairs if self.part_of[p.edge.a] == self.part_of[p.edge.b] == part]
+        if not inside:
+            return []
+        first, second = (
+            np.stack([self.poses[n] for n in ends]) for ends in zip(*(p.ends for p in inside), strict=True)
+        )
+        told = first @ np.stack([p.edge.a_from_b for p in inside])
+        return [pair for pair, is_same in zip(inside, _same(told, second), strict=True) if is_same]
 
     def _try(self, pair: MeasuredPair) -> bool:
         """Join the parts that a pair ties together, if that is sure enough."""
@@ -259,11 +237,6 @@ def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Ma
     return graph.smooth()
 
 
-def _touches(pictures: Sequence[int]) -> Callable[[MeasuredPair], bool]:
-    """Whether a pair is of one of some pictures."""
-    return lambda pair: bool({*pair.ends} & {*pictures})
-
-
 def _usual_colors(pairs: Sequence[MeasuredPair]) -> UsualColors:
     return UsualColors([pair.separation for pair in pairs], [pair.other_colors for pair in pairs])
 
@@ -272,6 +245,14 @@ def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
     """Numbers, of those that are left (N,), of the largest group that is the same (N, N) as one of them."""
     sizes = np.where(left, (same & left).sum(axis=1), 0)
     return np.flatnonzero(same[int(np.argmax(sizes))] & left)
+
+
+def _same(first: Float64Array, second: Float64Array) -> BoolArray:
+    """Which poses (N, 4, 4) are the same as others, but for drift (N,)."""
+    away_m = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
+    cosine = (np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3]) - 1) / 2
+    same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
+    return same
 
 
 def components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:
