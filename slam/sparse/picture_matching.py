@@ -183,7 +183,7 @@ class PictureMatching:
 def _seen_by(view: View, calibration: ColorCalibration) -> View:
     """A view whose features lie where a colour camera saw them."""
     features, wide = (_deep(part, view, calibration) for part in (view.features, view.wide.features))
-    return replace(view, features=features, wide=WideFeatures.known(wide.select(wide.depth_m > 0)))
+    return replace(view, features=features, wide=WideFeatures.known(wide))
 
 
 def _deep(features: Features, view: View, calibration: ColorCalibration) -> Features:
