@@ -13,14 +13,13 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
-from slam.frontend.view_registration import GridPair, ViewRegistration, is_at_rest, is_trusted, leaves_open
+from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
 # A start by features alone is off by so much at the most; what it contradicts beyond that is another place.
 START_OFF_M, MAX_START_CONTRADICTION = 0.1, 0.1
-COARSE_OFF_M = 0.02  # that the coarse level is off by, where it leads anywhere
 MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
 
 
@@ -45,7 +44,12 @@ class VerifiedRegistration:
         return self._verified(keyframe, view, guesses, calibration, None)
 
     def recognise(
-        self, keyframe: Keyframe, view: View, guesses: Sequence[Float64Array], calibration: ColorCalibration
+        self,
+        keyframe: Keyframe,
+        view: View,
+        guesses: Sequence[Float64Array],
+        calibration: ColorCalibration,
+        rigid: RigidMatches | None = None,
     ) -> IcpResult | None:
         """Register a view to a keyframe that appearance or a hypothesis led to: some of its features must agree, too.
 
@@ -54,29 +58,10 @@ class VerifiedRegistration:
             view: the view.
             guesses: keyframe_from_view (4, 4) to start from, if any.
             calibration: the colour camera as known so far.
+            rigid: features of both that match from afar, where they are known.
         """
-        result = self._verified(keyframe, view, guesses, calibration, wide_matches(keyframe, view))
-        return result if _shows_the_same(result) else None
-
-    def recognise_by(
-        self, rigid: RigidMatches, keyframe: Keyframe, view: View, calibration: ColorCalibration, grids: GridPair
-    ) -> IcpResult | None:
-        """The same from where features that match from afar lead, in two steps: what space or colours contradict after
-        the coarse level is not followed any further.
-
-        Args:
-            rigid: the features, of which enough lead there.
-            keyframe: what the view is registered to.
-            view: the view.
-            calibration: the colour camera as known so far.
-            grids: the coarsest of keyframe and view.
-        """
-        motion = self._registration.coarse(keyframe.view, view, rigid, calibration, grids)
-        if not self._is_possible(keyframe, view, motion, COARSE_OFF_M, self._settings.max_contradiction):
-            return None
-        start = self._registration.refine(self._keyframes.view(keyframe), view, motion, calibration, rigid)
-        result = self._checked(keyframe, view, self._settled(keyframe, view, start, calibration, rigid))
-        return result if _shows_the_same(result) else None
+        result = self._verified(keyframe, view, guesses, calibration, rigid or _wide_matches(keyframe, view))
+        return None if result is None or result.n_features < MIN_FEATURES else result
 
     def rigid_motion(self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None) -> RigidMotion | None:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
@@ -87,7 +72,7 @@ class VerifiedRegistration:
             view: the view.
             rigid: features of both that match from afar, where they are known.
         """
-        rigid = rigid or wide_matches(keyframe, view)
+        rigid = rigid or _wide_matches(keyframe, view)
         if not rigid.is_sure:
             return None
         motion = rigid.motion()
@@ -145,10 +130,6 @@ class VerifiedRegistration:
         return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES)
 
 
-def wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:
+def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:
     """The features of a keyframe and a view that match from afar."""
     return RigidMatches(keyframe.view.wide.features, view.wide.features)
-
-
-def _shows_the_same(result: IcpResult | None) -> bool:
-    return result is not None and result.n_features >= MIN_FEATURES

@@ -83,19 +83,13 @@ class DepthPyramid:
     def levels(self) -> tuple[SurfaceGrid, ...]:
         """The grids, the coarsest first."""
         if self._levels is None:
-            self._levels = tuple(surface_grid(*image) for image in reversed(self._images()))
+            depth, intrinsics = self.depth, self.intrinsics
+            grids = [surface_grid(depth, intrinsics)]
+            for _ in range(N_LEVELS - 1):
+                depth, intrinsics = halved(depth, intrinsics)
+                grids.append(surface_grid(depth, intrinsics))
+            self._levels = tuple(reversed(grids))
         return self._levels
-
-    def coarsest(self) -> SurfaceGrid:
-        """The coarsest grid alone, made anew."""
-        return surface_grid(*self._images()[-1])
-
-    def _images(self) -> list[tuple[Float32Array, Intrinsics]]:
-        """The depth images of all levels and their cameras, the finest first."""
-        images = [(self.depth, self.intrinsics)]
-        for _ in range(N_LEVELS - 1):
-            images.append(halved(*images[-1]))
-        return images
 
     @property
     def n_points(self) -> int:

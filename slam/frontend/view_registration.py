@@ -13,7 +13,6 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.correspondences import MIN_INLIERS, Correspondences, solve_pnp
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.frontend.features import match_features
 from slam.frontend.icp import COARSE, FINE, IcpResult, Level, icp
 from slam.frontend.keyframes import View
@@ -45,9 +44,6 @@ MAX_SIGMA_RAD, MAX_SIGMA_M = 0.02, 0.03  # along the least certain axes; trackin
 MAX_LAST_STEP = 1.0  # sigmas; what still moves by more than it is said to be known is not known
 
 
-GridPair = tuple[SurfaceGrid, SurfaceGrid]  # of target and source
-
-
 @dataclass(frozen=True)
 class _ViewPair:
     """All that the registration of one view to another starts from."""
@@ -58,11 +54,11 @@ class _ViewPair:
     calibration: ColorCalibration
     noise: DepthNoise
 
-    def coarse(self, guess: Float64Array, grids: GridPair | None = None) -> Float64Array:
-        """target_from_source after the coarse level alone; grids: those of target and source, where they are known."""
-        target, source = grids or (self.target.pyramid.levels[0], self.source.pyramid.levels[0])
+    def coarse(self, guess: Float64Array) -> Float64Array:
+        """target_from_source after the coarse level alone."""
+        source, target = self.source.pyramid.levels[:1], self.target.pyramid.levels[:1]
         near = self._near(guess)
-        return icp([source], [target], guess, near, self.calibration, self.noise, (COARSE,)).target_from_source
+        return icp(source, target, guess, near, self.calibration, self.noise, (COARSE,)).target_from_source
 
     def fine(self, start: Float64Array, level: Level = FINE) -> IcpResult:
         """The motion after the fine level."""
@@ -150,22 +146,6 @@ class ViewRegistration:
         correspondences = Correspondences.joined(self._correspondences(target, source, matches, rigid))
         return self._pair(target, source, correspondences, calibration).fine(guess)
 
-    def coarse(
-        self, target: View, source: View, rigid: RigidMatches, calibration: ColorCalibration, grids: GridPair
-    ) -> Float64Array:
-        """The motion target_from_source (4, 4) after the coarse level alone, from where features that match from afar
-        lead.
-
-        Args:
-            target: the view that stays.
-            source: the view that is brought to it.
-            rigid: their features.
-            calibration: the colour camera as known so far.
-            grids: the coarsest of target and source.
-        """
-        correspondences = self._wide(target, source, rigid)
-        return self._pair(target, source, correspondences, calibration).coarse(rigid.motion(), grids)
-
     def fit(
         self, target: View, source: View, motion: Float64Array, calibration: ColorCalibration, matches: IndexArray
     ) -> IcpResult:
@@ -195,11 +175,7 @@ class ViewRegistration:
         usual = Correspondences.of(target.features, source.features, pairs, *turning)
         if rigid is None:
             return [usual]
-        return [usual, self._wide(target, source, rigid)]
-
-    def _wide(self, target: View, source: View, rigid: RigidMatches) -> Correspondences:
-        turning = target.turning_rad_s, source.turning_rad_s
-        return Correspondences.of(target.wide.features, source.wide.features, rigid.pairs, *turning)
+        return [usual, Correspondences.of(target.wide.features, source.wide.features, rigid.pairs, *turning)]
 
     def _pair(
         self, target: View, source: View, correspondences: Correspondences, calibration: ColorCalibration

@@ -20,7 +20,6 @@ from slam.backend.view_checks.color_check import other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.frontend.features import Features, depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
@@ -66,7 +65,6 @@ class PictureMatching:
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
         self._roots = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._root_sift)
-        self._coarsest = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._grid)
 
     @property
     def pairs(self) -> list[MeasuredPair]:
@@ -128,7 +126,7 @@ class PictureMatching:
         found = [one for one in (self._rigid(*pair) for pair in untried) if one is not None]
         for rigid in sorted(found, key=lambda one: -one.motion.n_explained):
             if self._n_ways(*rigid.pair, rigid.motion.target_from_source) < ENOUGH_WAYS:
-                self._take(*rigid.pair, self._followed(rigid))
+                self._take(*rigid.pair, self._registered(*rigid.pair, rigid=rigid.matches))
 
     def _untried(self, pairs: Iterable[Numbers]) -> list[Numbers]:
         return [pair for pair in pairs if pair not in self._tried]
@@ -141,9 +139,6 @@ class PictureMatching:
 
     def _root_sift(self, number: int) -> Float32Array:
         return root_sift(self.keyframes[number].view.wide.features.descriptors)
-
-    def _grid(self, number: int) -> SurfaceGrid:
-        return self.keyframes[number].view.pyramid.coarsest()
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that were registered to both a motion (4, 4) is said already."""
@@ -170,14 +165,11 @@ class PictureMatching:
                 self.quality[n] = quality
         return True
 
-    def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
-        target, source = self.keyframes[a], self.keyframes[b]
-        return self.registration.recognise(target, self.keyframes.view(source), guesses, self.calibration)
-
-    def _followed(self, rigid: RigidPair) -> IcpResult | None:
-        a, b = rigid.pair
-        view, grids = self.keyframes.view(self.keyframes[b]), (self._coarsest(a), self._coarsest(b))
-        return self.registration.recognise_by(rigid.matches, self.keyframes[a], view, self.calibration, grids)
+    def _registered(
+        self, a: int, b: int, guesses: Sequence[Float64Array] = (), rigid: RigidMatches | None = None
+    ) -> IcpResult | None:
+        view = self.keyframes.view(self.keyframes[b])
+        return self.registration.recognise(self.keyframes[a], view, guesses, self.calibration, rigid)
 
 
 def _seen_by(view: View, calibration: ColorCalibration) -> View:

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from razer.geometry import inverse
-from slam.backend.verified_registration import VerifiedRegistration, wide_matches
+from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes
-from slam.frontend.view_registration import ViewRegistration
 from slam.se3 import angle_deg, length_m
 
 NOMINAL = ColorCalibration.nominal()
@@ -92,38 +91,3 @@ def test_features_say_roughly_how_two_views_lie(room, views):
 def test_features_say_nothing_where_space_or_colours_contradict_them(views, change):
     changed = replace(views[12], **{name: of(views[12]) for name, of in change.items()})
     assert rigid_motion(views, changed) is None
-
-
-def recognised_by_features(views, seen):
-    """What comes of it, and how often the fine level was asked for."""
-    keyframes = Keyframes()
-    keyframe = keyframes.add(views[10], np.eye(4), 0, 0.0)
-    registration, asked = VerifiedRegistration(keyframes, SlamConfig()), []
-    refine = registration._registration.refine
-
-    class Counting(ViewRegistration):
-        def refine(self, *arguments):
-            asked.append(arguments)
-            return refine(*arguments)
-
-    registration._registration = Counting(SlamConfig())
-    grids = views[10].pyramid.coarsest(), seen.pyramid.coarsest()
-    return registration.recognise_by(wide_matches(keyframe, seen), keyframe, seen, NOMINAL, grids), len(asked)
-
-
-def test_features_lead_to_where_a_whole_registration_does(room, views):
-    found, n_asked = recognised_by_features(views, views[12])
-    true = inverse(room[10].pose) @ room[12].pose
-    keyframes = Keyframes()
-    keyframe = keyframes.add(views[10], np.eye(4), 0, 0.0)
-    whole = VerifiedRegistration(keyframes, SlamConfig()).recognise(keyframe, views[12], [], NOMINAL)
-    off, apart = (inverse(motion) @ found.target_from_source for motion in (true, whole.target_from_source))
-    assert n_asked >= 1
-    assert length_m(off) < 0.005
-    assert length_m(apart) < 0.001
-    assert angle_deg(apart) < 0.05
-
-
-def test_what_colours_contradict_after_the_coarse_level_is_not_followed(views):
-    changed = replace(views[12], sparse_rgb=255 - views[12].sparse_rgb)
-    assert recognised_by_features(views, changed) == (None, 0)

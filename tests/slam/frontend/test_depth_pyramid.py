@@ -88,14 +88,3 @@ def test_holes_of_a_few_readings_are_filled_and_larger_ones_are_not():
     fine, _ = fine_depth(depth, CAMERA, max_depth_m=4.0)
     assert fine[50, 50] == 2.0
     assert (fine[11:14, 101:104] == 0).all()
-
-
-def test_the_coarsest_grid_alone_is_that_of_all():
-    rng = np.random.default_rng(3)
-    pyramid = DepthPyramid(
-        (2 + 0.01 * rng.random((120, 160))).astype(np.float32), Intrinsics(160, 120, 131, 131, 80, 60)
-    )
-    alone, whole = pyramid.coarsest(), pyramid.levels[0]
-    assert alone.intrinsics == whole.intrinsics
-    assert np.array_equal(alone.points, whole.points)
-    assert np.array_equal(alone.sample_normals, whole.sample_normals)

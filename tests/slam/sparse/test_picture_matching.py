@@ -33,12 +33,9 @@ class Told(PictureMatching):
     def _rigid(self, a, b):
         return RigidPair((a, b), None, RigidMotion(self.rigid(a, b), 100 - abs(a - b))) if self.shares(a, b) else None
 
-    def _registered(self, a, b, guesses=()):
+    def _registered(self, a, b, guesses=(), rigid=None):
         self.asked.append((a, b, len(guesses)))
         return (a, b) if self.shares(a, b) else None
-
-    def _followed(self, rigid):
-        return self._registered(*rigid.pair)
 
     def _take(self, a, b, result):
         if result is None:
