@@ -25,7 +25,6 @@ from slam.sparse.placed_pictures import PlacedPictures
 MOST_COMPARED = 16  # pictures near a place, some 2 ms each
 CLEARLY = 1.25  # times the colours that differ; less says nothing
 SURELY = 2.0  # times what may be contradicted; walls that are seen from both sides contradict a little more
-MAY_BE = 1.5  # times the usual share of other colours: up to it a place may be right, however well another fits
 UNNOTICED = 0.25  # of the usual share of other colours, which is noise
 SWEEPS = 5  # through the pictures, at most: some move to and fro
 
@@ -89,7 +88,7 @@ class Reassignment:
 
     def undecided(self, poses: Mapping[int, Float64Array]) -> list[int]:
         """The pictures of a part that might as well lie elsewhere: ties that are sure say so, nothing contradicts them,
-        and colours do not tell which is right, or are there as they usually are.
+        and colours do not tell which is right.
 
         Args:
             poses: of all pictures of the part.
@@ -103,8 +102,6 @@ class Reassignment:
         elsewhere = self._fit(number, there[0][1], poses)
         if self._is_contradicted(elsewhere, SURELY):
             return False
-        if elsewhere.color_excess is not None and elsewhere.color_excess <= MAY_BE:
-            return True
         return not self._fit(number, poses[number], poses).is_clearly_better(elsewhere)
 
     def _here_and_there(self, number: int, poses: Mapping[int, Float64Array]) -> tuple[list[Tie], list[Tie]]:
