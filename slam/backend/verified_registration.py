@@ -87,11 +87,7 @@ class VerifiedRegistration:
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
     ) -> IcpResult | None:
-        start = self._registration.register(self._keyframes.view(keyframe), view, guesses, calibration, rigid)
-        return self._checked(keyframe, view, self._settled(keyframe, view, start, calibration, rigid))
-
-    def _checked(self, keyframe: Keyframe, view: View, result: IcpResult | None) -> IcpResult | None:
-        """A registration that space and colours bear out."""
+        result = self._settled(keyframe, view, guesses, calibration, rigid)
         if result is None:
             return None
         motion, most = result.target_from_source, self._settings.max_contradiction
@@ -112,12 +108,13 @@ class VerifiedRegistration:
         self,
         keyframe: Keyframe,
         view: View,
-        start: IcpResult | None,
+        guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
     ) -> IcpResult | None:
         """A registration that came to rest where features or depth agree, and leave no direction open."""
-        target, result = self._keyframes.view(keyframe), start
+        target = self._keyframes.view(keyframe)
+        result = self._registration.register(target, view, guesses, calibration, rigid)
         for _ in range(MORE_ROUNDS):
             if result is None or not self._holds(result):
                 return None

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -37,14 +36,6 @@ LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
-
-
-class RigidPair(NamedTuple):
-    """Two pictures of which enough features lie as far from each other."""
-
-    pair: Numbers
-    matches: RigidMatches
-    motion: RigidMotion
 
 
 class PictureMatching:
@@ -81,7 +72,7 @@ class PictureMatching:
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
-            result = self._registered(a, b) if self._rigid(a, b) else None
+            result = self._registered(a, b) if self._rigid_motion(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
         for keyframe in self.keyframes.all:
@@ -123,19 +114,21 @@ class PictureMatching:
         none that others tell already."""
         untried = self._untried(pairs)
         self._tried.update(untried)
-        found = [one for one in (self._rigid(*pair) for pair in untried) if one is not None]
-        for rigid in sorted(found, key=lambda one: -one.motion.n_explained):
-            if self._n_ways(*rigid.pair, rigid.motion.target_from_source) < ENOUGH_WAYS:
-                self._take(*rigid.pair, self._registered(*rigid.pair, rigid=rigid.matches))
+        rigid = {pair: self._rigid_motion(*pair) for pair in untried}
+        found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
+        for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
+            if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
+                self._measure(a, b)
 
     def _untried(self, pairs: Iterable[Numbers]) -> list[Numbers]:
         return [pair for pair in pairs if pair not in self._tried]
 
-    def _rigid(self, a: int, b: int) -> RigidPair | None:
-        target, view = self.keyframes[a], self.keyframes[b].view
-        matches = RigidMatches(target.view.wide.features, view.wide.features, (self._roots(a), self._roots(b)))
-        motion = self.registration.rigid_motion(target, view, matches)
-        return None if motion is None else RigidPair((a, b), matches, motion)
+    def _rigid_motion(self, a: int, b: int) -> RigidMotion | None:
+        return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view, self._matches(a, b))
+
+    def _matches(self, a: int, b: int) -> RigidMatches:
+        target, source = (self.keyframes[n].view.wide.features for n in (a, b))
+        return RigidMatches(target, source, (self._roots(a), self._roots(b)))
 
     def _root_sift(self, number: int) -> Float32Array:
         return root_sift(self.keyframes[number].view.wide.features.descriptors)
@@ -147,16 +140,13 @@ class PictureMatching:
 
     def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> bool:
         self._tried.add((a, b))
-        return self._take(a, b, self._registered(a, b, guesses))
-
-    def _take(self, a: int, b: int, result: IcpResult | None) -> bool:
+        result = self._registered(a, b, guesses)
         if result is None:
             return False
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
         colors = other_colors(*views, motion, self._config.free_space) or 0.0
-        apart = separation(*views, motion)
-        pair = MeasuredPair(edge, result.n_features, result.score, colors, apart)
+        pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
         self._measured[a, b] = pair
         self._ties[a][b] = self._ties[b][a] = pair
         quality = TrackingQuality.of(result)
@@ -165,11 +155,9 @@ class PictureMatching:
                 self.quality[n] = quality
         return True
 
-    def _registered(
-        self, a: int, b: int, guesses: Sequence[Float64Array] = (), rigid: RigidMatches | None = None
-    ) -> IcpResult | None:
-        view = self.keyframes.view(self.keyframes[b])
-        return self.registration.recognise(self.keyframes[a], view, guesses, self.calibration, rigid)
+    def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
+        target, view = self.keyframes[a], self.keyframes.view(self.keyframes[b])
+        return self.registration.recognise(target, view, guesses, self.calibration, self._matches(a, b))
 
 
 def _seen_by(view: View, calibration: ColorCalibration) -> View:

@@ -22,8 +22,8 @@ def reprojected(view: View, other: View, other_from_view: Float64Array) -> tuple
         other: the view they are projected into.
         other_from_view: (4, 4) the motion between them.
     """
-    k = other.sparse_intrinsics
     pixel, (x, y, z) = _points(view, other_from_view)
+    k = other.sparse_intrinsics
     column, row = np.rint(x / z * k.fx + k.cx), np.rint(y / z * k.fy + k.cy)
     inside = np.flatnonzero((column >= 0) & (column < k.width) & (row >= 0) & (row < k.height))
     there = row[inside] * k.width + column[inside]
@@ -32,7 +32,7 @@ def reprojected(view: View, other: View, other_from_view: Float64Array) -> tuple
 
 def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, tuple[Float64Array, ...]]:
     """The pixels (M,) of readings in front of another camera, and x, y and z (M,) of their points there."""
-    pixel = np.flatnonzero(view.sparse_depth.view(np.uint16))  # the same as of halves, which take three times as long
+    pixel = np.flatnonzero(view.sparse_depth > 0)
     depth = view.sparse_depth.ravel()[pixel].astype(np.float64)
     u, v = (each[pixel] for each in _rays(view.sparse_intrinsics))
     rotation, shift = other_from_view[:3, :3].tolist(), other_from_view[:3, 3].tolist()

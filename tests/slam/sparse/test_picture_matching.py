@@ -13,7 +13,7 @@ from slam.frontend.rigid_matches import RigidMotion
 from slam.pose_edge import PoseEdge
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.picture_matching import ENOUGH_WAYS, MOST_PROBES, PictureMatching, RigidPair
+from slam.sparse.picture_matching import ENOUGH_WAYS, MOST_PROBES, PictureMatching
 
 N = 40
 
@@ -30,18 +30,17 @@ class Told(PictureMatching):
         self._consecutive = set(pairwise(range(N)))
         self.shares, self.rigid, self.asked = shares, rigid, []
 
-    def _rigid(self, a, b):
-        return RigidPair((a, b), None, RigidMotion(self.rigid(a, b), 100 - abs(a - b))) if self.shares(a, b) else None
+    def _rigid_motion(self, a, b):
+        return RigidMotion(self.rigid(a, b), 100 - abs(a - b)) if self.shares(a, b) else None
 
-    def _registered(self, a, b, guesses=(), rigid=None):
+    def _measure(self, a, b, guesses=()):
+        self._tried.add((a, b))
         self.asked.append((a, b, len(guesses)))
-        return (a, b) if self.shares(a, b) else None
-
-    def _take(self, a, b, result):
-        if result is None:
+        if not self.shares(a, b):
             return False
         pair = MeasuredPair(PoseEdge(a, b, inverse(at(a)) @ at(b), np.eye(6)), 50, 0.5)
-        self._measured[a, b] = self._ties[a][b] = self._ties[b][a] = pair
+        self._measured[a, b] = pair
+        self._ties[a][b] = self._ties[b][a] = pair
         return True
 
 
