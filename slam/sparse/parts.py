@@ -3,7 +3,7 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -19,12 +19,13 @@ from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
-from slam.sparse.measured_pair import MeasuredPair, by_picture, is_sure, surest_first
+from slam.sparse.measured_pair import MeasuredPair, Numbers, by_picture, is_sure, surest_first
+from slam.sparse.missing_pairs import missing_pairs
 from slam.sparse.pair_support import pair_support
 from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment
 
-MOST_PLACES = 4  # to which ties would put a part that are tested; there are few look-alikes of any
+MOST_TESTED = 10  # groups of ties between two parts: there are few look-alikes of any, but some false ties with each
 # Of ties on average: those of one place have -3 and more, as through doors; those of two, -5 to -20.
 LEAST_SUPPORT = -5.0
 # Times the other colours that two parts may have on the whole: ties are few, and mostly edges, as through doors.
@@ -35,12 +36,26 @@ SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends bot
 
 
 class Parts:
-    """The parts that pictures fall into; in the beginning each is one."""
+    """The parts that pictures fall into; in the beginning each is one.
 
-    def __init__(self, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> None:
+    Args:
+        keyframes: the pictures.
+        pairs: those that were measured.
+        config: the settings.
+        unrecognised: the pairs that were compared in vain.
+    """
+
+    def __init__(
+        self,
+        keyframes: Keyframes,
+        pairs: Sequence[MeasuredPair],
+        config: SlamConfig,
+        unrecognised: Collection[Numbers] = (),
+    ) -> None:
         self._keyframes, self._config = keyframes, config
         self._table, self._usual_colors = by_picture(pairs), _usual_colors(pairs)
-        self._support = pair_support(pairs, self._usual_colors)
+        missing = missing_pairs(keyframes, pairs, unrecognised, config.depth.max_depth_m)
+        self._support = pair_support(pairs, self._usual_colors, missing)
         self._pairs = surest_first(pairs, self._support)
         self._supported = by_picture([pair for pair in pairs if not self._is_unsupported([pair])])
         self._placed = PlacedPictures(keyframes, config.free_space)
@@ -51,9 +66,15 @@ class Parts:
         self._tested: dict[tuple[int, int], tuple[int, int]] = {}
 
     @classmethod
-    def of(cls, keyframes: Keyframes, pairs: Sequence[MeasuredPair], config: SlamConfig) -> Parts:
+    def of(
+        cls,
+        keyframes: Keyframes,
+        pairs: Sequence[MeasuredPair],
+        config: SlamConfig,
+        unrecognised: Collection[Numbers] = (),
+    ) -> Parts:
         """Those that pictures fall into in the end."""
-        parts = cls(keyframes, pairs, config)
+        parts = cls(keyframes, pairs, config, unrecognised)
         parts.grow()
         for _ in range(ROUNDS):
             if not parts.reassign():
@@ -162,7 +183,7 @@ class Parts:
         ties = self._ties(home, away)
         motions = np.stack([motion for _, motion in ties])
         same, left = same_motions(motions, np.zeros(3)), np.ones(len(ties), bool)
-        for _ in range(MOST_PLACES):
+        for _ in range(MOST_TESTED):
             best = _largest(same, left)
             chosen = [ties[n][0] for n in best]
             if not is_sure(chosen):

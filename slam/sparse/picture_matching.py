@@ -40,7 +40,7 @@ MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth
 
 class PictureMatching:
     """Pictures in the order of their stamps, and the pairs of them that were measured. `quality`: that of each
-    picture's best pair."""
+    picture's best pair; `unrecognised`: the pairs that were compared in vain."""
 
     def __init__(self, views: Iterable[View], config: SlamConfig) -> None:
         self._config = config
@@ -48,6 +48,7 @@ class PictureMatching:
         self.calibration = ColorCalibration.nominal()
         self._measured: dict[Numbers, MeasuredPair] = {}
         self.quality: dict[int, TrackingQuality] = {}
+        self.unrecognised: set[Numbers] = set()
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
         self._ties: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)  # by one picture and the other
@@ -116,6 +117,7 @@ class PictureMatching:
         self._tried.update(untried)
         rigid = {pair: self._rigid_motion(*pair) for pair in untried}
         found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
+        self.unrecognised.update(pair for pair, motion in rigid.items() if motion is None)
         for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
             if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
                 self._measure(a, b)
@@ -142,6 +144,7 @@ class PictureMatching:
         self._tried.add((a, b))
         result = self._registered(a, b, guesses)
         if result is None:
+            self.unrecognised.add((a, b))
             return False
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source

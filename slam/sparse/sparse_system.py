@@ -83,13 +83,13 @@ class SparseSystem:
 
     def _grown(self, matching: PictureMatching) -> Parts:
         """Parts of all pairs; what lies outside the largest is compared with it once more."""
-        parts = Parts.of(self.keyframes, matching.pairs, self.config)
+        parts = Parts.of(self.keyframes, matching.pairs, self.config, matching.unrecognised)
         world = max(parts.members.values(), key=len)
         outside = set(range(len(self.keyframes))) - set(world)
         n_pairs = len(matching.pairs)
         matching.measure(sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)))
         if len(matching.pairs) > n_pairs:
-            parts = Parts.of(self.keyframes, matching.pairs, self.config)
+            parts = Parts.of(self.keyframes, matching.pairs, self.config, matching.unrecognised)
         return parts
 
     def _lay_out(self, parts: Parts) -> None:

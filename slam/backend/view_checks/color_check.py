@@ -22,7 +22,10 @@ MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
 DARK = 4.0  # grey levels of noise, so that black has a logarithm
 LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
-OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
+OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
+BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
+OTHER = 0.1  # by which the logarithms of a colour differ, a tenth of it, where something else is seen
+PATCH = np.ones((2, 2), np.uint8)  # pixels that something else fills at least; edges that lie a pixel off are lines
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
@@ -58,8 +61,9 @@ def color_difference(
     target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
 ) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
-    about, whatever the exposure and white balance; the greater of both ways, None where they share too few. A view from
-    farther away blurs what the nearer one tells apart, so that pixels of this one stand for those next to them, too.
+    about, whatever the exposure and white balance, and that fill patches; the greater of both ways, None where they
+    share too few. A view from farther away blurs what the nearer one tells apart, so that pixels of this one stand for
+    those next to them, too.
 
     Args:
         target: one view.
@@ -93,11 +97,18 @@ def _difference(
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
     outside = np.maximum(darkest - greatest - gain, least + gain - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > OTHER
-    return ColorDifference(float(is_other.mean()), len(here))
+    return ColorDifference(_n_in_patches(view, here[is_other]) / len(here), len(here))
+
+
+def _n_in_patches(view: View, pixels: IndexArray) -> int:
+    """How many of the pixels (M,) of a view fill patches (morphological opening)."""
+    image = np.zeros(view.sparse_depth.shape, np.uint8)
+    image.ravel()[pixels] = 1
+    return int(cv2.morphologyEx(image, cv2.MORPH_OPEN, PATCH, borderType=cv2.BORDER_CONSTANT, borderValue=0).sum())
 
 
 def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
-    """The least and the greatest logarithms (3, M) of the colours of a view within radii (M,) of pixels."""
+    """The least and the greatest logarithms (3, M) that the colours of a view may have within radii (M,) of pixels."""
     rounded = radii.clip(0, WIDEST).astype(np.intp)
     squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(rounded.max(initial=0) + 1)]
     which = rounded * view.sparse_depth.size + pixels
@@ -105,7 +116,7 @@ def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[F
         np.stack([filtered(view.sparse_rgb, square) for square in squares]).reshape(-1, 3).take(which, axis=0)
         for filtered in (cv2.erode, cv2.dilate)
     )
-    return LOGARITHMS[least.T], LOGARITHMS[greatest.T]
+    return LOGARITHMS[least.T], BRIGHTEST[greatest.T]
 
 
 def _same_surface(

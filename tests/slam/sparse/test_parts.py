@@ -169,14 +169,14 @@ def test_ties_of_far_other_colours_join_nothing_where_there_are_no_triangles(rin
 
 def sorted_by_support(pairs):
     usual = UsualColors([p.separation for p in pairs], [p.other_colors for p in pairs])
-    return surest_first(pairs, pair_support(pairs, usual))
+    return surest_first(pairs, pair_support(pairs, usual, {}))
 
 
 def test_pairs_whose_colours_differ_more_than_is_usual_come_last(ring, true_pairs):
     other = [replace(p, other_colors=0.05, n_features=500) for p in true_pairs[:3]]
     usual = [replace(p, other_colors=0.01) for p in true_pairs[3:]]
     assert {p.n_features for p in sorted_by_support([*other, *usual])[-3:]} == {500}
-    alike = [replace(p, other_colors=0.015) for p in other]
+    alike = [replace(p, other_colors=0.01) for p in other]
     assert {p.n_features for p in sorted_by_support([*alike, *usual])[-3:]} != {500}
 
 

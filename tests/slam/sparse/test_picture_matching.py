@@ -99,3 +99,11 @@ def test_nothing_is_registered_twice():
     matching.measure(combinations(range(N), 2))
     asked = [(a, b) for a, b, _ in matching.asked]
     assert len(asked) == len(set(asked))
+
+
+def test_what_was_compared_in_vain_is_told_from_what_others_tell_and_from_what_was_not_compared():
+    matching = Told(lambda a, b: (a < 20) == (b < 20))
+    asked = [(a, b) for a, b in combinations(range(N), 2) if b != 39]
+    matching.measure(asked)
+    assert matching.unrecognised == {(a, b) for a, b in asked if a < 20 <= b}
+    assert len(matching.pairs) < len(asked) - len(matching.unrecognised)  # of the others some were left out

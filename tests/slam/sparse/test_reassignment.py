@@ -188,7 +188,7 @@ def test_pairs_that_triangles_speak_against_move_nothing(monkeypatch):
     assert list(parts._reassignment.moved(poses)) == [6]
     against = {one.ends for one in there}
     monkeypatch.setattr(
-        "slam.sparse.parts.pair_support", lambda pairs, _: {p.ends: -10.0 * (p.ends in against) for p in pairs}
+        "slam.sparse.parts.pair_support", lambda pairs, *_: {p.ends: -10.0 * (p.ends in against) for p in pairs}
     )
     parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
     assert not parts._reassignment.moved(poses)

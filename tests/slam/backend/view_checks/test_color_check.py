@@ -76,6 +76,25 @@ def test_no_colour_is_another_under_another_exposure_or_a_pixel_off():
     assert other(view(rgb, depth), view(shifted, depth)) < 0.01
 
 
+@pytest.mark.parametrize("exposure", [0.6, 1.0, 1.5, 2.0])
+def test_what_is_overexposed_may_be_any_brighter(exposure):
+    """A window in a wall that has the colours of a wall in one view, and is white in the other."""
+    depth = wall()[1]
+    rgb = np.full((240, 320, 3), 110, np.uint8)
+    rgb[60:140, 80:200] = (210, 220, 230)
+    exposed = np.minimum(rgb * exposure, 255)
+    assert other(view(rgb, depth), view(exposed, depth)) == other(view(exposed, depth), view(rgb, depth)) == 0.0
+
+
+def test_a_seat_that_is_a_seventh_darker_has_another_colour_and_lines_have_none():
+    rgb, depth = wall()
+    seat, lines = rgb.copy(), rgb.copy()
+    seat[60:120, 80:200] = rgb[60:120, 80:200] * 0.85
+    assert other(view(rgb, depth), view(seat, depth)) == pytest.approx(60 * 120 / (240 * 320), rel=0.1)
+    lines[10::24] = lines[11::24] = (10, 40, 30)  # half a pixel of what is compared
+    assert other(view(rgb, depth), view(lines, depth)) == 0.0
+
+
 @pytest.mark.parametrize("is_swapped", [False, True])
 def test_a_board_on_the_wall_is_told_by_its_share_of_the_view(is_swapped):
     """Most of both views goes together: their correlation is high."""
