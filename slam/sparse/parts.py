@@ -185,20 +185,24 @@ class Parts:
         same, left = same_motions(motions, np.zeros(3)), np.ones(len(ties), bool)
         for _ in range(MOST_TESTED):
             best = _largest(same, left)
-            chosen = [ties[n][0] for n in best]
-            if not is_sure(chosen):
+            if not is_sure([ties[n][0] for n in best]):
                 return None
             rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
-            is_false = self._is_unsupported(chosen) or self._have_other_colors(chosen)
-            if is_false or self._is_contradicted(home, away, motions[best[0]]):
+            if self._is_refuted(home, away, [ties[n] for n in best]):
                 left[best] = False
             elif len(best) >= MAJORITY * len(rivals):
                 return motions[best[0]]
-            elif self._is_contradicted(home, away, motions[rivals[0]]):
+            elif self._is_refuted(home, away, [ties[n] for n in rivals]):
                 left[rivals] = False
             else:
                 return None
         return None
+
+    def _is_refuted(self, home: int, away: int, ties: Sequence[tuple[MeasuredPair, Float64Array]]) -> bool:
+        """Whether ties that agree are of places that look alike."""
+        pairs, home_from_away = [pair for pair, _ in ties], ties[0][1]
+        is_told = self._is_unsupported(pairs) or self._have_other_colors(pairs)
+        return is_told or self._is_contradicted(home, away, home_from_away)
 
     def _is_unsupported(self, ties: Sequence[MeasuredPair]) -> bool:
         """Whether triangles of pictures say that ties put one place on another that looks alike."""
