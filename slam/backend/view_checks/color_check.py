@@ -24,7 +24,9 @@ DARK = 4.0  # grey levels of noise, so that black has a logarithm
 LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
 BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
-OTHER = 0.1  # by which the logarithms of a colour differ, a tenth of it, where something else is seen
+# By which the logarithms of a colour differ where something else is seen: more than those of most readings do, as
+# exposure, vignetting and reflections bring, by a tenth at least; a third is enough.
+TIMES_MEDIAN, LEAST_OTHER, SURELY_OTHER = 3.0, 0.1, 0.3
 PATCH = np.ones((2, 2), np.uint8)  # pixels that something else fills at least; edges that lie a pixel off are lines
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
@@ -92,11 +94,13 @@ def _difference(
     here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
-    gain = np.median(_logarithms(other, there) - _logarithms(view, here), axis=1)[:, None]
+    differences = _logarithms(other, there) - _logarithms(view, here)
+    gain = np.median(differences, axis=1)[:, None]
+    least_other = np.clip(TIMES_MEDIAN * np.median(np.abs(differences - gain)), LEAST_OTHER, SURELY_OTHER)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
     outside = np.maximum(darkest - greatest - gain, least + gain - brightest)
-    is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > OTHER
+    is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
     return ColorDifference(_n_in_patches(view, here[is_other]) / len(here), len(here))
 
 
