@@ -15,7 +15,7 @@ from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
-from slam.backend.view_checks.color_check import other_colors
+from slam.backend.view_checks.color_check import FAINT, other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -148,7 +148,7 @@ class PictureMatching:
             return False
         edge = PoseEdge(a, b, result.target_from_source, result.information)
         views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
-        colors = other_colors(*views, motion, self._config.free_space) or 0.0
+        colors = other_colors(*views, motion, self._config.free_space, FAINT) or 0.0
         pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
         self._measured[a, b] = pair
         self._ties[a][b] = self._ties[b][a] = pair

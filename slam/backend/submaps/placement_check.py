@@ -16,7 +16,7 @@ from razer.arrays import Float64Array, IndexArray, Int64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import way_to_ties
-from slam.backend.view_checks.color_check import ColorDifference, color_difference
+from slam.backend.view_checks.color_check import CLEAR, ColorDifference, Contrast, color_difference
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses, separation
@@ -51,12 +51,14 @@ LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all sha
 
 @dataclass(frozen=True, eq=False)
 class PlacedPair:
-    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres."""
+    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. From some contrast on
+    a colour is another one."""
 
     first: View
     second: View
     first_from_second: Float64Array
     drift_m: float = 0.0
+    contrast: Contrast = CLEAR
 
     @classmethod
     def of(cls, keyframes: Keyframes, a: int, b: int, a_from_b: Float64Array, drift_m: float = 0.0) -> PlacedPair:
@@ -69,7 +71,7 @@ class PlacedPair:
 
     def color_difference(self, settings: FreeSpaceSettings) -> ColorDifference | None:
         """Share of readings of the same surface whose colours differ; None where the two share too few."""
-        return color_difference(self.first, self.second, self.first_from_second, settings)
+        return color_difference(self.first, self.second, self.first_from_second, settings, self.contrast)
 
     @property
     def separation(self) -> float:

@@ -24,11 +24,27 @@ DARK = 4.0  # grey levels of noise, so that black has a logarithm
 LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
 BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
-# By which the logarithms of a colour differ where something else is seen: more than those of most readings do, as
-# exposure, vignetting and reflections bring, by a tenth at least; a third is enough.
-TIMES_MEDIAN, LEAST_OTHER, SURELY_OTHER = 3.0, 0.1, 0.3
-PATCH = np.ones((2, 2), np.uint8)  # pixels that something else fills at least; edges that lie a pixel off are lines
+SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
+
+
+class Contrast(NamedTuple):
+    """From where on a colour is another one.
+
+    Attributes:
+        least: by which its logarithms differ at least.
+        times_median: as many times what most readings of both views differ by, as exposure, vignetting and reflections
+            bring; SURELY_OTHER is always enough.
+        patch: pixels, so many by so many, that it fills; edges that lie a pixel off are lines.
+    """
+
+    least: float
+    times_median: float
+    patch: int
+
+
+CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1)
+FAINT = Contrast(least=0.1, times_median=3.0, patch=2)  # as the seats of chairs that are otherwise alike
 
 
 def color_correlation(
@@ -60,55 +76,73 @@ class ColorDifference(NamedTuple):
 
 
 def color_difference(
-    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
+    target: View,
+    source: View,
+    target_from_source: Float64Array,
+    settings: FreeSpaceSettings,
+    contrast: Contrast = CLEAR,
 ) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
-    about, whatever the exposure and white balance, and that fill patches; the greater of both ways, None where they
-    share too few. A view from farther away blurs what the nearer one tells apart, so that pixels of this one stand for
-    those next to them, too.
+    about, whatever the exposure and white balance; the greater of both ways, None where they share too few. A view from
+    farther away blurs what the nearer one tells apart, so that pixels of this one stand for those next to them, too.
 
     Args:
         target: one view.
         source: the other.
         target_from_source: (4, 4) the motion to be checked.
         settings: how far apart readings of one surface may lie.
+        contrast: from where on a colour is another one.
     """
     both_ways = (
-        _difference(source, target, target_from_source, settings),
-        _difference(target, source, inverse(target_from_source), settings),
+        _difference(source, target, target_from_source, settings, contrast),
+        _difference(target, source, inverse(target_from_source), settings, contrast),
     )
     return max((difference for difference in both_ways if difference is not None), default=None)
 
 
 def other_colors(
-    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
+    target: View,
+    source: View,
+    target_from_source: Float64Array,
+    settings: FreeSpaceSettings,
+    contrast: Contrast = CLEAR,
 ) -> float | None:
     """The share alone of `color_difference`, whose arguments are these."""
-    difference = color_difference(target, source, target_from_source, settings)
+    difference = color_difference(target, source, target_from_source, settings, contrast)
     return None if difference is None else difference.share
 
 
 def _difference(
-    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
+    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings, contrast: Contrast
 ) -> ColorDifference | None:
     here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
     differences = _logarithms(other, there) - _logarithms(view, here)
     gain = np.median(differences, axis=1)[:, None]
-    least_other = np.clip(TIMES_MEDIAN * np.median(np.abs(differences - gain)), LEAST_OTHER, SURELY_OTHER)
+    least_other = _least_other(differences - gain, contrast)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
     outside = np.maximum(darkest - greatest - gain, least + gain - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
-    return ColorDifference(_n_in_patches(view, here[is_other]) / len(here), len(here))
+    return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))
 
 
-def _n_in_patches(view: View, pixels: IndexArray) -> int:
+def _least_other(differences: Float32Array, contrast: Contrast) -> float:
+    """By which logarithms must differ, of which those of all readings do by so much (3, M)."""
+    if contrast.least >= SURELY_OTHER:
+        return SURELY_OTHER
+    usual = contrast.times_median * float(np.median(np.abs(differences)))
+    return min(max(usual, contrast.least), SURELY_OTHER)
+
+
+def _n_in_patches(view: View, pixels: IndexArray, patch: int) -> int:
     """How many of the pixels (M,) of a view fill patches (morphological opening)."""
-    image = np.zeros(view.sparse_depth.shape, np.uint8)
+    if patch == 1:
+        return len(pixels)
+    image, square = np.zeros(view.sparse_depth.shape, np.uint8), np.ones((patch, patch), np.uint8)
     image.ravel()[pixels] = 1
-    return int(cv2.morphologyEx(image, cv2.MORPH_OPEN, PATCH, borderType=cv2.BORDER_CONSTANT, borderValue=0).sum())
+    return int(cv2.morphologyEx(image, cv2.MORPH_OPEN, square, borderType=cv2.BORDER_CONSTANT, borderValue=0).sum())
 
 
 def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
