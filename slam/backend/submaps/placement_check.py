@@ -51,8 +51,8 @@ LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all sha
 
 @dataclass(frozen=True, eq=False)
 class PlacedPair:
-    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. From some contrast on
-    a colour is another one."""
+    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. Colours are other ones
+    from some contrast on."""
 
     first: View
     second: View
