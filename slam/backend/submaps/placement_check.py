@@ -51,8 +51,8 @@ LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all sha
 
 @dataclass(frozen=True, eq=False)
 class PlacedPair:
-    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. Colours are other
-    from some contrast on."""
+    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. The contrast says
+    from where on a colour is another one."""
 
     first: View
     second: View
