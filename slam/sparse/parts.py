@@ -205,7 +205,7 @@ class Parts:
         return is_told or self._is_contradicted(home, away, home_from_away)
 
     def _is_unsupported(self, ties: Sequence[MeasuredPair]) -> bool:
-        """Whether triangles of pictures say that ties put one place on another that looks alike."""
+        """Whether other pairs say that ties put one place on another that looks alike."""
         if any(tie.is_next for tie in ties):
             return False
         support = np.average([self._support[tie.ends] for tie in ties], weights=[tie.weight for tie in ties])

@@ -131,7 +131,7 @@ def _difference(
 def _least_other(differences: Float32Array, contrast: Contrast) -> float:
     """By which logarithms must differ, of which those of all readings do by so much (3, M)."""
     if contrast.least >= SURELY_OTHER:
-        return SURELY_OTHER
+        return SURELY_OTHER  # whatever the median is, which takes a tenth of the comparison
     usual = contrast.times_median * float(np.median(np.abs(differences)))
     return min(max(usual, contrast.least), SURELY_OTHER)
 

@@ -98,7 +98,7 @@ def test_a_seat_that_is_a_seventh_darker_has_a_faintly_other_colour_and_lines_ha
     assert other(view(rgb, depth), view(lines, depth), contrast=FAINT) == 0.0
 
 
-def test_what_differs_by_no_more_than_most_of_a_view_does_is_no_other_colour(rng):
+def test_what_differs_by_no_more_than_most_of_a_view_does_is_no_other_colour():
     """Light that changed from left to right, by up to a fifth, as that of another time of the day; not a dark board."""
     rgb, depth = wall()
     light = np.linspace(0.8, 1.2, 320)[None, :, None]
