@@ -50,6 +50,11 @@ class LocatedFrames:
         self._unchecked.add(index)
         return located.reported
 
+    def add_late(self, index: int, reference: Keyframe, reference_from_camera: Float64Array) -> None:
+        """Take in a frame of which nothing was known when it came: `corrections` has its pose."""
+        self.add(index, reference, reference_from_camera)
+        self._frames[index].reported = None
+
     def move(self, index: int, keyframe_from_camera: Float64Array) -> None:
         """Let a frame that was taken in lie elsewhere in front of its keyframe."""
         self._frames[index].keyframe_from_camera = keyframe_from_camera

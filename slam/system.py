@@ -38,7 +38,7 @@ class SlamSystem:
         self._registration = ViewRegistration(config)
         self._tracker: FrameTracker | None = None
         self._located = LocatedFrames(self.map)
-        self._n_unknown = 0  # frames that show something, since the last that was located
+        self._passed: list[View] = []  # frames that show something, since the last that was located
         self._n_missed = 0  # frames of any kind, since then
         self._travelled_m = 0.0
         self._reporter = PoseReporter(self.map, self._located)
@@ -88,8 +88,8 @@ class SlamSystem:
                 return self._go_on(*resumed, view)
         if view.pyramid.n_points < MIN_POINTS or len(view.features) < MIN_CORNERS:
             return None
-        self._n_unknown += 1
-        if self.keyframes.all and self._n_unknown <= submaps.patience_frames:
+        if self.keyframes.all and len(self._passed) < submaps.patience_frames:
+            self._passed.append(view)
             return None
         return self._start(self.map.begin_submap(view, self._travelled_m), np.eye(4), view)
 
@@ -105,13 +105,25 @@ class SlamSystem:
         """Track from a view in front of a keyframe, of whose motion nothing is known."""
         self._tracker = FrameTracker(self.keyframes, self._registration, reference, reference_from_camera, view.stamp)
         self._reporter.registered(result)
-        self._n_unknown = self._n_missed = 0
+        self._locate_passed(self._tracker)
+        self._n_missed = 0
         return self._tracker
+
+    def _locate_passed(self, tracker: FrameTracker) -> None:
+        """Locate the frames that were passed over while nobody knew where the camera was, back from where it is now."""
+        guess = tracker.reference_from_camera
+        while self._passed:
+            view = self._passed.pop()
+            result = self.map.recognise(tracker.reference, view, guess, self.calibration)
+            if result is None or result.n_features < MIN_FEATURES:
+                continue
+            guess = result.target_from_source
+            self._located.add_late(view.index, tracker.reference, guess)
 
     def _advance(self, tracker: FrameTracker, view: View, result: IcpResult) -> FrameTracker:
         self.calibration = result.calibration
         self._reporter.registered(result)
-        self._n_unknown = self._n_missed = 0
+        self._n_missed = 0
         tracker.advance(result.target_from_source, view.stamp)
         self._travelled_m += length_m(tracker.step)
         if needs_keyframe(result, self.config.keyframes) and view.pyramid.n_points >= MIN_POINTS:

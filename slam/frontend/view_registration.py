@@ -39,6 +39,8 @@ LOOK = replace(FINE, iterations=1)  # what is reported is how the start fits
 # is left open.
 MIN_SCORE, MIN_FEATURES = 0.25, 30
 MIN_AGREEMENT = 0.5  # where views overlap and most readings disagree, one of them is elsewhere
+# Where hardly a feature agrees either: of two places half the depth agrees soon, floor with floor and wall with wall.
+FEW_FEATURES, MIN_LONE_AGREEMENT = 8, 2 / 3
 MAX_RMS = 2.0  # sigmas; surfaces that do not fit each other have more
 MAX_SIGMA_RAD, MAX_SIGMA_M = 0.02, 0.03  # along the least certain axes; tracking goes on from anything better
 MAX_LAST_STEP = 1.0  # sigmas; what still moves by more than it is said to be known is not known
@@ -222,7 +224,8 @@ def _closeness(result: IcpResult) -> float:
 
 def is_trusted(result: IcpResult, min_score: float = MIN_SCORE, min_features: int = MIN_FEATURES) -> bool:
     """Whether depth or features agree well enough, and the motion was to be solved for."""
-    depth_agrees = result.score >= min_score and result.agreement >= MIN_AGREEMENT and result.rms <= MAX_RMS
+    min_agreement = MIN_LONE_AGREEMENT if result.n_features < FEW_FEATURES else MIN_AGREEMENT
+    depth_agrees = result.score >= min_score and result.agreement >= min_agreement and result.rms <= MAX_RMS
     if result.overlap >= min_score and result.agreement < MIN_AGREEMENT:
         return False
     return (depth_agrees or result.n_features >= min_features) and _is_certain(*result.solved_sigma)

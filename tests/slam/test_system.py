@@ -195,7 +195,8 @@ def test_a_place_never_seen_is_a_submap_of_its_own_until_views_of_both_merge_it(
     truth = {n: shot.pose for n, shot in enumerate(shots[:10])}
     truth |= {22 + n: shot.pose for n, shot in enumerate([*shots[60:75], *shots[73::-1]])}
     poses = slam.trajectory()
-    assert len(poses) >= len(truth) - 2
+    # Those that were passed over, in the hope that the next would show something known, were located afterwards.
+    assert poses.keys() == truth.keys()
     assert root_mean_square(errors_m(poses, truth)) < 0.06
 
 
@@ -261,8 +262,7 @@ def test_frames_of_a_submap_that_is_merged_later_come_late_at_their_final_poses(
         late.append(packet)
     assert all(isinstance(packet, Located) and packet.is_late for packet in late)
     found = [packet.index for packet in late]
-    # All but the blank ones, and the few before the camera gave up looking for where it had been.
-    assert found == [index for index in lost if index >= 18]
+    assert found == [index for index in lost if index >= 16]  # all but the blank ones
     for packet in late:
         np.testing.assert_allclose(packet.frame.pose, locator.poses.trajectory()[packet.index], atol=0.0025)
     assert isinstance(locator(AfterLastFrame.NEXT_RECOVERED), NothingRecovered)

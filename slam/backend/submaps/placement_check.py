@@ -23,7 +23,8 @@ from slam.backend.view_overlap import near_poses, separation
 from slam.config import FreeSpaceSettings, SlamConfig
 from slam.frontend.keyframes import Keyframes, View
 
-PROBES = 40  # edges by which it is told how much colours usually differ
+PROBES = 40  # edges by which it is told how much colours usually differ, as many of each chain, ...
+ENOUGH_PROBES = 6  # ... and at least so many, to tell that its colours differ by more than those of others
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
 FEWEST_TOLD = 1500  # readings that they must share, a third of a view, before colours say anything
 UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
@@ -38,15 +39,20 @@ class Scrutiny(NamedTuple):
     Attributes:
         fewest_told: readings that pairs must share, all together, for colours to count.
         many_told: pairs that must share some, for a little that differs in many of them to count; None, it does not.
-        strictness: what the bounds on colours are divided by; drift alone brings space half way to its bound.
+        share, many: what the bounds on other colours on the whole, and on the pairs that have too many, are multiplied
+            by; drift alone brings space half way to its bound.
     """
 
     fewest_told: int = 1
     many_told: int | None = None
-    strictness: float = 1.0
+    share: float = 1.0
+    many: float = 1.0
 
 
 LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all share little
+USUAL = Scrutiny(FEWEST_TOLD, MANY_TOLD)
+# True pairs of a kitchen, across a change of exposure, have 1.6 times the usual on the whole, few of them too many.
+STRICT = Scrutiny(FEWEST_TOLD, MANY_TOLD, share=2 / 3, many=1 / 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +109,10 @@ class PlacementCheck:
             standing: numbers (N,) of the others.
             standing_from_placed: (4, 4) by what those in question are moved.
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
-            strictly: whether their colours must fit twice as well.
+            strictly: whether their colours must fit better than others must.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        scrutiny = Scrutiny(FEWEST_TOLD, MANY_TOLD, 2.0 if strictly else 1.0)
-        return contradict(pairs, self._usual_other_colors, self.config, scrutiny)
+        return contradict(pairs, self._usual_other_colors, self.config, STRICT if strictly else USUAL)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
         """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
@@ -133,14 +138,35 @@ class PlacementCheck:
 
     def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> Float64Array:
         """What share of colours (N,) differs between keyframes of one odometry chain as far apart as those of pairs:
-        exposure, light, the camera."""
-        keyframes = self.keyframes
-        within = [edge for edge in self.graph.edges if keyframes[edge.a].chain == keyframes[edge.b].chain]
-        probes = within[:: max(len(within) // PROBES, 1)]
-        known = [PlacedPair.of(keyframes, edge.a, edge.b, edge.a_from_b) for edge in probes]
+        exposure, light, the camera; as in the chain of the two where it is more, since a camera that looks at windows
+        and metal has several times what it has elsewhere."""
+        separations, shares, chains = self._probes()
+        usual = UsualColors(separations.tolist(), shares.tolist())
+        times = shares / usual.at(separations.tolist())
+        of_chain = {
+            chain: max(1.0, float(np.median(times[chains == chain])))
+            for chain in np.unique(chains).tolist()
+            if (chains == chain).sum() >= ENOUGH_PROBES
+        }
+        chain_of = {keyframe.view.index: keyframe.chain for keyframe in self.keyframes.all}
+        ends = [(chain_of[pair.first.index], chain_of[pair.second.index]) for pair in pairs]
+        most = [max(of_chain.get(a, 1.0), of_chain.get(b, 1.0)) for a, b in ends]
+        return usual.at([pair.separation for pair in pairs]) * most
+
+    def _probes(self) -> tuple[Float64Array, Float64Array, Int64Array]:
+        """How far pairs of keyframes of one chain were taken apart (P,), their shares of other colours, and which chain
+        it is."""
+        keyframes, edges, all_chains = self.keyframes, self.graph.edges, np.unique(self.keyframes.chains()).tolist()
+        known, chains, most = list[PlacedPair](), list[int](), max(PROBES // len(all_chains), ENOUGH_PROBES)
+        for chain in all_chains:
+            within = [edge for edge in edges if keyframes[edge.a].chain == keyframes[edge.b].chain == chain]
+            for edge in within[:: -(-len(within) // most) or 1]:
+                known.append(PlacedPair.of(keyframes, edge.a, edge.b, edge.a_from_b))
+                chains.append(chain)
         differences = color_differences(known, self.config)
-        usual = UsualColors([known[n].separation for n in differences], [d.share for d in differences.values()])
-        return usual.at([pair.separation for pair in pairs])
+        separations = np.array([known[n].separation for n in differences])
+        shares = np.array([difference.share for difference in differences.values()])
+        return separations, shares, np.array([chains[n] for n in differences], np.int64)
 
 
 def contradict(
@@ -177,9 +203,9 @@ def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array,
     count by the readings they share: rims, which are all that distant views share, lie a pixel off."""
     shares, n_readings = np.array(differences).T
     share, most = (np.average(each, weights=n_readings) for each in (shares, most_usual))
-    if share > max(most, UNNOTICED) / scrutiny.strictness:
+    if share > max(most, UNNOTICED) * scrutiny.share:
         return True
-    too_many = np.average(shares > most_usual, weights=n_readings) > TOO_MANY / scrutiny.strictness
+    too_many = np.average(shares > most_usual, weights=n_readings) > TOO_MANY * scrutiny.many
     return scrutiny.many_told is not None and len(shares) >= scrutiny.many_told and bool(too_many)
 
 

@@ -1,7 +1,7 @@
 """Colour check of two views: where both see one surface, its colours go together.
 
 Corners of rooms have one shape, and windows one look; that their surfaces are light and dark, red and blue in the same
-places is another matter. Exposure and white balance may differ from view to view, so what is
+places is another matter. Exposure, white balance and contrast may differ from view to view, so what is
 compared is how colours vary, not what they are.
 """
 
@@ -25,6 +25,11 @@ LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
 BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
 SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
+# How logarithms of one view's colours become another's, channel by channel: a line, as under a camera's tone curve
+# exposure does not shift them alone. It is fitted to some of the readings, none far off counting much (Cauchy), and its
+# slope stays near 1 where colours vary by less than a spread.
+EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
+LEAST_SLOPE, MOST_SLOPE = 0.6, 1.6
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
@@ -83,8 +88,9 @@ def color_difference(
     contrast: Contrast = CLEAR,
 ) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
-    about, whatever the exposure and white balance; the greater of both ways, None where they share too few. A view from
-    farther away blurs what the nearer one tells apart, so that pixels of this one stand for those next to them, too.
+    about, whatever the exposure, contrast and white balance; the greater of both ways, None where they share too few. A
+    view from farther away blurs what the nearer one tells apart, so that pixels of this one stand for those next to
+    them, too.
 
     Args:
         target: one view.
@@ -118,14 +124,29 @@ def _difference(
     here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
-    differences = _logarithms(other, there) - _logarithms(view, here)
-    gain = np.median(differences, axis=1)[:, None]
-    least_other = _least_other(differences - gain, contrast)
+    own, others = _logarithms(view, here), _logarithms(other, there)
+    slope, offset = _tone(own[:, ::EACH], others[:, ::EACH])
+    least_other = _least_other(others - slope * own - offset, contrast)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
-    outside = np.maximum(darkest - greatest - gain, least + gain - brightest)
+    outside = np.maximum(darkest - slope * greatest - offset, slope * least + offset - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
     return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))
+
+
+def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
+    iteratively reweighted least squares."""
+    slope, offset = np.ones((3, 1), np.float32), np.median(others - own, axis=1, keepdims=True)
+    for _ in range(TONE_ROUNDS):
+        weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
+        weight /= weight.sum(axis=1, keepdims=True)
+        own_mean, others_mean = ((weight * each).sum(axis=1, keepdims=True) for each in (own, others))
+        weighted = weight * (own - own_mean)
+        products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (others, own))
+        slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(LEAST_SLOPE, MOST_SLOPE)
+        offset = others_mean - slope * own_mean
+    return slope, offset
 
 
 def _least_other(differences: Float32Array, contrast: Contrast) -> float:

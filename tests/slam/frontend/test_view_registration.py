@@ -83,3 +83,14 @@ def test_a_motion_that_cannot_be_competes_with_none_that_can(room, views):
     held = registration.register(views[10], views[12], guesses, nominal, may_be=may_be)
     assert len(asked) > 1
     assert length_m(inverse(truth) @ held.target_from_source) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("agreement", "n_features", "trusted"), [(0.6, 0, False), (0.7, 0, True), (0.6, 10, True), (0.45, 10, False)]
+)
+def test_half_of_the_depth_is_not_enough_where_no_feature_agrees(agreement, n_features, trusted):
+    """Two views of different places that both show floor and wall."""
+    certain = 1e6 * np.eye(6)
+    shares = 0.7, agreement, 0.7 * agreement
+    found = IcpResult(np.eye(4), certain, certain, *shares, 0.7, n_features, ColorCalibration.nominal())
+    assert is_trusted(found) is trusted

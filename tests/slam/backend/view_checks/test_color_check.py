@@ -150,6 +150,23 @@ def test_what_is_wide_enough_for_both_is_told_from_afar_as_well():
     assert other(framed(3.0, 0.0), framed(1.0, 0.3), nearer) > 0.35
 
 
+def darkened(rgb, power):
+    """Under less light, by a camera whose tone curve makes dark colours darker still."""
+    return 255 * (rgb / 255.0) ** power
+
+
+@pytest.mark.parametrize(("contrast", "power"), [(CLEAR, 1.0), (CLEAR, 1.5), (CLEAR, 0.7), (FAINT, 1.5), (FAINT, 0.7)])
+def test_a_tone_curve_is_no_other_colour_and_hides_none(contrast, power):
+    """A wall of light and dark stripes, of which a board covers an eighth."""
+    rgb, depth = wall()
+    board = rgb.copy()
+    board[60:120, 80:240] = (10, 140, 30)
+    here, there = view(rgb, depth), view(darkened(rgb, power), depth)
+    assert other_colors(here, there, HERE, CONFIG.free_space, contrast) < 0.005
+    other = other_colors(here, view(darkened(board, power), depth), HERE, CONFIG.free_space, contrast)
+    assert other == pytest.approx(0.125, abs=0.03)
+
+
 def all_usually(share):
     """What is usual of pairs, however far apart."""
     return lambda pairs: np.full(len(pairs), share)
@@ -231,9 +248,19 @@ def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_fal
 
 def test_half_as_many_are_too_many_where_pairs_are_looked_at_strictly(true_and_false):
     true, false = true_and_false
-    strictly = Scrutiny(many_told=10, strictness=2)
+    strictly = Scrutiny(many_told=10, many=1 / 2)
     assert contradict([true] * 8 + [false] * 2, all_usually(0.002), CONFIG, strictly)
     assert not contradict([true] * 9 + [false] * 1, all_usually(0.002), CONFIG, strictly)
+
+
+def test_less_is_too_much_on_the_whole_where_pairs_are_looked_at_strictly():
+    """A board of an eighth of the wall, where three times as many as 5 % may differ, or twice as many."""
+    rgb, depth = wall()
+    board = rgb.copy()
+    board[60:120, 80:240] = (10, 40, 30)
+    pair = PlacedPair(view(rgb, depth), view(board, depth), HERE)
+    assert not contradict([pair], all_usually(0.05), CONFIG)
+    assert contradict([pair], all_usually(0.05), CONFIG, Scrutiny(share=2 / 3))
 
 
 def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):

@@ -1,0 +1,66 @@
+"""What is held against keyframes that are placed among others: their colours, beside those of their own chains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from razer.frame import Frame, Intrinsics
+from slam.backend.pose_graph import PoseEdge, PoseGraph
+from slam.backend.submaps.placement_check import PlacementCheck
+from slam.config import SlamConfig
+from slam.frontend.features import no_features
+from slam.frontend.keyframes import STILL, Keyframes, View
+
+CAMERA = Intrinsics(160, 120, 130.0, 130.0, 79.5, 59.5)
+CONFIG = SlamConfig()
+COLORS = np.array([(200, 60, 50), (60, 160, 70), (50, 70, 190)], np.uint8)
+STEP_PIXELS, AWAY_M = 6, 2.0
+STEP_M = STEP_PIXELS * AWAY_M / CAMERA.fx
+CERTAIN = 1e9 * np.eye(6)
+NO_TIES = np.zeros((0, 2), np.int64)
+ROWS, WIDTH = slice(20, 80), 50  # of what covers a sixth of a view
+
+
+def view(number, step, covered_from=None):
+    """A wall of broad stripes, from a camera that moved aside by so many steps; dark from a column of the view on."""
+    stripe = (np.arange(160) + STEP_PIXELS * step) // 20 % 3
+    rgb = np.array(np.broadcast_to(COLORS[stripe], (120, 160, 3)))
+    if covered_from is not None:
+        rgb[ROWS, covered_from : covered_from + WIDTH] = (10, 40, 30)
+    frame = Frame(number, float(number), rgb, np.full((120, 160), AWAY_M, np.float32), CAMERA)
+    return View.of(frame, no_features(np.zeros((0, 32), np.uint8)), STILL, CONFIG)
+
+
+def aside(step):
+    pose = np.eye(4)
+    pose[0, 3] = STEP_M * step
+    return pose
+
+
+def glare(step):
+    """A reflection that comes and goes."""
+    return 40 if step % 2 else None
+
+
+def board(step):
+    """Something on the wall, of another colour."""
+    return 90 - STEP_PIXELS * step
+
+
+@pytest.mark.parametrize(("covered_from", "contradicts"), [(glare, False), (board, True)])
+def test_colours_that_differ_within_a_chain_may_differ_beside_others(covered_from, contradicts):
+    """A chain of seven keyframes in front of a wall that another chain of twenty saw without."""
+    keyframes, graph = Keyframes(), PoseGraph()
+    for number in range(27):
+        chain = int(number >= 20)
+        step = number - 20 * chain
+        keyframes.add(view(number, step, covered_from(step) if chain else None), aside(step), chain, 0.0, chain)
+        graph.add_keyframe(number, aside(step), unanchored=number == 20)
+        if number not in (0, 20):
+            graph.add_edge(PoseEdge(number - 1, number, aside(1), CERTAIN, is_odometry=True))
+        for back in (6, 12) if not chain else ():
+            if number >= back:
+                graph.add_edge(PoseEdge(number - back, number, aside(back), CERTAIN))
+    check = PlacementCheck(keyframes, graph, CONFIG)
+    assert check.contradicts(list(range(20, 27)), np.arange(20), np.eye(4), NO_TIES) is contradicts
