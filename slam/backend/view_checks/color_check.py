@@ -14,7 +14,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.view_checks.reprojection import reprojected
+from slam.backend.view_checks.reprojection import reprojected, smear_pixels
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
@@ -128,7 +128,8 @@ def _difference(
     slope, offset = _tone(own[:, ::EACH], others[:, ::EACH])
     least_other = _least_other(others - slope * own - offset, contrast)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
-    darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1))  # so that edges may be a pixel off
+    # Edges may be a pixel off, and more where cameras turned.
+    darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1) + smear_pixels(view, other))
     outside = np.maximum(darkest - slope * greatest - offset, slope * least + offset - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
     return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))

@@ -12,7 +12,7 @@ import numpy as np
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.view_checks.reprojection import reprojected
+from slam.backend.view_checks.reprojection import reprojected, smear_pixels
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
 
@@ -60,7 +60,8 @@ def standing_readings(
     """
     here, pixel, z = reprojected(view, other, other_from_view)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
-    nearest = cv2.erode(other.sparse_depth.astype(np.float32), np.ones((3, 3), np.uint8)).ravel()[pixel]
+    neighbors = np.ones((3 + 2 * smear_pixels(view, other),) * 2, np.uint8)
+    nearest = cv2.erode(other.sparse_depth.astype(np.float32), neighbors).ravel()[pixel]
     read = other.sparse_depth.ravel()[pixel] > 0
     is_standing: BoolArray = z < nearest - (settings.margin_m + settings.margin_per_m * nearest + drift_m)
     return here[read], is_standing[read]

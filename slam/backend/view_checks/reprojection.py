@@ -1,4 +1,4 @@
-"""Reprojection of the sparse readings of one view into another."""
+"""Reprojection of the sparse readings of one view into another, and how far off they may lie."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from razer.arrays import Float64Array, IndexArray
 from razer.frame import Intrinsics
 from slam.frontend.keyframes import View
+from slam.frontend.view_registration import EXPOSURE_GAP_S
 
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
@@ -28,6 +29,13 @@ def reprojected(view: View, other: View, other_from_view: Float64Array) -> tuple
     inside = np.flatnonzero((column >= 0) & (column < k.width) & (row >= 0) & (row < k.height))
     there = row[inside] * k.width + column[inside]
     return pixel[inside], there.astype(np.intp), z[inside]
+
+
+def smear_pixels(view: View, other: View) -> int:
+    """How many pixels of the other view's readings may lie between where they are and where they belong, as far as is
+    known how the two cameras turned."""
+    turning_rad_s = max(float(np.linalg.norm(each.turning_rad_s)) for each in (view, other))
+    return int(EXPOSURE_GAP_S * turning_rad_s * other.sparse_intrinsics.fx)
 
 
 def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, tuple[Float64Array, ...]]:

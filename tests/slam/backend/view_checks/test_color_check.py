@@ -21,9 +21,9 @@ CONFIG = SlamConfig()
 HERE = np.eye(4)
 
 
-def wall():
-    """Depth and colours of a wall two metres away, with broad stripes of three colours."""
-    stripe = (np.arange(320) // 40) % 3
+def wall(shift=0):
+    """Depth and colours of a wall two metres away, with broad stripes of three colours, some pixels aside."""
+    stripe = ((np.arange(320) + shift) // 40) % 3
     colors = np.array([(200, 60, 50), (60, 160, 70), (50, 70, 190)], np.uint8)
     return np.broadcast_to(colors[stripe], (240, 320, 3)), np.full((240, 320), 2.0, np.float32)
 
@@ -267,3 +267,13 @@ def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):
     rgb, depth = wall()
     other = PlacedPair(view(rgb, depth), view(rgb[..., [2, 0, 1]], depth), HERE)
     assert contradict([other, true_and_false[0], true_and_false[0]], all_usually(0.01), CONFIG, Scrutiny(many_told=10))
+
+
+def test_colours_that_lie_beside_their_depth_while_a_camera_turns_are_no_others():
+    """Stripes twelve pixels of the image, three of the 80 compared, beside where they belong; as many enter the view."""
+    (rgb, depth), (shifted, _) = wall(), wall(12)
+    here, beside = view(rgb, depth), view(shifted, depth)
+    assert other_colors(here, beside, HERE, CONFIG.free_space) > 0.1
+    assert other_colors(here, beside.turning(np.array([0.0, 1.0, 0.0])), HERE, CONFIG.free_space) <= 3 / 80
+    other = view(rgb[..., [2, 0, 1]], depth)
+    assert other_colors(here, other.turning(np.array([0.0, 1.0, 0.0])), HERE, CONFIG.free_space) > 0.3

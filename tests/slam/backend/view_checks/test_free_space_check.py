@@ -60,3 +60,21 @@ def test_what_was_not_read_contradicts_nothing():
     holes = corridor(8.0)
     holes[holes > 6.0] = 0.0
     assert contradiction(view(holes), view(corridor(6.0)), np.eye(4), CONFIG.free_space) == 0.0
+
+
+def post(column):
+    """The depth of a post before a far wall, and its view by a camera that stood still."""
+    depth = np.full((240, 320), 4.0, np.float32)
+    depth[:, column : column + 32] = 1.5
+    return view(depth)
+
+
+def test_depth_that_lags_behind_a_turning_camera_contradicts_nothing():
+    """A post of 8 pixels that depth shows 3 pixels beside where colour has it: of a camera that turned by a radian a
+    second, 0.05 s of which are as much, it may be the same post; of one that stood still it is another."""
+    here, beside = post(100), post(112)
+    assert contradiction(here, beside, np.eye(4), CONFIG.free_space) > 0.02
+    for turning in (here.turning(np.array([0.0, 1.2, 0.0])), beside), (here, beside.turning(np.array([0.0, 0.0, 1.2]))):
+        assert contradiction(*turning, np.eye(4), CONFIG.free_space) == 0.0
+    elsewhere = post(200)
+    assert contradiction(here.turning(np.array([0.0, 1.2, 0.0])), elsewhere, np.eye(4), CONFIG.free_space) == pytest.approx(0.1)
