@@ -270,7 +270,7 @@ def test_much_that_differs_in_one_pair_of_few_counts(true_and_false):
 
 
 def test_colours_that_lie_beside_their_depth_while_a_camera_turns_are_no_others():
-    """Stripes twelve pixels of the image, three of the 80 compared, beside where they belong; as many enter the view."""
+    """Stripes twelve pixels of the image, three of 80 compared, beside where they belong; as many enter the view."""
     (rgb, depth), (shifted, _) = wall(), wall(12)
     here, beside = view(rgb, depth), view(shifted, depth)
     assert other_colors(here, beside, HERE, CONFIG.free_space) > 0.1

@@ -77,4 +77,6 @@ def test_depth_that_lags_behind_a_turning_camera_contradicts_nothing():
     for turning in (here.turning(np.array([0.0, 1.2, 0.0])), beside), (here, beside.turning(np.array([0.0, 0.0, 1.2]))):
         assert contradiction(*turning, np.eye(4), CONFIG.free_space) == 0.0
     elsewhere = post(200)
-    assert contradiction(here.turning(np.array([0.0, 1.2, 0.0])), elsewhere, np.eye(4), CONFIG.free_space) == pytest.approx(0.1)
+    assert contradiction(
+        here.turning(np.array([0.0, 1.2, 0.0])), elsewhere, np.eye(4), CONFIG.free_space
+    ) == pytest.approx(0.1)
