@@ -41,15 +41,19 @@ class Contrast(NamedTuple):
         times_median: as many times what most readings of both views differ by, as exposure, vignetting and reflections
             bring; SURELY_OTHER is always enough.
         patch: pixels, so many by so many, that it fills; edges that lie a pixel off are lines.
+        has_tone: whether colours may have become others by a tone curve, too, and not by a factor alone; that comes
+            to so much in a camera with automatic exposure that it would hide faint ones.
     """
 
     least: float
     times_median: float
     patch: int
+    has_tone: bool
 
 
-CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1)
-FAINT = Contrast(least=0.1, times_median=3.0, patch=2)  # as the seats of chairs that are otherwise alike
+CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1, has_tone=True)
+# As the seats of chairs that are otherwise alike.
+FAINT = Contrast(least=0.1, times_median=3.0, patch=2, has_tone=False)
 
 
 def color_correlation(
@@ -125,7 +129,7 @@ def _difference(
     if len(here) < MIN_SHARED:
         return None
     own, others = _logarithms(view, here), _logarithms(other, there)
-    slope, offset = _tone(own[:, ::EACH], others[:, ::EACH])
+    slope, offset = _tone(own[:, ::EACH], others[:, ::EACH]) if contrast.has_tone else _gain(own, others)
     least_other = _least_other(others - slope * own - offset, contrast)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     # Edges may be a pixel off, and more where cameras turned.
@@ -135,10 +139,15 @@ def _difference(
     return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))
 
 
+def _gain(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Slope and offset (3, 1) of the lines of slope 1 that bring logarithms of colours (3, M) to what another view has
+    (3, M)."""
+    return np.ones((3, 1), np.float32), np.median(others - own, axis=1, keepdims=True)
+
+
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
-    iteratively reweighted least squares."""
-    slope, offset = np.ones((3, 1), np.float32), np.median(others - own, axis=1, keepdims=True)
+    """The same of any slope, by iteratively reweighted least squares."""
+    slope, offset = _gain(own, others)
     for _ in range(TONE_ROUNDS):
         weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
         weight /= weight.sum(axis=1, keepdims=True)
