@@ -22,6 +22,7 @@ from razer.frame import Frame, Intrinsics
 LEAST_FRAMES = 30
 BLIND_S, GAPS = 2.0, (0.2, 0.45, 0.7)  # how long the lens is covered, and at which shares of the way
 BLINK, BLINK_EVERY = 3, 60  # frames
+LEAST_PIECES = 6  # of a short recording
 JITTER = 0.05  # share of the way by which seeds shift the gaps
 
 Order = tuple[int | None, ...]
@@ -89,6 +90,12 @@ def _jumping(n: int, _: int, seed: int) -> Order:
     return (*range(first), *range(second, n), *range(first, second))
 
 
+def _shuffled(n: int, long: int, seed: int) -> Order:
+    piece = max(1, min(long, n // LEAST_PIECES))
+    starts = np.random.default_rng([seed, 109]).permutation(range(0, n, piece)).tolist()
+    return tuple(index for start in starts for index in range(start, min(start + piece, n)))
+
+
 _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
     "recorded": ("as it was recorded", lambda n, *_: tuple(range(n))),
     "backwards": ("from its end", lambda n, *_: tuple(range(n - 1, -1, -1))),
@@ -96,6 +103,7 @@ _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
     "blinking": ("blind for three frames of every sixty", _blinking),
     "cut": ("without these two seconds", _cut),
     "jumping": ("a quarter, then the end, then what lies between", _jumping),
+    "shuffled": ("in pieces of two seconds, in any order", _shuffled),
 }
 """What is shown, and the order of its n frames by n, the frames of two seconds, and the seed."""
 
