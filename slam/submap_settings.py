@@ -14,7 +14,7 @@ class SubmapSettings(Settings):
         2,
         ge=0,
         description="Frames that show something but nothing known, after which a new submap is begun. Larger: fewer "
-        "submaps, more lost frames; 0: at once.",
+        "submaps, later ones; 0: at once.",
     )
     resume_frames: int = Field(
         30,
