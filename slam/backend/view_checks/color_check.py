@@ -27,9 +27,11 @@ BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf
 SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
 # How logarithms of one view's colours become another's, channel by channel: a line, as under a camera's tone curve
 # exposure does not shift them alone. It is fitted to some of the readings, none far off counting much (Cauchy), and its
-# slope stays near 1 where colours vary by less than a spread.
+# slope stays near 1 where colours vary by less than a spread. Its logarithm is as much as that of the factor by which
+# colours became lighter or darker, at the most: exposure that stayed bends nothing, and what looks as if it did is
+# another colour.
 EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
-LEAST_SLOPE, MOST_SLOPE = 0.6, 1.6
+BEND, MOST_SLOPE = 1.0, 1.6
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
@@ -41,19 +43,16 @@ class Contrast(NamedTuple):
         times_median: as many times what most readings of both views differ by, as exposure, vignetting and reflections
             bring; SURELY_OTHER is always enough.
         patch: pixels, so many by so many, that it fills; edges that lie a pixel off are lines.
-        has_tone: whether colours may have become others by a tone curve, too, and not by a factor alone; that comes
-            to so much in a camera with automatic exposure that it would hide faint ones.
     """
 
     least: float
     times_median: float
     patch: int
-    has_tone: bool
 
 
-CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1, has_tone=True)
+CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1)
 # As the seats of chairs that are otherwise alike.
-FAINT = Contrast(least=0.1, times_median=3.0, patch=2, has_tone=False)
+FAINT = Contrast(least=0.1, times_median=3.0, patch=2)
 
 
 def color_correlation(
@@ -129,7 +128,7 @@ def _difference(
     if len(here) < MIN_SHARED:
         return None
     own, others = _logarithms(view, here), _logarithms(other, there)
-    slope, offset = _tone(own[:, ::EACH], others[:, ::EACH]) if contrast.has_tone else _gain(own, others)
+    slope, offset = _tone(own, others)
     least_other = _least_other(others - slope * own - offset, contrast)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     # Edges may be a pixel off, and more where cameras turned.
@@ -139,24 +138,21 @@ def _difference(
     return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))
 
 
-def _gain(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """Slope and offset (3, 1) of the lines of slope 1 that bring logarithms of colours (3, M) to what another view has
-    (3, M)."""
-    return np.ones((3, 1), np.float32), np.median(others - own, axis=1, keepdims=True)
-
-
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """The same of any slope, by iteratively reweighted least squares."""
-    slope, offset = _gain(own, others)
+    """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
+    iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
+    offset = np.median(others - own, axis=1, keepdims=True)
+    steepest = np.minimum(np.exp(BEND * np.abs(offset)), MOST_SLOPE)
+    some, some_others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
     for _ in range(TONE_ROUNDS):
-        weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
+        weight = 1 / (1 + np.square((some_others - slope * some - offset) / TONE_SIGMA))
         weight /= weight.sum(axis=1, keepdims=True)
-        own_mean, others_mean = ((weight * each).sum(axis=1, keepdims=True) for each in (own, others))
-        weighted = weight * (own - own_mean)
-        products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (others, own))
-        slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(LEAST_SLOPE, MOST_SLOPE)
+        own_mean, others_mean = ((weight * each).sum(axis=1, keepdims=True) for each in (some, some_others))
+        weighted = weight * (some - own_mean)
+        products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (some_others, some))
+        slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(1 / steepest, steepest)
         offset = others_mean - slope * own_mean
-    return slope, offset
+    return slope, np.median(others - slope * own, axis=1, keepdims=True)
 
 
 def _least_other(differences: Float32Array, contrast: Contrast) -> float:

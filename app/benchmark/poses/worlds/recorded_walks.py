@@ -1,4 +1,4 @@
-"""Recorded walks: a recording with poses, shown backwards, with the lens covered, or cut.
+"""Recorded walks: a recording with poses, shown backwards, with the lens covered, cut, or as few pictures in any order.
 
 Rendered worlds have one exposure. What an automatic camera does between two views of one place is in recordings alone.
 """
@@ -108,9 +108,24 @@ _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
 """What is shown, and the order of its n frames by n, the frames of two seconds, and the seed."""
 
 
+SPARSE_STRIDES = (8, 16)
+
+
 def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
     """The walks through a recording by name, of its first frames where they are bounded."""
-    return {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()}
+    return {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()} | {
+        f"sparse-{stride}": HardWorld(
+            f"every {stride}th frame, in any order", partial(_pictures, recording, stride), is_sparse=True
+        )
+        for stride in SPARSE_STRIDES
+    }
+
+
+def _pictures(recording: PosedRecording, stride: int, seed: int, n_frames: int | None) -> HardWalk:
+    """Every so many frames, in any order."""
+    shown = np.arange(0, min(n_frames or len(recording), len(recording)), stride)
+    order = np.random.default_rng([seed, 103]).permutation(shown)
+    return HardWalk(recording, tuple(order.tolist()), recording.frames_per_s / stride)
 
 
 def _walk(
