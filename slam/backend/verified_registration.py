@@ -18,6 +18,8 @@ from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_tru
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
+# Of pictures that have wide features alone, half as many, which match by far less chance.
+ENOUGH_WIDE, MIN_WIDE = 15, 6
 # A start by features alone is off by so much at the most; what it contradicts beyond that is another place.
 START_OFF_M, MAX_START_CONTRADICTION = 0.1, 0.1
 MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
@@ -41,7 +43,10 @@ class VerifiedRegistration:
             guesses: keyframe_from_view (4, 4) to start from.
             calibration: the colour camera as known so far.
         """
-        return self._verified(keyframe, view, guesses, calibration, None)
+        if len(view.features):
+            return self._verified(keyframe, view, guesses, calibration, None)
+        rigid = _wide_matches(keyframe, view)
+        return self._verified(keyframe, view, guesses, calibration, rigid, is_known=True)
 
     def recognise(
         self,
@@ -61,7 +66,8 @@ class VerifiedRegistration:
             rigid: features of both that match from afar, where they are known.
         """
         result = self._verified(keyframe, view, guesses, calibration, rigid or _wide_matches(keyframe, view))
-        return None if result is None or result.n_features < MIN_FEATURES else result
+        least = MIN_FEATURES if len(view.features) else MIN_WIDE
+        return None if result is None or result.n_features < least else result
 
     def rigid_motion(self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None) -> RigidMotion | None:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
@@ -77,7 +83,7 @@ class VerifiedRegistration:
             return None
         motion = rigid.motion()
         is_possible = self._is_possible(keyframe, view, motion, START_OFF_M, MAX_START_CONTRADICTION)
-        return RigidMotion(motion, rigid.n_explained) if is_possible else None
+        return RigidMotion(motion, rigid.n_explained, rigid.information) if is_possible else None
 
     def _verified(
         self,
@@ -86,8 +92,9 @@ class VerifiedRegistration:
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
+        is_known: bool = False,
     ) -> IcpResult | None:
-        result = self._settled(keyframe, view, guesses, calibration, rigid)
+        result = self._settled(keyframe, view, guesses, calibration, rigid, is_known)
         if result is None:
             return None
         motion, most = result.target_from_source, self._settings.max_contradiction
@@ -111,20 +118,27 @@ class VerifiedRegistration:
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
+        is_known: bool = False,
     ) -> IcpResult | None:
         """A registration that came to rest where features or depth agree, and leave no direction open."""
         target = self._keyframes.view(keyframe)
-        result = self._registration.register(target, view, guesses, calibration, rigid)
+        register = self._registration
+        result = (
+            register.refine(target, view, guesses[0], calibration, rigid)
+            if is_known
+            else register.register(target, view, guesses, calibration, rigid)
+        )
         for _ in range(MORE_ROUNDS):
-            if result is None or not self._holds(result):
+            if result is None or not self._holds(result, view):
                 return None
             if is_at_rest(result):
                 return result
             result = self._registration.refine(target, view, result.target_from_source, calibration, rigid)
         return None
 
-    def _holds(self, result: IcpResult) -> bool:
-        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, ENOUGH_FEATURES)
+    def _holds(self, result: IcpResult, view: View) -> bool:
+        enough = ENOUGH_FEATURES if len(view.features) else ENOUGH_WIDE
+        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, enough)
 
 
 def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:

@@ -25,14 +25,17 @@ MOST = 0.6  # share of a set that each of it must agree with: matches that are f
 # Features that a motion explains, of views of one place; PnP finds no other then, at ten times the cost.
 ENOUGH_EXPLAINED = 8
 LEAST = 3  # points, that a motion is known by
+LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
 
 
 class RigidMotion(NamedTuple):
-    """target_from_source (4, 4), roughly, and how many features it explains."""
+    """target_from_source (4, 4), roughly, how many features it explains, and what these tell of it: information (6, 6)
+    of a left perturbation (rotation, shift)."""
 
     target_from_source: Float64Array
     n_explained: int
+    information: Float64Array
 
 
 class RigidMatches:
@@ -75,6 +78,18 @@ class RigidMatches:
     def n_explained(self) -> int:
         """How many features the motion brings to where the target saw them."""
         return int(self._best[1].sum())
+
+    @property
+    def information(self) -> Float64Array:
+        """What the features that it explains tell of the motion, each known to its margin: (6, 6), rotation first."""
+        explained = self._best[1]
+        points, precision = self._here[explained], 1 / self._margin_m[explained]
+        moved = points @ self._best[0][:3, :3].T + self._best[0][:3, 3]
+        turned = np.cross(np.eye(3)[None], moved[:, None])  # d (turn x point) / d turn, axis by axis
+        jacobian = np.concatenate([turned, np.broadcast_to(np.eye(3), turned.shape)], axis=1)
+        weighted = (jacobian * precision[:, None, None]).transpose(0, 2, 1).reshape(-1, 6)
+        result: Float64Array = weighted.T @ weighted + LEAST_INFORMATION * np.eye(6)
+        return result
 
     @property
     def is_sure(self) -> bool:

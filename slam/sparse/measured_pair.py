@@ -12,7 +12,7 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.pose_edge import PoseEdge
 
-ALONE_FEATURES = 20  # that agree, for a single pair to be believed: fewer may agree on a look-alike
+ALONE_FEATURES = 12  # that agree, for a single pair to be believed: fewer may agree on a look-alike
 BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
 LEAST_SCORE = 0.01  # features say something where no depth agrees, too
@@ -25,7 +25,7 @@ Numbers = tuple[int, int]  # of two pictures
 class MeasuredPair:
     """The edge between two pictures, the features that agree, the share of points that do (score), what share of
     colours differs, how far apart they were taken (see `separation`), and whether the one was taken next after the
-    other, of a camera that was carried about."""
+    other, of a camera that was carried about. Of a pair that was not registered yet, what its features say, roughly."""
 
     edge: PoseEdge
     n_features: int
@@ -33,6 +33,7 @@ class MeasuredPair:
     other_colors: float = 0.0
     separation: float = 0.5
     is_next: bool = False
+    is_registered: bool = True
 
     @property
     def weight(self) -> float:

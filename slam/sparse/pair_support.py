@@ -23,7 +23,7 @@ from slam.backend.view_checks.usual_colors import UsualColors
 from slam.se3 import angle_deg, length_m
 from slam.sparse.measured_pair import MeasuredPair, Numbers, by_picture
 
-LOOP_M, LOOP_DEG = 0.1, 3.0  # three motions round a triangle of pictures that err by more are not all right
+LOOP_M, LOOP_DEG = 0.2, 6.0  # three motions round a triangle of pictures that err by more are not all right
 SAME, OTHER = 1.0, -2.0  # what colours say for one place at most, and against it
 LEAST_COLORS = 1e-3  # times what is usual; less is noise
 BORNE_OUT = 4.0  # support of a pair that others believe

@@ -3,9 +3,10 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -14,24 +15,20 @@ from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
-from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import PoseEdge
-from slam.sparse.measured_pair import MeasuredPair, Numbers, by_picture, is_sure, surest_first
-from slam.sparse.missing_pairs import missing_pairs
-from slam.sparse.pair_support import pair_support
+from slam.sparse.known_pairs import KnownPairs
+from slam.sparse.measured_pair import MeasuredPair, is_sure
 from slam.sparse.placed_pictures import PlacedPictures
-from slam.sparse.reassignment import Reassignment
+from slam.sparse.reassignment import Reassignment, Tie
 
 MOST_TESTED = 10  # groups of ties between two parts: there are few look-alikes of any, but some false ties with each
-# Of ties on average: those of one place have -3 and more, as through doors; those of two, -5 to -20.
-LEAST_SUPPORT = -5.0
-# Times the other colours that two parts may have on the whole: ties are few, and mostly edges, as through doors.
-FEW_TIMES = 2.0
-MOST_COMPARED = 60  # pairs of pictures whose free space is compared before two parts are joined
+# Pairs of pictures whose free space is compared before two parts are joined: of each of the smaller one, and of all.
+MOST_COMPARED_EACH, MOST_COMPARED = 16, 60
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
+MOST_REGISTERED = 3  # of ties that agree, before something rests on them
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 
@@ -40,24 +37,12 @@ class Parts:
 
     Args:
         keyframes: the pictures.
-        pairs: those that were measured.
+        pairs: what is known of them.
         config: the settings.
-        unrecognised: the pairs that were compared in vain.
     """
 
-    def __init__(
-        self,
-        keyframes: Keyframes,
-        pairs: Sequence[MeasuredPair],
-        config: SlamConfig,
-        unrecognised: Collection[Numbers] = (),
-    ) -> None:
-        self._keyframes, self._config = keyframes, config
-        self._table, self._usual_colors = by_picture(pairs), _usual_colors(pairs)
-        missing = missing_pairs(keyframes, pairs, unrecognised, config.depth.max_depth_m)
-        self._support = pair_support(pairs, self._usual_colors, missing)
-        self._pairs = surest_first(pairs, self._support)
-        self._supported = by_picture([pair for pair in pairs if not self._is_unsupported([pair])])
+    def __init__(self, keyframes: Keyframes, pairs: KnownPairs, config: SlamConfig) -> None:
+        self._keyframes, self._pairs, self._config = keyframes, pairs, config
         self._placed = PlacedPictures(keyframes, config.free_space)
         self.part_of = list(range(len(keyframes)))
         self.members: dict[int, list[int]] = {n: [n] for n in self.part_of}
@@ -66,26 +51,21 @@ class Parts:
         self._tested: dict[tuple[int, int], tuple[int, int]] = {}
 
     @classmethod
-    def of(
-        cls,
-        keyframes: Keyframes,
-        pairs: Sequence[MeasuredPair],
-        config: SlamConfig,
-        unrecognised: Collection[Numbers] = (),
-    ) -> Parts:
+    def of(cls, keyframes: Keyframes, pairs: KnownPairs, config: SlamConfig) -> Parts:
         """Those that pictures fall into in the end."""
-        parts = cls(keyframes, pairs, config, unrecognised)
+        parts = cls(keyframes, pairs, config)
         parts.grow()
         for _ in range(ROUNDS):
             if not parts.reassign():
                 break
             parts.grow()
         parts.leave_undecided()
+        parts.secure()
         return parts
 
     def grow(self) -> None:
         """Join parts until nothing is left that may be joined."""
-        while sum(self._try(pair) for pair in self._pairs):
+        while sum(self._try(pair) for pair in list(self._pairs)):
             pass
 
     def reassign(self) -> bool:
@@ -104,9 +84,28 @@ class Parts:
             if alone:
                 self._split(part, alone)
 
+    def secure(self) -> None:
+        """Register what holds each part together, and part what no registration ties to the rest."""
+        for part in sorted(self.members):
+            tied = DisjointSet(self.members[part])
+            for pair in sorted(self.agreeing(part), key=lambda pair: (not pair.is_registered, -pair.weight)):
+                if not tied.connected(*pair.ends) and self._bears_out(self._pairs.registered(pair)):
+                    tied.merge(*pair.ends)
+            if tied.n_subsets > 1:
+                del self.members[part]
+                for numbers in tied.subsets():
+                    self._set_apart(sorted(numbers))
+
+    def _bears_out(self, pair: MeasuredPair | None) -> bool:
+        """Whether a pair puts its pictures where they are."""
+        if pair is None:
+            return False
+        a, b = pair.ends
+        return bool(_same((self.poses[a] @ pair.edge.a_from_b)[None], self.poses[b][None])[0])
+
     @property
     def _reassignment(self) -> Reassignment:
-        return Reassignment(self._placed, self._supported, self._usual_colors, self._config)
+        return Reassignment(self._placed, self._pairs, self._config)
 
     def _reassign(self, part: int) -> bool:
         moved = self._reassignment.moved(self._poses_of(part))
@@ -168,72 +167,93 @@ class Parts:
     def _rank(self, part: int) -> tuple[int, int]:
         return -len(self.members[part]), part
 
-    def _ties(self, home: int, away: int) -> list[tuple[MeasuredPair, Float64Array]]:
+    def _ties(self, home: int, away: int) -> list[Tie]:
         """The pairs between two parts, and home_from_away (4, 4) as each has it, the surest first."""
         ties = []
         for n in self.members[away]:
-            for other, pair in self._table.get(n, {}).items():
+            for other, pair in self._pairs.by_number.get(n, {}).items():
                 if self.part_of[other] == home:
-                    ties.append((pair, self.poses[other] @ pair.motion(other) @ inverse(self.poses[n])))
+                    ties.append((pair, self._motion(pair, other)))
         return sorted(ties, key=lambda tie: -tie[0].weight)
+
+    def _motion(self, pair: MeasuredPair, at_home: int) -> Float64Array:
+        """home_from_away as a pair has it, of which one picture is at home."""
+        return self.poses[at_home] @ pair.motion(at_home) @ inverse(self.poses[pair.other(at_home)])
 
     def _agreed(self, home: int, away: int) -> Float64Array | None:
         """home_from_away as most ties have it that what the pictures saw bears out; None where those are not sure
         enough, or too many say otherwise."""
         ties = self._ties(home, away)
-        motions = np.stack([motion for _, motion in ties])
-        same, left = same_motions(motions, np.zeros(3)), np.ones(len(ties), bool)
+        if not ties:
+            return None
+        same = same_motions(np.stack([motion for _, motion in ties]), np.zeros(3))
+        votes = np.array([self._pairs.vote(pair) for pair, _ in ties])
         for _ in range(MOST_TESTED):
-            best = _largest(same, left)
+            best = _strongest(same, votes)
             if not is_sure([ties[n][0] for n in best]):
-                return None
-            rivals = _largest(same, left & ~np.isin(np.arange(len(ties)), best))
-            if self._is_refuted(home, away, [ties[n] for n in best]):
-                left[best] = False
-            elif len(best) >= MAJORITY * len(rivals):
-                return motions[best[0]]
-            elif self._is_refuted(home, away, [ties[n] for n in rivals]):
-                left[rivals] = False
+                left = [ties[n][0] for n in np.flatnonzero(votes)]
+                return self._agreed(home, away) if self._register_best(left) else None
+            rivals = _strongest(same, np.where(np.isin(np.arange(len(ties)), best), 0.0, votes))
+            motion = self._borne_out(home, away, [ties[n] for n in best])
+            if motion is None:
+                votes[best] = 0.0
+            elif votes[best].sum() >= MAJORITY * votes[rivals].sum():
+                return motion
+            elif self._borne_out(home, away, [ties[n] for n in rivals]) is None:
+                votes[rivals] = 0.0
             else:
                 return None
         return None
 
-    def _is_refuted(self, home: int, away: int, ties: Sequence[tuple[MeasuredPair, Float64Array]]) -> bool:
-        """Whether ties that agree are of places that look alike."""
-        pairs, home_from_away = [pair for pair, _ in ties], ties[0][1]
-        is_told = self._is_unsupported(pairs) or self._have_other_colors(pairs)
-        return is_told or self._is_contradicted(home, away, home_from_away)
-
-    def _is_unsupported(self, ties: Sequence[MeasuredPair]) -> bool:
-        """Whether other pairs say that ties put one place on another that looks alike."""
-        if any(tie.is_next for tie in ties):
+    def _register_best(self, ties: Sequence[MeasuredPair]) -> bool:
+        """Register the best of ties none of which is sure, as these may lie too roughly to agree, and say whether there
+        was anything to register."""
+        rough = [pair for pair in ties if not pair.is_registered and not self._pairs.are_unsupported([pair])]
+        if len(ties) < 2:
             return False
-        support = np.average([self._support[tie.ends] for tie in ties], weights=[tie.weight for tie in ties])
-        return bool(support < LEAST_SUPPORT)
+        for pair in rough[:MOST_REGISTERED]:
+            self._pairs.registered(pair)
+        return bool(rough)
 
-    def _have_other_colors(self, ties: Sequence[MeasuredPair]) -> bool:
-        """Whether pictures that ties put on each other differ far more in colour than pictures so far apart do: enough
-        where no third picture shows what both do, so that there are no triangles."""
-        usual = self._usual_colors.at([tie.separation for tie in ties])
-        excess = float(np.mean([tie.other_colors for tie in ties])) / float(usual.mean())
-        return excess > FEW_TIMES * self._config.submaps.max_color_excess
+    def _borne_out(self, home: int, away: int, ties: Sequence[Tie]) -> Float64Array | None:
+        """home_from_away as ties that agree have it; None if they are of places that look alike."""
+        pairs = [pair for pair, _ in ties]
+        if self._pairs.are_unsupported(pairs) or self._pairs.have_other_colors(pairs):
+            return None
+        motion = self._settled(home, ties)
+        return None if motion is None or self._is_contradicted(home, away, motion) else motion
+
+    def _settled(self, home: int, ties: Sequence[Tie]) -> Float64Array | None:
+        """home_from_away by the registrations of the best of ties that agree, the one that agrees with most; None where
+        none agrees with any."""
+        roughly, motions = np.stack([motion for _, motion in ties]), list[Float64Array]()
+        for tie, _ in ties[:MOST_REGISTERED]:
+            registered = self._pairs.registered(tie)
+            if registered is not None:
+                at_home = tie.edge.a if self.part_of[tie.edge.a] == home else tie.edge.b
+                motions.append(self._motion(registered, at_home))
+        if not motions:
+            return None
+        same = same_motions(np.concatenate([motions, roughly]), np.zeros(3))[: len(motions)]
+        best = int(np.argmax(same.sum(axis=1)))
+        return motions[best] if same[best].sum() > 1 else None
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
         through, or has other colours."""
         pairs = self._near_pairs(home, away, home_from_away)
         return contradict(
-            pairs, lambda shared: self._usual_colors.at([pair.separation for pair in shared]), self._config
+            pairs, lambda shared: self._pairs.usual_where_placed.at([pair.separation for pair in shared]), self._config
         )
 
     def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:
         """Pictures of two parts that would be near each other; of many, some."""
-        at_home = np.array(self.members[home])
+        at_home, of_away = np.array(self.members[home]), self.members[away]
         poses, pairs = np.stack([self.poses[n] for n in self.members[home]]), list[PlacedPair]()
-        for number in self.members[away]:
+        most_each = min(MOST_COMPARED_EACH, -(-MOST_COMPARED // len(of_away)))
+        for number in of_away:
             moved = home_from_away @ self.poses[number]
-            near = at_home[near_poses(moved, poses, self._config.loop_closure)]
-            for other in near[near != number].tolist():
+            for other in at_home[near_poses(moved, poses, self._config.loop_closure)[:most_each]].tolist():
                 pairs.append(self._placed.pair(other, number, inverse(self.poses[other]) @ moved))
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
 
@@ -262,14 +282,10 @@ def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Ma
     return graph.smooth()
 
 
-def _usual_colors(pairs: Sequence[MeasuredPair]) -> UsualColors:
-    return UsualColors([pair.separation for pair in pairs], [pair.other_colors for pair in pairs])
-
-
-def _largest(same: BoolArray, left: BoolArray) -> IndexArray:
-    """Numbers, of those that are left (N,), of the largest group that is the same (N, N) as one of them."""
-    sizes = np.where(left, (same & left).sum(axis=1), 0)
-    return np.flatnonzero(same[int(np.argmax(sizes))] & left)
+def _strongest(same: BoolArray, votes: Float64Array) -> IndexArray:
+    """Numbers, of those that have votes (N,), of the group with most that is the same (N, N) as one of them."""
+    sums = np.where(votes > 0, same @ votes, 0.0)
+    return np.flatnonzero(same[int(np.argmax(sums))] & (votes > 0))
 
 
 def _same(first: Float64Array, second: Float64Array) -> BoolArray:

@@ -15,7 +15,7 @@ from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
-from slam.backend.view_checks.color_check import FAINT, other_colors
+from slam.backend.view_checks.color_check import FAINT, ColorDifference, color_difference, other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -34,13 +34,16 @@ IN_ORDER = 0.5  # share of pictures that show what the one before does, from whi
 MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the share of them from which all are
 LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
+ROUGH = 1 / 16  # of what features by themselves would tell of a motion: they err together
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
 
 class PictureMatching:
     """Pictures in the order of their stamps, and the pairs of them that were measured. `quality`: that of each
-    picture's best pair; `unrecognised`: the pairs that were compared in vain."""
+    picture's best pair; `unrecognised`: the pairs that were compared in vain;
+    `sure_colors`: how far apart pictures that look most alike lie by their registrations, and what share of colours
+    differs there."""
 
     def __init__(self, views: Iterable[View], config: SlamConfig) -> None:
         self._config = config
@@ -48,6 +51,7 @@ class PictureMatching:
         self.calibration = ColorCalibration.nominal()
         self._measured: dict[Numbers, MeasuredPair] = {}
         self.quality: dict[int, TrackingQuality] = {}
+        self.sure_colors: list[tuple[float, float]] = []
         self.unrecognised: set[Numbers] = set()
         self.registration = VerifiedRegistration(self.keyframes, config)
         self._tried: set[Numbers] = set()
@@ -57,6 +61,11 @@ class PictureMatching:
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
         self._roots = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._root_sift)
+
+    @property
+    def n_compared(self) -> int:
+        """How many pairs were compared, whatever came of it."""
+        return len(self._tried)
 
     @property
     def pairs(self) -> list[MeasuredPair]:
@@ -76,6 +85,7 @@ class PictureMatching:
             result = self._registered(a, b) if self._rigid_motion(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
+                self.sure_colors.append(self._colors(a, b, result.target_from_source))
         for keyframe in self.keyframes.all:
             keyframe.view = _seen_by(keyframe.view, self.calibration)
         self._roots.cache_clear()
@@ -105,7 +115,7 @@ class PictureMatching:
         where nothing has texture only that says so."""
         pairs = sorted(self._consecutive)
         probes = pairs[:: -(-len(pairs) // MOST_PROBES) or 1]
-        n_found = sum(self._measure(*pair, [np.eye(4)]) for pair in probes)
+        n_found = sum(self._measure(*pair, [np.eye(4)]) is not None for pair in probes)
         if n_found >= MAY_BE_IN_ORDER * len(probes):
             for pair in self._untried(pairs):
                 self._measure(*pair, [np.eye(4)])
@@ -120,7 +130,7 @@ class PictureMatching:
         self.unrecognised.update(pair for pair, motion in rigid.items() if motion is None)
         for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
             if self._n_ways(a, b, motion.target_from_source) < ENOUGH_WAYS:
-                self._measure(a, b)
+                self._add(self._candidate(a, b, motion))
 
     def _untried(self, pairs: Iterable[Numbers]) -> list[Numbers]:
         return [pair for pair in pairs if pair not in self._tried]
@@ -140,23 +150,57 @@ class PictureMatching:
         ways = [self._ties[a][c].motion(a) @ self._ties[c][b].motion(c) for c in self._ties[a].keys() & self._ties[b]]
         return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
 
-    def _measure(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> bool:
+    def _candidate(self, a: int, b: int, motion: RigidMotion) -> MeasuredPair:
+        """A pair as its features have it, roughly."""
+        edge = PoseEdge(a, b, motion.target_from_source, ROUGH * motion.information)
+        return self._pair(edge, motion.n_explained)
+
+    def _pair(self, edge: PoseEdge, n_features: int) -> MeasuredPair:
+        """A pair that is not registered, of two pictures that lie as an edge has them."""
+        views = self.keyframes[edge.a].view, self.keyframes[edge.b].view
+        told = color_difference(*views, edge.a_from_b, self._config.free_space, FAINT) or ColorDifference(0.0, 0)
+        score = told.n_readings / max(1, min(int(np.count_nonzero(view.sparse_depth)) for view in views))
+        apart = separation(*views, edge.a_from_b)
+        return MeasuredPair(edge, n_features, float(score), told.share, apart, is_registered=False)
+
+    def _colors(self, a: int, b: int, a_from_b: Float64Array) -> tuple[float, float]:
+        """How far apart two pictures lie, and what share of their colours differs there."""
+        views = self.keyframes[a].view, self.keyframes[b].view
+        return separation(*views, a_from_b), other_colors(*views, a_from_b, self._config.free_space, FAINT) or 0.0
+
+    def _add(self, pair: MeasuredPair) -> None:
+        a, b = pair.ends
+        self._measured[a, b] = self._ties[a][b] = self._ties[b][a] = pair
+
+    def register(self, pair: MeasuredPair) -> MeasuredPair | None:
+        """A pair as its registration has it, with the colours that it had before; None where that came to nothing."""
+        return self._measure(*pair.ends, of=pair)
+
+    def _measure(
+        self, a: int, b: int, guesses: Sequence[Float64Array] = (), of: MeasuredPair | None = None
+    ) -> MeasuredPair | None:
+        """Register two pictures, of which that is known roughly."""
         self._tried.add((a, b))
         result = self._registered(a, b, guesses)
         if result is None:
-            self.unrecognised.add((a, b))
-            return False
+            self._forget(a, b)
+            return None
         edge = PoseEdge(a, b, result.target_from_source, result.information)
-        views, motion = (self.keyframes[a].view, self.keyframes[b].view), result.target_from_source
-        colors = other_colors(*views, motion, self._config.free_space, FAINT) or 0.0
-        pair = MeasuredPair(edge, result.n_features, result.score, colors, separation(*views, motion))
-        self._measured[a, b] = pair
-        self._ties[a][b] = self._ties[b][a] = pair
+        if of is None:
+            of = self._pair(edge, result.n_features)
+        pair = replace(of, edge=edge, n_features=result.n_features, score=result.score, is_registered=True)
+        self._add(pair)
         quality = TrackingQuality.of(result)
         for n in (a, b):
             if n not in self.quality or self.quality[n].n_features < quality.n_features:
                 self.quality[n] = quality
-        return True
+        return pair
+
+    def _forget(self, a: int, b: int) -> None:
+        """Let a pair be one that was compared in vain."""
+        self.unrecognised.add((a, b))
+        if self._measured.pop((a, b), None):
+            del self._ties[a][b], self._ties[b][a]
 
     def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
         target, view = self.keyframes[a], self.keyframes.view(self.keyframes[b])

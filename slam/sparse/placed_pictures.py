@@ -16,6 +16,7 @@ from slam.backend.view_checks.color_check import FAINT, ColorDifference
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import Keyframes
 
+OFF_M = 0.1  # by which pictures may lie off, placed as they are by few others
 SAME_TO = 3  # decimals of metres and radians: nothing is told differently so close by
 
 
@@ -55,5 +56,5 @@ class PlacedPictures:
         place = (np.round(a_from_b[:3], SAME_TO) + 0.0).tobytes()
         if (a, b, place) not in self._pairs:
             views = self.keyframes[a].view, self.keyframes[b].view
-            self._pairs[a, b, place] = ComparedPair(*views, a_from_b, contrast=FAINT, settings=self.settings)
+            self._pairs[a, b, place] = ComparedPair(*views, a_from_b, OFF_M, FAINT, settings=self.settings)
         return self._pairs[a, b, place]

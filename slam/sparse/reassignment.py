@@ -16,9 +16,9 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.submaps.merge_hypotheses import MAJORITY, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, color_differences
-from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
+from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair, is_sure
 from slam.sparse.placed_pictures import PlacedPictures
 
@@ -53,14 +53,12 @@ class Reassignment:
 
     Args:
         pictures: all of them, wherever they may lie.
-        table: the pairs of each, by the other picture.
-        usual_colors: what share of colours differs between pictures so far apart.
+        pairs: what is known of them.
         config: the settings.
     """
 
     pictures: PlacedPictures
-    table: Mapping[int, Mapping[int, MeasuredPair]]
-    usual_colors: UsualColors
+    pairs: KnownPairs
     config: SlamConfig
 
     def moved(self, poses: Mapping[int, Float64Array]) -> dict[int, Float64Array]:
@@ -73,12 +71,12 @@ class Reassignment:
         for _ in range(SWEEPS):
             moved = [number for number in sorted(asked) if self._move(number, now)]
             changed.update(moved)
-            asked = {other for number in moved for other in self.table.get(number, {}) if other in now}
+            asked = {other for number in moved for other in self.pairs.supported.get(number, {}) if other in now}
         return {number: now[number] for number in sorted(changed)}
 
     def _move(self, number: int, poses: dict[int, Float64Array]) -> bool:
         here, there = self._here_and_there(number, poses)
-        if not is_sure([pair for pair, _ in there]) or any(pair.is_next for pair, _ in here):
+        if not there:
             return False
         pose = there[0][1]
         if here and not self._is_better(number, pose, _weight(there) / _weight(here), poses):
@@ -96,8 +94,8 @@ class Reassignment:
         return [number for number in sorted(poses) if self._is_undecided(number, poses)]
 
     def _is_undecided(self, number: int, poses: Mapping[int, Float64Array]) -> bool:
-        here, there = self._here_and_there(number, poses)
-        if not is_sure([pair for pair, _ in there]) or any(pair.is_next for pair, _ in here):
+        there = self._here_and_there(number, poses)[1]
+        if not there:
             return False
         elsewhere = self._fit(number, there[0][1], poses)
         if self._is_contradicted(elsewhere, SURELY):
@@ -105,12 +103,29 @@ class Reassignment:
         return not self._fit(number, poses[number], poses).is_clearly_better(elsewhere)
 
     def _here_and_there(self, number: int, poses: Mapping[int, Float64Array]) -> tuple[list[Tie], list[Tie]]:
-        """The ties that put a picture where it is, and the heaviest that agree on another place."""
+        """The ties that put a picture where it is, and the heaviest that agree on another place, if they are sure of it
+        and the camera's way does not hold the picture."""
         ties = self._ties(number, poses)
         same = same_motions(np.stack([poses[number], *(pose for _, pose in ties)]), np.zeros(3))
         here = [tie for tie, is_here in zip(ties, same[0, 1:], strict=True) if is_here]
+        if any(pair.is_next for pair, _ in here):
+            return here, []
         groups = [[ties[n] for n in np.flatnonzero(row & ~same[0, 1:])] for row in same[1:, 1:][~same[0, 1:]]]
-        return here, max(groups, key=_weight, default=[])
+        there = max(groups, key=_weight, default=[])
+        return here, self._registered(number, there, poses) if is_sure([pair for pair, _ in there]) else []
+
+    def _registered(self, number: int, ties: Sequence[Tie], poses: Mapping[int, Float64Array]) -> list[Tie]:
+        """Ties that agree, if as many as make sure still do once they are registered."""
+        sure, left = list[Tie](), list(ties)
+        while left and not is_sure([pair for pair, _ in sure]):
+            tie, roughly = left.pop(0)
+            pair = self.pairs.registered(tie)
+            if pair is not None:
+                other = pair.other(number)
+                pose = poses[other] @ pair.motion(other)
+                if same_motions(np.stack([roughly, pose]), np.zeros(3))[0, 1]:
+                    sure.append((pair, pose))
+        return [*sure, *left] if is_sure([pair for pair, _ in sure]) else []
 
     def _is_better(self, number: int, pose: Float64Array, times: float, poses: Mapping[int, Float64Array]) -> bool:
         """Whether a picture rather lies elsewhere, where ties say so that weigh so many times those that leave it."""
@@ -129,7 +144,7 @@ class Reassignment:
 
     def _ties(self, number: int, poses: Mapping[int, Float64Array]) -> list[Tie]:
         """The pairs of a picture within the part, and where each puts it, the surest first."""
-        pairs = [(pair, other) for other, pair in self.table.get(number, {}).items() if other in poses]
+        pairs = [(pair, other) for other, pair in self.pairs.supported.get(number, {}).items() if other in poses]
         pairs.sort(key=lambda tie: (-tie[0].weight, tie[1]))
         return [(pair, poses[other] @ pair.motion(other)) for pair, other in pairs]
 
@@ -145,7 +160,7 @@ class Reassignment:
         told = color_differences(pairs, self.config)
         if not told:
             return None
-        usual = self.usual_colors.at([pairs[n].separation for n in told])
+        usual = self.pairs.usual_where_placed.at([pairs[n].separation for n in told])
         shares, n_readings = np.array([*told.values()]).T
         return float(n_readings @ shares / (n_readings @ usual))
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from razer.arrays import Float64Array, Pose
 from razer.frame import Frame
 from razer.geometry import inverse
@@ -13,17 +15,19 @@ from slam.backend.outlier_edges import is_outlier
 from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import FeatureExtractor
+from slam.frontend.features import no_features
 from slam.frontend.keyframes import STILL, Keyframes, View
 from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
+from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.parts import Parts, components
 from slam.sparse.picture_matching import PictureMatching
 from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
 LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more
 ROUNDS = 2  # of measuring neighbours at the poses that follow
+NO_DESCRIPTORS = np.zeros((0, 32), np.uint8)  # ORB's: wide features match as well and from farther apart
 NOWHERE = PoseReport(None, None, None)
 
 
@@ -37,7 +41,6 @@ class SparseSystem:
         self.n_pairs = 0  # that were registered
         self.quality: Mapping[int, TrackingQuality] = {}  # by frame, of its best pair
         self._origin = 0
-        self._extractor = FeatureExtractor(config)
         self._views: list[View] = []
         self._news: dict[int, Pose] = {}
         self._report = NOWHERE
@@ -51,7 +54,7 @@ class SparseSystem:
     def locate(self, frame: Frame) -> None:
         """Take in a picture; where it was taken is known in the end."""
         nominal = ColorCalibration.nominal()
-        view = View.of(frame, self._extractor.extract(frame, nominal), STILL, self.config, nominal)
+        view = View.of(frame, no_features(NO_DESCRIPTORS), STILL, self.config, nominal)
         assert view.wide.features is not None  # extracted now, as the frame would be kept until they are
         self._views.append(view)
 
@@ -72,7 +75,7 @@ class SparseSystem:
         matching.measure_consecutive()
         matching.measure(matching.candidates())
         parts = self._grown(matching)
-        self.n_pairs = len(matching.pairs)
+        self.n_pairs = sum(pair.is_registered for pair in matching.pairs)
         self.quality = {self.keyframes[n].view.index: quality for n, quality in matching.quality.items()}
         self._lay_out(parts)
         self._solve(matching)
@@ -83,14 +86,17 @@ class SparseSystem:
 
     def _grown(self, matching: PictureMatching) -> Parts:
         """Parts of all pairs; what lies outside the largest is compared with it once more."""
-        parts = Parts.of(self.keyframes, matching.pairs, self.config, matching.unrecognised)
+        parts = self._parts(matching)
         world = max(parts.members.values(), key=len)
         outside = set(range(len(self.keyframes))) - set(world)
-        n_pairs = len(matching.pairs)
+        n_compared = matching.n_compared
         matching.measure(sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)))
-        if len(matching.pairs) > n_pairs:
-            parts = Parts.of(self.keyframes, matching.pairs, self.config, matching.unrecognised)
-        return parts
+        return parts if matching.n_compared == n_compared else self._parts(matching)
+
+    def _parts(self, matching: PictureMatching) -> Parts:
+        of_all = matching.pairs, self.config, matching.unrecognised, matching.sure_colors
+        pairs = KnownPairs(self.keyframes, *of_all, register=matching.register)
+        return Parts.of(self.keyframes, pairs, self.config)
 
     def _lay_out(self, parts: Parts) -> None:
         """Keyframes and pose graph by parts, the largest first; where each lies to the others nobody knows."""
@@ -105,7 +111,8 @@ class SparseSystem:
                 self.keyframes[number].submap, self.keyframes[number].world_from_camera = submap, pose
                 self.graph.add_keyframe(number, pose, unanchored=submap > 0 and number == first)
             for pair in parts.agreeing(parts.part_of[first]):
-                self.graph.add_edge(pair.edge)
+                if pair.is_registered:
+                    self.graph.add_edge(pair.edge)
 
     def _solve(self, matching: PictureMatching) -> None:
         """Smooth over everything, with neighbours measured at the poses that follow, and without what proved false."""

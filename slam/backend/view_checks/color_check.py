@@ -141,15 +141,15 @@ def _difference(
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
     iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
+    own, others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
     offset = np.median(others - own, axis=1, keepdims=True)
     steepest = np.minimum(np.exp(BEND * np.abs(offset)), MOST_SLOPE)
-    some, some_others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
     for _ in range(TONE_ROUNDS):
-        weight = 1 / (1 + np.square((some_others - slope * some - offset) / TONE_SIGMA))
+        weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
         weight /= weight.sum(axis=1, keepdims=True)
-        own_mean, others_mean = ((weight * each).sum(axis=1, keepdims=True) for each in (some, some_others))
-        weighted = weight * (some - own_mean)
-        products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (some_others, some))
+        own_mean, others_mean = ((weight * each).sum(axis=1, keepdims=True) for each in (own, others))
+        weighted = weight * (own - own_mean)
+        products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (others, own))
         slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(1 / steepest, steepest)
         offset = others_mean - slope * own_mean
     return slope, np.median(others - slope * own, axis=1, keepdims=True)

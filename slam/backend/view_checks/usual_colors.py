@@ -28,20 +28,21 @@ class UsualColors:
         separations: (N,) of pairs, most of which are of one place, see `separation`; fewer than LEAST_PAIRS do not
             tell that little differs.
         shares: (N,) their shares of other colours, see `other_colors`.
+        least: share that is noise.
     """
 
-    def __init__(self, separations: Sequence[float], shares: Sequence[float]) -> None:
+    def __init__(self, separations: Sequence[float], shares: Sequence[float], least: float = LEAST_USUAL) -> None:
         order = np.argsort(separations, kind="stable")
         bins = np.array_split(order, max(1, min(MOST_BINS, len(order) // LEAST_PAIRS)))
         medians = [np.median(np.asarray(shares)[one]) if len(one) else 0.0 for one in bins]
         middles = [np.median(np.asarray(separations)[one]) if len(one) else 1.0 for one in bins]
-        self._separations = np.array([0.0, *middles])
+        self._separations, self._least = np.array([0.0, *middles]), least
         self._is_told = len(order) >= LEAST_PAIRS
         self._shares = np.array([0.0, *np.minimum.accumulate(medians[::-1])[::-1]])
 
     def at(self, separations: Sequence[float]) -> Float64Array:
         """The usual shares (N,) at separations; farther out than any pair they grow with the square."""
-        return np.maximum(self._learnt(np.asarray(separations, np.float64)), LEAST_USUAL)
+        return np.maximum(self._learnt(np.asarray(separations, np.float64)), self._least)
 
     def _learnt(self, separations: Float64Array) -> Float64Array:
         farthest = self._separations[-1]

@@ -11,9 +11,10 @@ from razer.geometry import inverse
 from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.features import no_features
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes
-from slam.se3 import angle_deg, length_m
+from slam.se3 import angle_deg, exp_se3, length_m
 
 NOMINAL = ColorCalibration.nominal()
 KNOWN = IcpResult(np.eye(4), 1e6 * np.eye(6), 1e6 * np.eye(6), 1.0, 0.9, 0.9, 0.6, 100, NOMINAL)
@@ -91,3 +92,36 @@ def test_features_say_roughly_how_two_views_lie(room, views):
 def test_features_say_nothing_where_space_or_colours_contradict_them(views, change):
     changed = replace(views[12], **{name: of(views[12]) for name, of in change.items()})
     assert rigid_motion(views, changed) is None
+
+
+def test_pictures_without_the_usual_features_are_registered_by_wide_ones_from_where_they_are_known_to_be(room, views):
+    """From a guess a few centimetres off, and with fewer features, as less chance matches them."""
+    without = {n: replace(views[n], features=no_features(np.zeros((0, 32), np.uint8))) for n in (10, 12)}
+    keyframes = Keyframes()
+    keyframe = keyframes.add(without[10], np.eye(4), 0, 0.0)
+    registration = VerifiedRegistration(keyframes, SlamConfig())
+    true = inverse(room[10].pose) @ room[12].pose
+    guess = true @ exp_se3(np.array([0, 0.01, 0, 0.02, 0, 0]))
+    result = registration.register(keyframe, without[12], [guess], NOMINAL)
+    off = inverse(true) @ result.target_from_source
+    assert result.n_features >= 8
+    assert length_m(off) < 0.005
+    assert angle_deg(off) < 0.2
+    assert (
+        registration.register(keyframe, without[12], [true @ exp_se3(np.array([0, 0.5, 0, 0.5, 0, 0]))], NOMINAL)
+        is None
+    )
+
+
+@pytest.mark.parametrize(
+    ("n_features", "has_usual", "is_believed"), [(15, False, True), (14, False, False), (30, True, False)]
+)
+def test_fewer_wide_features_are_enough_where_views_hardly_overlap(views, n_features, has_usual, is_believed):
+    view = views[10] if has_usual else replace(views[10], features=no_features(np.zeros((0, 32), np.uint8)))
+    keyframes = Keyframes()
+    keyframe = keyframes.add(view, np.eye(4), 0, 0.0)
+    registration = VerifiedRegistration(keyframes, SlamConfig())
+    creeping = Creeping(0.1)
+    creeping.results = [replace(KNOWN, overlap=0.1, n_features=n_features)]
+    registration._registration = creeping
+    assert (registration.recognise(keyframe, view, [], NOMINAL) is not None) == is_believed

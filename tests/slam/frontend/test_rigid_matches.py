@@ -75,3 +75,14 @@ def test_absolute_orientation_is_the_motion_of_points_that_moved(rng):
     here = rng.normal(0, 1, (5, 3))
     there = here @ TARGET_FROM_SOURCE[:3, :3].T + TARGET_FROM_SOURCE[:3, 3]
     np.testing.assert_allclose(absolute_orientations(here[None], there[None])[0], TARGET_FROM_SOURCE, atol=1e-9)
+
+
+def test_information_is_how_much_features_move_when_the_motion_does(rng):
+    """Each known to two centimetres and two in a hundred of its depth: by steps along each of six axes."""
+    target, source = views(rng, 30, 0, noise_m=0.0)
+    matches = RigidMatches(target, source)
+    points = target.depth_m[:, None] * np.column_stack([target.rays, np.ones(30)])
+    sigma_m = 0.02 + 0.02 * np.maximum(target.depth_m, source.depth_m)
+    moved = [points @ exp_se3(step)[:3, :3].T + exp_se3(step)[:3, 3] for step in 1e-5 * np.eye(6)]
+    changes = np.stack([((one - points) / 1e-5 / sigma_m[:, None]).ravel() for one in moved])
+    np.testing.assert_allclose(matches.information, changes @ changes.T, rtol=0.01, atol=0.01 * 30 / 0.05**2)

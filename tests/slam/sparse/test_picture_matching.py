@@ -1,7 +1,8 @@
-"""Which pairs of pictures are registered."""
+"""Which pairs of pictures are compared, which are left out, and which are registered."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 
 from razer.geometry import inverse
 from slam.config import SlamConfig
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.icp import IcpResult
 from slam.frontend.rigid_matches import RigidMotion
-from slam.pose_edge import PoseEdge
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
 from slam.sparse.picture_matching import ENOUGH_WAYS, MOST_PROBES, PictureMatching
@@ -23,25 +25,28 @@ def at(number):
 
 
 class Told(PictureMatching):
-    """Made-up pictures: which of them share something is told, and how they lie; `asked`: what was registered."""
+    """Made-up pictures: which of them share something is told, and how they lie; `kept`: the pairs that were kept as
+    their features have them, `asked`: what was registered, and from how many guesses."""
 
     def __init__(self, shares, rigid=lambda a, b: inverse(at(a)) @ at(b)):
         super().__init__([], SlamConfig())
         self._consecutive = set(pairwise(range(N)))
-        self.shares, self.rigid, self.asked = shares, rigid, []
+        self.shares, self.rigid, self.kept, self.asked = shares, rigid, [], []
 
     def _rigid_motion(self, a, b):
-        return RigidMotion(self.rigid(a, b), 100 - abs(a - b)) if self.shares(a, b) else None
+        return RigidMotion(self.rigid(a, b), 100 - abs(a - b), np.eye(6)) if self.shares(a, b) else None
 
-    def _measure(self, a, b, guesses=()):
-        self._tried.add((a, b))
+    def _pair(self, edge, n_features):
+        self.kept.append((edge.a, edge.b))
+        return MeasuredPair(edge, n_features, 0.5, is_registered=False)
+
+    def _registered(self, a, b, guesses=()):
         self.asked.append((a, b, len(guesses)))
         if not self.shares(a, b):
-            return False
-        pair = MeasuredPair(PoseEdge(a, b, inverse(at(a)) @ at(b), np.eye(6)), 50, 0.5)
-        self._measured[a, b] = pair
-        self._ties[a][b] = self._ties[b][a] = pair
-        return True
+            return None
+        figures = {"overlap": 1.0, "agreement": 1.0, "fit": 1.0, "rms": 0.5, "n_features": 50}
+        motion, calibration = inverse(at(a)) @ at(b), ColorCalibration.nominal()
+        return IcpResult(motion, np.eye(6), np.eye(6), **figures, calibration=calibration)
 
 
 def test_pictures_that_follow_each_other_are_all_registered_where_some_show_the_same():
@@ -57,6 +62,7 @@ def test_of_shuffled_pictures_few_are_tried_because_they_follow_each_other():
     assert 1 < len(matching.asked) <= MOST_PROBES
     matching.measure(combinations(range(N), 2))
     assert len(matching.asked) <= MOST_PROBES  # nothing else shares a feature
+    assert matching.pairs == []
 
 
 @pytest.mark.parametrize("n_pictures", [0, 1])
@@ -71,17 +77,18 @@ def test_nothing_follows_anything(n_pictures):
 def test_what_shares_most_comes_first_and_what_others_tell_not_at_all():
     matching = Told(lambda a, b: b - a < 30)
     matching.measure(combinations(range(N), 2))
-    apart = [b - a for a, b, _ in matching.asked]
+    assert not matching.asked  # what features say comes first, and registrations when something rests on them
+    apart = [b - a for a, b in matching.kept]
     assert apart == sorted(apart)
     n_sharing = sum(b - a < 30 for a, b in combinations(range(N), 2))
     assert N - 1 < len(apart) < 0.7 * n_sharing
-    measured = {(a, b) for a, b, _ in matching.asked}
+    measured = set(matching.kept)
     for a, b in combinations(range(N), 2):
         if b - a < 30 and (a, b) not in measured:
             assert len(matching._ties[a].keys() & matching._ties[b].keys()) >= ENOUGH_WAYS
 
 
-def test_what_contradicts_all_others_is_registered():
+def test_what_contradicts_all_others_is_kept():
     """Features put the last two half a metre from where the ways round by others have them: one of both is wrong."""
     off = exp_se3(np.array([0, 0, 0, 0.5, 0, 0]))
     last = N - 30, N - 1
@@ -89,16 +96,43 @@ def test_what_contradicts_all_others_is_registered():
         lambda a, b: b - a < 30, lambda a, b: inverse(at(a)) @ at(b) @ (off if (a, b) == last else np.eye(4))
     )
     matching.measure(combinations(range(N), 2))
-    assert (*last, 0) in matching.asked
+    assert last in matching.kept
 
 
-def test_nothing_is_registered_twice():
+def test_nothing_is_compared_twice():
     matching = Told(lambda a, b: b - a < 4)
     matching.measure_consecutive()
     matching.measure(combinations(range(N), 2))
+    n_compared = matching.n_compared
     matching.measure(combinations(range(N), 2))
-    asked = [(a, b) for a, b, _ in matching.asked]
-    assert len(asked) == len(set(asked))
+    assert matching.n_compared == n_compared == N * (N - 1) // 2
+    compared = [(a, b) for a, b, _ in matching.asked]
+    assert len(compared) == len(set(compared))
+    assert len(matching.kept) == len(set(matching.kept))
+
+
+def test_a_pair_lies_as_its_registration_says_and_keeps_the_colours_it_had():
+    off = exp_se3(np.array([0, 0.05, 0, 0.1, 0, 0]))
+    matching = Told(lambda a, b: b - a < 4, lambda a, b: inverse(at(a)) @ at(b) @ off)
+    matching.measure([(0, 2)])
+    (rough,) = matching.pairs
+    registered = matching.register(replace(rough, other_colors=0.25))
+    assert not rough.is_registered
+    assert registered.is_registered
+    np.testing.assert_allclose(rough.edge.a_from_b, inverse(at(0)) @ at(2) @ off)
+    np.testing.assert_allclose(registered.edge.a_from_b, inverse(at(0)) @ at(2))
+    assert registered.other_colors == 0.25
+    assert matching.pairs == [registered]
+    assert matching.quality[0].n_features == registered.n_features == 50
+
+
+def test_a_pair_whose_registration_comes_to_nothing_is_none():
+    matching = Told(lambda a, b: True)
+    matching.measure([(0, 2), (0, 3)])
+    matching.shares = lambda a, b: False
+    assert matching.register(matching.pairs[0]) is None
+    assert [pair.ends for pair in matching.pairs] == [(0, 3)]
+    assert matching.unrecognised == {(0, 2)}
 
 
 def test_what_was_compared_in_vain_is_told_from_what_others_tell_and_from_what_was_not_compared():

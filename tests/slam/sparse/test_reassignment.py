@@ -18,6 +18,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.keyframes import STILL, Keyframes, View
 from slam.se3 import exp_se3
+from slam.sparse.known_pairs import KnownPairs, as_it_is
 from slam.sparse.measured_pair import MeasuredPair, by_picture
 from slam.sparse.parts import Parts
 from slam.sparse.placed_pictures import PlacedPictures
@@ -48,7 +49,19 @@ def told(pairs, here=FITS, there=FITS):
                 return here if pose[0, 3] < TWIN_M / 2 else there
             return FITS if np.allclose(pose, poses[number]) else PlacementFit(0.2, None)
 
-    return Told(None, by_picture(pairs), USUAL, SlamConfig())
+    return Told(None, supported(pairs), SlamConfig())
+
+
+def supported(pairs, register=as_it_is):
+    """Pairs that nothing speaks against, whatever triangles they make."""
+    known = KnownPairs([], [], SlamConfig(), register=register)
+    known.usual_colors, known.by_number, known.supported = USUAL, by_picture(pairs), by_picture(pairs)
+    return known
+
+
+def parts_of(pairs, n):
+    keyframes, config = [None] * n, SlamConfig()
+    return Parts(keyframes, KnownPairs(keyframes, pairs, config), config)
 
 
 def moved(pairs, poses, here=FITS, there=FITS):
@@ -104,8 +117,27 @@ def test_colours_hold_a_picture_against_a_little_contradiction(contradiction, mo
 def test_what_no_tie_holds_goes_where_two_ties_or_a_strong_one_say():
     poses = {**POSES, 5: at(0.3)}
     assert list(moved(ties(0, 2), poses)) == [5]
-    weak = [*PLACES, pair(5, 10, -0.3, n_features=12)]
+    weak = [*PLACES, pair(5, 10, -0.3, n_features=11)]
     assert not moved(weak, poses)
+
+
+def test_rough_ties_move_a_picture_if_their_registrations_say_so_too():
+    poses = {**POSES, 5: at(0.3)}
+    rough = [
+        replace(one, is_registered=False) if one.ends in [(5, 10), (5, 11), (5, 12)] else one for one in ties(1, 3)
+    ]
+    exact = {
+        one.ends: replace(one, edge=PoseEdge(*one.ends, at(one.edge.a_from_b[0, 3] - 0.02), np.eye(6))) for one in rough
+    }
+    assert list(told(rough).moved(poses)) == [5]
+
+    def moved_by(register):
+        reassignment = told(rough)
+        return replace(reassignment, pairs=supported(rough, register)).moved(poses)
+
+    np.testing.assert_allclose(moved_by(lambda one: exact[one.ends])[5], at(TWIN_M + 0.32), atol=1e-12)
+    assert not moved_by(lambda _: None)
+    assert not moved_by(lambda one: replace(one, edge=PoseEdge(*one.ends, at(3.0), np.eye(6)), is_registered=True))
 
 
 def test_the_way_of_the_camera_holds_a_picture():
@@ -145,7 +177,7 @@ def test_what_is_undecided_is_parted_from_the_rest_unless_it_holds_that_together
     """Two triangles that picture 2 has in common."""
     monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
     ends = [(0, 1), (0, 2), (1, 2), (2, 3), (2, 4), (3, 4)]
-    parts = Parts([None] * 5, [pair(a, b, 0.1 * (b - a)) for a, b in ends], SlamConfig())
+    parts = parts_of([pair(a, b, 0.1 * (b - a)) for a, b in ends], 5)
     monkeypatch.setattr(parts, "_is_contradicted", lambda *_: False)
     parts.grow()
     parts.leave_undecided()
@@ -159,17 +191,14 @@ def test_what_is_undecided_is_parted_from_the_rest_unless_it_holds_that_together
 def test_pictures_that_moved_are_smoothed_where_they_are_and_what_is_left_is_parted(monkeypatch):
     """Two places that only a picture between them held together, which lies at one of them."""
     monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
-    parts = Parts(
-        [None] * 7,
-        [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)]],
-        SlamConfig(),
-    )
+    places = [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)]]
+    parts = parts_of(places, 7)
     monkeypatch.setattr(parts, "_is_contradicted", lambda *_: False)
     parts.grow()
     assert sorted(map(sorted, parts.members.values())) == [[0, 1, 2], [3, 4, 5], [6]]
     further = [pair(0, 6, 0.3), *(pair(n, 6, 0.9 - 0.1 * n) for n in (3, 4, 5))]
-    parts._table = parts._supported = by_picture([*parts._pairs, *further])
-    parts._pairs += further
+    parts._pairs = KnownPairs([None] * 7, [*places, *further], SlamConfig())
+    parts._pairs.supported = parts._pairs.by_number
     for other, x_m in ((part, x) for part, x in ((parts.part_of[3], TWIN_M), (6, 0.3))):
         parts._join(parts.part_of[0], other, at(x_m) @ np.linalg.inv(parts.poses[3 if other != 6 else 6]))
     assert parts.reassign()
@@ -182,15 +211,15 @@ def test_pairs_that_triangles_speak_against_move_nothing(monkeypatch):
     monkeypatch.setattr(Reassignment, "_fit", lambda *_: FITS)
     places = [pair(a, b, 0.1 * (b - a)) for a, b in [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)]]
     there = [pair(n, 6, 0.9 - 0.1 * n) for n in (3, 4, 5)]
-    parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
+    parts = parts_of([*places, pair(0, 6, 0.3), *there], 7)
     poses = {0: 0.0, 1: 0.1, 2: 0.2, 3: TWIN_M, 4: TWIN_M + 0.1, 5: TWIN_M + 0.2, 6: 0.3}
     poses = {n: at(x_m) for n, x_m in poses.items()}
     assert list(parts._reassignment.moved(poses)) == [6]
     against = {one.ends for one in there}
     monkeypatch.setattr(
-        "slam.sparse.parts.pair_support", lambda pairs, *_: {p.ends: -10.0 * (p.ends in against) for p in pairs}
+        "slam.sparse.known_pairs.pair_support", lambda pairs, *_: {p.ends: -10.0 * (p.ends in against) for p in pairs}
     )
-    parts = Parts([None] * 7, [*places, pair(0, 6, 0.3), *there], SlamConfig())
+    parts = parts_of([*places, pair(0, 6, 0.3), *there], 7)
     assert not parts._reassignment.moved(poses)
 
 
@@ -207,7 +236,7 @@ class Compared(NamedTuple):
 def test_pictures_count_by_the_readings_that_they_share():
     """Three that show the rim of what a picture shows, one that shows all of it, and one that shows nothing of it."""
     rim, whole = Compared(ColorDifference(0.2, 100)), Compared(ColorDifference(0.0, 4700))
-    reassignment, usual = Reassignment(None, {}, USUAL, SlamConfig()), USUAL.at([0.5])[0]
+    reassignment, usual = Reassignment(None, supported([]), SlamConfig()), USUAL.at([0.5])[0]
     excess = reassignment._color_excess([rim, rim, rim, whole, Compared(None)])
     assert excess == pytest.approx(3 * 20 / 5000 / usual)
     assert reassignment._color_excess([Compared(None)]) is None
@@ -221,7 +250,7 @@ def test_a_picture_fits_where_it_was_taken_and_not_elsewhere():
         view = View.of(room[index], extractor.extract(room[index], calibration), STILL, config)
         keyframes.add(view, np.eye(4), 0, 0.0)
     poses = {n: room[index].pose for n, index in enumerate(numbers)}
-    reassignment = Reassignment(PlacedPictures(keyframes, config.free_space), {}, USUAL, config)
+    reassignment = Reassignment(PlacedPictures(keyframes, config.free_space), supported([]), config)
     right = reassignment._fit(3, poses[3], poses)
     wrong = reassignment._fit(3, poses[3] @ exp_se3(np.array([0, 0.3, 0, 0.5, 0, 0])), poses)
     assert right.contradiction < config.submaps.max_contradiction

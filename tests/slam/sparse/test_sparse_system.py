@@ -110,10 +110,12 @@ def test_many_lost_frames_of_a_short_recording_are_a_failure(n_lost, n_frames, f
     assert has_failed(n_lost, n_frames) == failed
 
 
-@pytest.mark.full
-def test_a_real_kitchen_in_any_order(real_data):
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.full) for seed in (2, 3, 4))])
+def test_a_real_kitchen_in_any_order(seed, real_data):
+    """Its exposure changes, and depth puts pictures two to five hundredths from where their features lie on each other:
+    of two parts grown apart ever so much has another colour."""
     clip = open_sequence(real_data / "redkitchen")
-    shots = [clip[int(n)] for n in np.random.default_rng(1).permutation(range(0, 600, 30))]
+    shots = [clip[int(n)] for n in np.random.default_rng(seed).permutation(range(0, 600, 30))]
     poses = solved(shots).trajectory()
     assert len(poses) == len(shots)
     assert_as_true(poses, [shot.pose for shot in shots], 0.15, 5.0)

@@ -24,6 +24,17 @@ def orders():
     return {name: world.walk(3, None).order for name, world in recorded_worlds(recording).items()}
 
 
+def test_few_pictures_are_shown_in_no_order_and_matched_all_at_once(orders):
+    for stride in (8, 16):
+        order = orders[f"sparse-{stride}"]
+        assert sorted(order) == list(range(0, N, stride)) != list(order)
+    room = SyntheticRoom(0, N, 32, 24)
+    worlds = recorded_worlds(PosedRecording(room, tuple(range(N)), room.poses, 15.0))
+    assert {name for name, world in worlds.items() if world.is_sparse} == {"sparse-8", "sparse-16"}
+    shots = list(worlds["sparse-8"].walk(3, None))
+    assert [shot.frame.index for shot in shots] == list(range(len(shots)))  # stamps tell nothing
+
+
 def dark_stretches(order):
     return [len(list(run)) for is_dark, run in groupby(index is None for index in order) if is_dark]
 

@@ -167,6 +167,27 @@ def test_a_tone_curve_is_no_other_colour_and_hides_none(power):
     assert other == pytest.approx(0.125, abs=0.03)
 
 
+@pytest.mark.parametrize("power", [1.3, 0.8])
+def test_a_tone_curve_hides_no_faint_colour(power):
+    """A seat that is a seventh darker, under light that changed."""
+    rgb, depth = wall()
+    seat = rgb.copy()
+    seat[60:120, 80:200] = rgb[60:120, 80:200] * 0.75
+    here, there = view(rgb, depth), view(darkened(rgb, power), depth)
+    assert other(here, there, contrast=FAINT) < 0.005
+    assert other(here, view(darkened(seat, power), depth), contrast=FAINT) > 0.05
+
+
+def test_what_does_not_shift_colours_does_not_bend_them():
+    """Two rooms of one light: wallpaper as light in the middle, whose stripes have more contrast in the one."""
+    depth, across = wall()[1], np.arange(320) // 40 % 5
+    grey = np.array([80.0, 100.0, 120.0, 144.0, 180.0])
+    faint, strong = (np.broadcast_to(120 * (grey[across] / 120) ** power, (240, 320)) for power in (1.0, 2.0))
+    here, there = (view(np.repeat(one[:, :, None], 3, axis=2), depth) for one in (faint, strong))
+    assert other(here, there) > 0.1
+    assert other(here, view(np.repeat(0.6 * faint[:, :, None], 3, axis=2), depth), contrast=FAINT) < 0.005
+
+
 def all_usually(share):
     """What is usual of pairs, however far apart."""
     return lambda pairs: np.full(len(pairs), share)
