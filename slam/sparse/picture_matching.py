@@ -121,8 +121,8 @@ class PictureMatching:
                 self._measure(*pair, [np.eye(4)])
 
     def measure(self, pairs: Iterable[Numbers]) -> None:
-        """Register those pairs a < b that were not tried before and share features: those that share most first, and
-        none that others tell already."""
+        """Compare those pairs a < b that were not tried before, and keep the ones that share features, as these have
+        them: those that share most first, and none that others tell already."""
         untried = self._untried(pairs)
         self._tried.update(untried)
         rigid = {pair: self._rigid_motion(*pair) for pair in untried}
@@ -146,7 +146,7 @@ class PictureMatching:
         return root_sift(self.keyframes[number].view.wide.features.descriptors)
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
-        """By how many third pictures that were registered to both a motion (4, 4) is said already."""
+        """By how many third pictures that share features with both a motion (4, 4) is said already."""
         ways = [self._ties[a][c].motion(a) @ self._ties[c][b].motion(c) for c in self._ties[a].keys() & self._ties[b]]
         return int(same_motions(np.stack([a_from_b, *ways]), np.zeros(3))[0, 1:].sum())
 
@@ -179,7 +179,7 @@ class PictureMatching:
     def _measure(
         self, a: int, b: int, guesses: Sequence[Float64Array] = (), of: MeasuredPair | None = None
     ) -> MeasuredPair | None:
-        """Register two pictures, of which that is known roughly."""
+        """Register two pictures; `of`: what is known of them roughly."""
         self._tried.add((a, b))
         result = self._registered(a, b, guesses)
         if result is None:
@@ -209,8 +209,7 @@ class PictureMatching:
 
 def _seen_by(view: View, calibration: ColorCalibration) -> View:
     """A view whose features lie where a colour camera saw them."""
-    features, wide = (_deep(part, view, calibration) for part in (view.features, view.wide.features))
-    return replace(view, features=features, wide=WideFeatures.known(wide))
+    return replace(view, wide=WideFeatures.known(_deep(view.wide.features, view, calibration)))
 
 
 def _deep(features: Features, view: View, calibration: ColorCalibration) -> Features:

@@ -31,6 +31,13 @@ NO_DESCRIPTORS = np.zeros((0, 32), np.uint8)  # ORB's: wide features match as we
 NOWHERE = PoseReport(None, None, None)
 
 
+def picture_view(frame: Frame, config: SlamConfig) -> View:
+    """A picture as it is matched: by wide features alone, extracted now, as the frame would be kept until they are."""
+    view = View.of(frame, no_features(NO_DESCRIPTORS), STILL, config, ColorCalibration.nominal())
+    assert view.wide.features is not None
+    return view
+
+
 class SparseSystem:
     """Poses of pictures, all at once when the last one came: a source of poses that corrects them all in the end."""
 
@@ -53,10 +60,7 @@ class SparseSystem:
 
     def locate(self, frame: Frame) -> None:
         """Take in a picture; where it was taken is known in the end."""
-        nominal = ColorCalibration.nominal()
-        view = View.of(frame, no_features(NO_DESCRIPTORS), STILL, self.config, nominal)
-        assert view.wide.features is not None  # extracted now, as the frame would be kept until they are
-        self._views.append(view)
+        self._views.append(picture_view(frame, self.config))
 
     def corrections(self) -> Mapping[int, Pose | None]:
         """All poses once they are known."""

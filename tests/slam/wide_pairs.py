@@ -20,11 +20,9 @@ from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.geometry import inverse
 from slam.backend.view_overlap import overlap_of, reading_points
 from slam.config import SlamConfig
-from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import FeatureExtractor
-from slam.frontend.keyframes import STILL, View
 from slam.se3 import angle_deg, length_m
 from slam.sparse.picture_matching import PictureMatching
+from slam.sparse.sparse_system import picture_view
 
 N_PICTURES, N_PAIRS = 120, 40  # spread over the recording; of each kind
 MAX_M, MAX_DEG, MIN_OVERLAP = 0.5, 30.0, 0.4
@@ -41,14 +39,8 @@ def opened(name):
 
 def pictures(sequence, config):
     indices = np.unique(np.linspace(0, len(sequence) - 1, N_PICTURES).astype(int)).tolist()
-    extractor, nominal, views, poses = FeatureExtractor(config), ColorCalibration.nominal(), [], []
-    for index in indices:
-        frame = sequence[index]
-        view = View.of(frame, extractor.extract(frame, nominal), STILL, config, nominal)
-        assert view.wide.features is not None
-        views.append(view)
-        poses.append(frame.pose)
-    return views, poses
+    frames = [sequence[index] for index in indices]
+    return [picture_view(frame, config) for frame in frames], [frame.pose for frame in frames]
 
 
 def kinds(views, poses, config):

@@ -178,14 +178,17 @@ def test_a_tone_curve_hides_no_faint_colour(power):
     assert other(here, view(darkened(seat, power), depth), contrast=FAINT) > 0.05
 
 
-def test_what_does_not_shift_colours_does_not_bend_them():
-    """Two rooms of one light: wallpaper as light in the middle, whose stripes have more contrast in the one."""
-    depth, across = wall()[1], np.arange(320) // 40 % 5
-    grey = np.array([80.0, 100.0, 120.0, 144.0, 180.0])
-    faint, strong = (np.broadcast_to(120 * (grey[across] / 120) ** power, (240, 320)) for power in (1.0, 2.0))
-    here, there = (view(np.repeat(one[:, :, None], 3, axis=2), depth) for one in (faint, strong))
-    assert other(here, there) > 0.1
-    assert other(here, view(np.repeat(0.6 * faint[:, :, None], 3, axis=2), depth), contrast=FAINT) < 0.005
+@pytest.mark.parametrize("contrast", [CLEAR, FAINT])
+def test_what_does_not_shift_colours_does_not_bend_them(contrast):
+    """Two rooms in one light, with eight stripes that are more unlike in the one, and as light in the middle."""
+    depth, grey = wall()[1], np.geomspace(40, 220, 8)[np.arange(320) // 40]
+    middle = float(np.sqrt(40 * 220))
+    strong = np.minimum(middle * (grey / middle) ** 1.4, 245)
+    here, there = (view(np.broadcast_to(one[None, :, None], (240, 320, 3)), depth) for one in (grey, strong))
+    assert other(here, there, contrast=contrast) > 0.1
+    assert (
+        other(here, view(np.broadcast_to(0.6 * grey[None, :, None], (240, 320, 3)), depth), contrast=contrast) < 0.005
+    )
 
 
 def all_usually(share):
