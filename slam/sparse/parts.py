@@ -3,24 +3,21 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.cluster.hierarchy import DisjointSet
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
 from slam.backend.submaps.placement_check import PlacedPair, contradict
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
-from slam.pose_edge import PoseEdge
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair, is_sure
+from slam.sparse.pair_graph import components, smoothed
 from slam.sparse.placed_pictures import PlacedPictures
 from slam.sparse.reassignment import Reassignment, Tie
 
@@ -272,16 +269,6 @@ class Parts:
         self.poses.update(smoothed({n: self.poses[n] for n in sorted(self.members[part])}, edges))
 
 
-def smoothed(poses: Mapping[int, Float64Array], edges: Sequence[PoseEdge]) -> Mapping[int, Float64Array]:
-    """Poses (4, 4) by picture as all edges have them, the first one staying where it is."""
-    graph = PoseGraph(fixed=min(poses))
-    for number in sorted(poses):
-        graph.add_keyframe(number, poses[number])
-    for edge in edges:
-        graph.add_edge(edge)
-    return graph.smooth()
-
-
 def _strongest(same: BoolArray, votes: Float64Array) -> IndexArray:
     """Numbers, of those that have votes (N,), of the group with most that is the same (N, N) as one of them."""
     sums = np.where(votes > 0, same @ votes, 0.0)
@@ -294,10 +281,3 @@ def _same(first: Float64Array, second: Float64Array) -> BoolArray:
     cosine = (np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3]) - 1) / 2
     same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
     return same
-
-
-def components(n_keyframes: int, edges: Sequence[PoseEdge]) -> IndexArray:
-    """Which keyframes (K,) edges tie together, by the number of their component."""
-    ends = np.array([(edge.a, edge.b) for edge in edges], np.int64).reshape(-1, 2)
-    table = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n_keyframes, n_keyframes))
-    return connected_components(table, directed=False)[1].astype(np.intp)

@@ -21,7 +21,8 @@ from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
 from slam.sparse.known_pairs import KnownPairs
-from slam.sparse.parts import Parts, components
+from slam.sparse.pair_graph import components
+from slam.sparse.parts import Parts
 from slam.sparse.picture_matching import PictureMatching
 from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
