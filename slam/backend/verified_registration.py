@@ -18,7 +18,7 @@ from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_tru
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
 ENOUGH_FEATURES, MIN_FEATURES = 40, 8
-# Of pictures that have wide features alone, half as many, which match by far less chance.
+# Of pictures that have wide features alone: these are a third to a half of what both kinds are together.
 ENOUGH_WIDE, MIN_WIDE = 15, 6
 # A start by features alone is off by so much at the most; what it contradicts beyond that is another place.
 START_OFF_M, MAX_START_CONTRADICTION = 0.1, 0.1
@@ -26,9 +26,17 @@ MORE_ROUNDS = 4  # of iterations, for a registration that has not come to rest
 
 
 class VerifiedRegistration:
-    """Registers views to keyframes, and believes what space, colours and features bear out."""
+    """Registers views to keyframes, and believes what space, colours and features bear out.
 
-    def __init__(self, keyframes: Keyframes, config: SlamConfig) -> None:
+    Args:
+        keyframes: those that views are registered to.
+        config: the settings.
+        wide_alone: whether views have wide features and no others, as pictures far apart do.
+    """
+
+    def __init__(self, keyframes: Keyframes, config: SlamConfig, wide_alone: bool = False) -> None:
+        self._wide_alone = wide_alone
+        self._enough, self._least = (ENOUGH_WIDE, MIN_WIDE) if wide_alone else (ENOUGH_FEATURES, MIN_FEATURES)
         self._keyframes, self._registration = keyframes, ViewRegistration(config)
         self._settings, self._free_space = config.loop_closure, config.free_space
 
@@ -43,10 +51,8 @@ class VerifiedRegistration:
             guesses: keyframe_from_view (4, 4) to start from.
             calibration: the colour camera as known so far.
         """
-        if len(view.features):
-            return self._verified(keyframe, view, guesses, calibration, None)
-        rigid = _wide_matches(keyframe, view)
-        return self._verified(keyframe, view, guesses, calibration, rigid, is_known=True)
+        rigid = _wide_matches(keyframe, view) if self._wide_alone else None
+        return self._verified(keyframe, view, guesses, calibration, rigid, is_known=self._wide_alone)
 
     def recognise(
         self,
@@ -66,8 +72,7 @@ class VerifiedRegistration:
             rigid: features of both that match from afar, where they are known.
         """
         result = self._verified(keyframe, view, guesses, calibration, rigid or _wide_matches(keyframe, view))
-        least = MIN_FEATURES if len(view.features) else MIN_WIDE
-        return None if result is None or result.n_features < least else result
+        return None if result is None or result.n_features < self._least else result
 
     def rigid_motion(self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None) -> RigidMotion | None:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
@@ -120,25 +125,23 @@ class VerifiedRegistration:
         rigid: RigidMatches | None,
         is_known: bool = False,
     ) -> IcpResult | None:
-        """A registration that came to rest where features or depth agree, and leave no direction open."""
+        """A registration that came to rest where features or depth agree, and leave no direction open; from the first
+        guess alone where the view is known to lie all but there."""
         target = self._keyframes.view(keyframe)
-        register = self._registration
-        result = (
-            register.refine(target, view, guesses[0], calibration, rigid)
-            if is_known
-            else register.register(target, view, guesses, calibration, rigid)
-        )
+        if is_known:
+            result: IcpResult | None = self._registration.refine(target, view, guesses[0], calibration, rigid)
+        else:
+            result = self._registration.register(target, view, guesses, calibration, rigid)
         for _ in range(MORE_ROUNDS):
-            if result is None or not self._holds(result, view):
+            if result is None or not self._holds(result):
                 return None
             if is_at_rest(result):
                 return result
             result = self._registration.refine(target, view, result.target_from_source, calibration, rigid)
         return None
 
-    def _holds(self, result: IcpResult, view: View) -> bool:
-        enough = ENOUGH_FEATURES if len(view.features) else ENOUGH_WIDE
-        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, enough)
+    def _holds(self, result: IcpResult) -> bool:
+        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, self._enough)
 
 
 def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:

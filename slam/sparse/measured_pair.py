@@ -12,7 +12,7 @@ from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.pose_edge import PoseEdge
 
-ALONE_FEATURES = 12  # that agree, for a single pair to be believed: fewer may agree on a look-alike
+ALONE_FEATURES = 12  # wide ones, that agree, for a single pair to be believed: fewer may agree on a look-alike
 BETTER = 0.25  # share of a picture's pairs that are its better ones
 LEAST_COLORS = 0.001  # share of a picture that is noise
 LEAST_SCORE = 0.01  # features say something where no depth agrees, too

@@ -205,9 +205,9 @@ class Parts:
     def _register_best(self, ties: Sequence[MeasuredPair]) -> bool:
         """Register the best of ties none of which is sure, as these may lie too roughly to agree, and say whether there
         was anything to register."""
-        rough = [pair for pair in ties if not pair.is_registered and not self._pairs.are_unsupported([pair])]
         if len(ties) < 2:
             return False
+        rough = [pair for pair in ties if not pair.is_registered and not self._pairs.are_unsupported([pair])]
         for pair in rough[:MOST_REGISTERED]:
             self._pairs.registered(pair)
         return bool(rough)

@@ -53,7 +53,7 @@ class PictureMatching:
         self.quality: dict[int, TrackingQuality] = {}
         self.sure_colors: list[tuple[float, float]] = []
         self.unrecognised: set[Numbers] = set()
-        self.registration = VerifiedRegistration(self.keyframes, config)
+        self.registration = VerifiedRegistration(self.keyframes, config, wide_alone=True)
         self._tried: set[Numbers] = set()
         self._ties: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)  # by one picture and the other
         for view in sorted(views, key=lambda view: (view.stamp, view.index)):
@@ -174,21 +174,20 @@ class PictureMatching:
 
     def register(self, pair: MeasuredPair) -> MeasuredPair | None:
         """A pair as its registration has it, with the colours that it had before; None where that came to nothing."""
-        return self._measure(*pair.ends, of=pair)
+        return self._measure(*pair.ends, rough=pair)
 
     def _measure(
-        self, a: int, b: int, guesses: Sequence[Float64Array] = (), of: MeasuredPair | None = None
+        self, a: int, b: int, guesses: Sequence[Float64Array] = (), rough: MeasuredPair | None = None
     ) -> MeasuredPair | None:
-        """Register two pictures; `of`: what is known of them roughly."""
+        """Register two pictures; `rough`: the pair as it was before."""
         self._tried.add((a, b))
         result = self._registered(a, b, guesses)
         if result is None:
             self._forget(a, b)
             return None
         edge = PoseEdge(a, b, result.target_from_source, result.information)
-        if of is None:
-            of = self._pair(edge, result.n_features)
-        pair = replace(of, edge=edge, n_features=result.n_features, score=result.score, is_registered=True)
+        before = rough or self._pair(edge, result.n_features)
+        pair = replace(before, edge=edge, n_features=result.n_features, score=result.score, is_registered=True)
         self._add(pair)
         quality = TrackingQuality.of(result)
         for n in (a, b):

@@ -31,7 +31,7 @@ SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it,
 # colours became lighter or darker, at the most: exposure that stayed bends nothing, and what looks as if it did is
 # another colour.
 EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
-BEND, MOST_SLOPE = 1.0, 1.6
+MOST_SLOPE = 1.6
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
@@ -143,7 +143,7 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
     iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
     own, others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
     offset = np.median(others - own, axis=1, keepdims=True)
-    steepest = np.minimum(np.exp(BEND * np.abs(offset)), MOST_SLOPE)
+    steepest = np.minimum(np.exp(np.abs(offset)), MOST_SLOPE)
     for _ in range(TONE_ROUNDS):
         weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
         weight /= weight.sum(axis=1, keepdims=True)

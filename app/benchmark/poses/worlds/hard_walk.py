@@ -67,6 +67,12 @@ class HardWalk:
         return Frame(0, 0.0, np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), camera)
 
 
+def shuffled(walk: HardWalk, seed: int) -> HardWalk:
+    """What a walk shows, in any order."""
+    numbers = np.random.default_rng([seed, 103]).permutation(len(walk))
+    return replace(walk, order=tuple(walk.order[number] for number in numbers.tolist()))
+
+
 def dark(share: float, sigma: float, seed: int) -> Change:
     """Light that is no more than a share of what it was, under noise of sigma grey levels."""
 

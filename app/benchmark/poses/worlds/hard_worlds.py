@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.benchmark.poses.worlds.fast_turns import VIDEO_PER_S, FastTurns
-from app.benchmark.poses.worlds.hard_walk import HardWalk, dark
+from app.benchmark.poses.worlds.hard_walk import HardWalk, dark, shuffled
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames
@@ -68,9 +68,7 @@ def walk_through(
 
 def _shuffled(scene: str, every: int, seed: int, n_frames: int | None) -> HardWalk:
     """Few pictures of a whole walk, in any order."""
-    walk = walk_through(partial(recorded, scene), seed, n_frames, usual=None, every=every)
-    order = np.random.default_rng([seed, 103]).permutation(len(walk))
-    return replace(walk, order=tuple(walk.order[n] for n in order.tolist()))
+    return shuffled(walk_through(partial(recorded, scene), seed, n_frames, usual=None, every=every), seed)
 
 
 def _strided(stride: int, seed: int, n_frames: int | None) -> HardWalk:

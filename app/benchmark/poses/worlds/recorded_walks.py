@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from app.benchmark.poses.worlds.hard_walk import HardWalk
+from app.benchmark.poses.worlds.hard_walk import HardWalk, shuffled
 from app.benchmark.poses.worlds.hard_worlds import HardWorld
 from app.frames.open_recording import require_poses
 from data_tools.recordings.sequence import RgbdSequence, usable_frames
@@ -23,6 +23,7 @@ LEAST_FRAMES = 30
 BLIND_S, GAPS = 2.0, (0.2, 0.45, 0.7)  # how long the lens is covered, and at which shares of the way
 BLINK, BLINK_EVERY = 3, 60  # frames
 LEAST_PIECES = 6  # of a short recording
+SPARSE_STRIDES = (8, 16)
 JITTER = 0.05  # share of the way by which seeds shift the gaps
 
 Order = tuple[int | None, ...]
@@ -108,9 +109,6 @@ _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
 """What is shown, and the order of its n frames by n, the frames of two seconds, and the seed."""
 
 
-SPARSE_STRIDES = (8, 16)
-
-
 def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
     """The walks through a recording by name, of its first frames where they are bounded."""
     return {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()} | {
@@ -123,9 +121,8 @@ def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
 
 def _pictures(recording: PosedRecording, stride: int, seed: int, n_frames: int | None) -> HardWalk:
     """Every so many frames, in any order."""
-    shown = np.arange(0, min(n_frames or len(recording), len(recording)), stride)
-    order = np.random.default_rng([seed, 103]).permutation(shown)
-    return HardWalk(recording, tuple(order.tolist()), recording.frames_per_s / stride)
+    shown = range(0, min(n_frames or len(recording), len(recording)), stride)
+    return shuffled(HardWalk(recording, tuple(shown), recording.frames_per_s / stride), seed)
 
 
 def _walk(
