@@ -137,6 +137,7 @@ class RefinedPoses:
             return view, None
         view, result = self._nearest_fit(tracker, *followed, given_motion)
         self.calibration = result.calibration
+        self.map.keyframes.see_by(self.calibration)
         return view, result
 
     def _nearest_fit(

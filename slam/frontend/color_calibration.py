@@ -27,6 +27,8 @@ NOMINAL = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 PRIOR_SIGMA = np.array([0.05, 0.1, 0.1, 0.03, 0.03, 0.03, 0.03])
 # Frames that share a keyframe, and features that share a lens, err together: their information counts by this share.
 INDEPENDENT_SHARE = 0.05
+INVERSE_ROUNDS = 3  # each leaves a tenth of what the one before did
+STEEPEST = 4.0  # of rays: beyond it no lens sees, and radial terms explode
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,25 @@ class ColorCalibration:
 
     def bearings(self, rays: FloatArray) -> Float64Array:
         """Bearings (N, 2), x / z and y / z as the colour camera at rest saw them, of nominal rays (N, 2)."""
-        return bearing_derivatives(rays, np.zeros_like(rays)) @ self.parameters
+        scale, radial, radial_2, x, y = self.parameters[:BASELINE]
+        squared = (rays**2).sum(axis=1, keepdims=True)
+        result: Float64Array = rays * (scale + squared * (radial + squared * radial_2)) + (x, y)
+        return result
 
     def depth_rays(self, rays: FloatArray, depth_m: FloatArray) -> Float64Array:
         """Rays (N, 2) from the depth camera to what the colour camera saw along nominal rays at depths (N,)."""
         result = self.bearings(rays)
         result[:, 0] -= self.parameters[BASELINE] / np.maximum(depth_m, MIN_DEPTH_M)
+        return result
+
+    def color_rays(self, rays: FloatArray, depth_m: FloatArray) -> Float64Array:
+        """Nominal rays (N, 2) along which the colour camera saw what lies along rays (N, 2) of the depth camera at
+        depths (N,): the inverse of `depth_rays`, by fixed-point iteration, as radial terms are small."""
+        seen = rays.astype(np.float64)
+        seen[:, 0] += self.parameters[BASELINE] / np.maximum(depth_m, MIN_DEPTH_M)
+        result: Float64Array = seen / self.parameters[SCALE]
+        for _ in range(INVERSE_ROUNDS):
+            result = (result + (seen - self.bearings(result)) / self.parameters[SCALE]).clip(-STEEPEST, STEEPEST)
         return result
 
     def updated(self, correction: Float64Array, likelihood: Float64Array) -> ColorCalibration:

@@ -14,7 +14,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.features import Features
-from slam.frontend.sparse_readings import sparse_readings
+from slam.frontend.sparse_readings import MOVED_PIXELS, colors_seen, moved_pixels, sparse_readings
 from slam.frontend.wide_features import WideFeatures
 
 KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
@@ -24,8 +24,8 @@ STILL = np.zeros(3)
 @dataclass(frozen=True)
 class View:
     """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
-    its own axes; a few of its readings, far ones among them, and their colours, on the pixel grid of sparse_intrinsics;
-    and features that match from afar."""
+    its own axes; a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics, their colours and
+    whether the colour camera saw them, and the colours as they were recorded; and features that match from afar."""
 
     index: int
     stamp: float
@@ -33,6 +33,8 @@ class View:
     pyramid: DepthPyramid
     sparse_depth: Float16Array
     sparse_rgb: Uint8Array
+    sparse_seen: BoolArray
+    recorded_rgb: Uint8Array
     sparse_intrinsics: Intrinsics
     features: Features
     wide: WideFeatures
@@ -56,9 +58,16 @@ class View:
             calibration: the colour camera as known so far, None = nominal.
         """
         pyramid = DepthPyramid(*fine_depth(frame.depth, frame.intrinsics, config.depth.max_depth_m))
-        sparse = sparse_readings(frame, config.free_space.image_width)
-        wide = WideFeatures(frame, calibration or ColorCalibration.nominal(), config)
-        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, *sparse, features, wide)
+        calibration = calibration or ColorCalibration.nominal()
+        depth, rgb, k = sparse_readings(frame, config.free_space.image_width)
+        colors = *colors_seen(rgb, k, depth, calibration), rgb
+        wide = WideFeatures(frame, calibration, config)
+        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, depth, *colors, k, features, wide)
+
+    def seen_by(self, calibration: ColorCalibration) -> View:
+        """The same view, its readings of the colours that they have if a colour camera is as it is known now."""
+        rgb, seen = colors_seen(self.recorded_rgb, self.sparse_intrinsics, self.sparse_depth, calibration)
+        return replace(self, sparse_rgb=rgb, sparse_seen=seen)
 
     def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise; the pyramid is shared."""
@@ -110,6 +119,7 @@ class Keyframes:
     def __init__(self) -> None:
         self.all: list[Keyframe] = []
         self._kept: OrderedDict[int, DepthPyramid] = OrderedDict()
+        self._calibration = ColorCalibration.nominal()  # by which their colours are where they are
         self._poses = np.zeros((64, 4, 4))
         self._stacked: list[Float64Array] = []  # the keyframes' poses that are in _poses
 
@@ -144,6 +154,20 @@ class Keyframes:
             _, unused = self._kept.popitem(last=False)
             unused.release()
         return keyframe.view
+
+    def see_by(self, calibration: ColorCalibration) -> None:
+        """Let all views have the colours that a colour camera as it is known now gives them, if it lies elsewhere than
+        was known before."""
+        if not self.all or not self._has_moved(self.all[-1].view, calibration):
+            return
+        self._calibration = calibration
+        for keyframe in self.all:
+            keyframe.view = keyframe.view.seen_by(calibration)
+
+    def _has_moved(self, view: View, calibration: ColorCalibration) -> bool:
+        k, depth = view.sparse_intrinsics, view.sparse_depth
+        before, now = (moved_pixels(k, depth, each) for each in (self._calibration, calibration))
+        return bool(np.abs(now - before).max() > MOVED_PIXELS)
 
     def poses(self) -> Float64Array:
         """world_from_camera (K, 4, 4) of all of them, to be read only; those that changed since are put in."""

@@ -1,14 +1,21 @@
-"""Sparse readings: a few of a frame's depths, far ones among them, with their colours."""
+"""Sparse readings: a few of a frame's depths, far ones among them, with their colours.
+
+These lie where the colour camera saw what depth reads: a twentieth of focal length, at the rim of an image, is another
+thing than the one that is read there.
+"""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
-from razer.arrays import Float16Array, Uint8Array
+from razer.arrays import BoolArray, Float16Array, Float64Array, Uint8Array
 from razer.frame import Frame, Intrinsics
+from slam.frontend.color_calibration import ColorCalibration
 
 FARTHEST_M = float(np.finfo(np.float16).max)
+UNREAD_M = 2.0  # at which a pixel without depth is taken to look
+MOVED_PIXELS = 0.5  # by which colours must lie elsewhere, to be read there: between pixels they blur
 
 
 def sparse_readings(frame: Frame, width: int) -> tuple[Float16Array, Uint8Array, Intrinsics]:
@@ -21,3 +28,33 @@ def sparse_readings(frame: Frame, width: int) -> tuple[Float16Array, Uint8Array,
     rgb = np.ascontiguousarray(cv2.blur(frame.rgb, (step, step))[first::step, first::step])
     middle = (k.cx - first) / step, (k.cy - first) / step
     return depth, rgb, Intrinsics(depth.shape[1], depth.shape[0], k.fx / step, k.fy / step, *middle)
+
+
+def moved_pixels(k: Intrinsics, depth: Float16Array, calibration: ColorCalibration) -> Float64Array:
+    """How far (h, w, 2) the colours of readings (h, w) lie from them on their grid, pixels."""
+    row, column = np.divmod(np.arange(k.height * k.width), k.width)
+    rays = np.column_stack([(column - k.cx) / k.fx, (row - k.cy) / k.fy])
+    read_m = np.where(depth > 0, depth, UNREAD_M).ravel().astype(np.float64)
+    moved: Float64Array = (calibration.color_rays(rays, read_m) - rays) * (k.fx, k.fy)
+    return moved.reshape(k.height, k.width, 2)
+
+
+def colors_seen(
+    recorded_rgb: Uint8Array, k: Intrinsics, depth: Float16Array, calibration: ColorCalibration
+) -> tuple[Uint8Array, BoolArray]:
+    """Colours (h, w, 3) of readings, and which of them (h, w) the colour camera saw at all.
+
+    Args:
+        recorded_rgb: (h, w, 3) colours on the grid of the readings.
+        k: the camera that sees this grid alone.
+        depth: (h, w) the readings, metres.
+        calibration: the colour camera.
+    """
+    moved = moved_pixels(k, depth, calibration)
+    if np.abs(moved).max() <= MOVED_PIXELS:
+        return recorded_rgb, np.ones(depth.shape, bool)
+    row, column = np.indices(depth.shape)
+    at = (moved + np.stack([column, row], axis=2)).astype(np.float32)
+    seen = np.all((at >= -0.5) & (at <= (k.width - 0.5, k.height - 0.5)), axis=2)
+    rgb = cv2.remap(recorded_rgb, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return rgb.astype(np.uint8, copy=False), seen

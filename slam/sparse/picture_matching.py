@@ -19,7 +19,7 @@ from slam.backend.view_checks.color_check import FAINT, ColorDifference, color_d
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import Features, depth_along
+from slam.frontend.features import depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
@@ -81,13 +81,16 @@ class PictureMatching:
         numbers = range(len(self.keyframes))
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
+        sure = list[tuple[int, int, Float64Array]]()
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
             result = self._registered(a, b) if self._rigid_motion(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
-                self.sure_colors.append(self._colors(a, b, result.target_from_source))
+                sure.append((a, b, result.target_from_source))
+        self.keyframes.see_by(self.calibration)
         for keyframe in self.keyframes.all:
-            keyframe.view = _seen_by(keyframe.view, self.calibration)
+            keyframe.view = _deep(keyframe.view, self.calibration)
+        self.sure_colors = [self._colors(*pair) for pair in sure]
         self._roots.cache_clear()
 
     def candidates(self) -> list[Numbers]:
@@ -206,15 +209,13 @@ class PictureMatching:
         return self.registration.recognise(target, view, guesses, self.calibration, self._matches(a, b))
 
 
-def _seen_by(view: View, calibration: ColorCalibration) -> View:
-    """A view whose features lie where a colour camera saw them."""
-    return replace(view, wide=WideFeatures.known(_deep(view.wide.features, view, calibration)))
-
-
-def _deep(features: Features, view: View, calibration: ColorCalibration) -> Features:
-    rays, k = features.rays.astype(np.float64), view.pyramid.intrinsics
+def _deep(view: View, calibration: ColorCalibration) -> View:
+    """A view whose features have the depths of where a colour camera saw them."""
+    features, k = view.wide.features, view.pyramid.intrinsics
+    rays = features.rays.astype(np.float64)
     far = np.where(features.depth_m > 0, features.depth_m, 2.0)
     moved = (calibration.depth_rays(rays, far) - rays) * (k.fx, k.fy)
     depth = depth_along(view.pyramid.depth, k, calibration, rays)
     depth = np.where(np.abs(moved).max(axis=1) > MOVED_PIXELS, depth, features.depth_m)
-    return replace(features, depth_m=depth.astype(np.float32))
+    deep = replace(features, depth_m=depth.astype(np.float32))
+    return replace(view, wide=WideFeatures.known(deep))

@@ -187,11 +187,12 @@ def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[F
 def _same_surface(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
 ) -> tuple[IndexArray, IndexArray, Float64Array]:
-    """Pixels (M,) of a view and those of the other that read the same surface, and how many pixels of the other (M,)
-    one of the view spans there."""
+    """Pixels (M,) of a view and those of the other that read the colours of one surface, and how many pixels of the
+    other (M,) one of the view spans there."""
     here, there, z = reprojected(view, other, other_from_view)
     read = other.sparse_depth.ravel()[there].astype(np.float32)
     near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
+    near &= view.sparse_seen.ravel()[here] & other.sparse_seen.ravel()[there]
     own_z, times_finer = view.sparse_depth.ravel()[here[near]], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
     return here[near], there[near], times_finer * own_z.astype(np.float64) / z[near]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slam.frontend.color_calibration import NOMINAL, ColorCalibration, readout_flow
+from slam.frontend.color_calibration import NOMINAL, ColorCalibration, bearing_derivatives, readout_flow
 from slam.se3 import exp_se3
 from tests.support.planted_correspondences import planted
 
@@ -64,3 +64,24 @@ def test_a_registered_camera_stays_nominal(rng):
     likelihood = term.information[6:, 6:]
     bend = np.linalg.solve(likelihood + camera.information, term.gradient[6:])
     assert np.abs(camera.updated(bend, likelihood).parameters - NOMINAL).max() < 0.03
+
+
+def test_rays_of_the_colour_camera_lead_back_to_those_of_depth(rng):
+    camera = ColorCalibration(np.array([1.1, -0.05, 0.1, 0.02, -0.01, -0.05, 0.0]), np.eye(7))
+    rays, depth_m = rng.uniform(-0.6, 0.6, (200, 2)), rng.uniform(0.5, 4.0, 200)
+    seen = camera.color_rays(rays, depth_m)
+    np.testing.assert_allclose(camera.depth_rays(seen, depth_m), rays, atol=1e-4)
+    assert np.abs(seen - rays).max() > 0.05
+    np.testing.assert_array_equal(ColorCalibration.nominal().color_rays(rays, depth_m), rays)
+
+
+def test_bearings_are_what_their_derivatives_by_linear_parameters_add_up_to(rng):
+    camera = ColorCalibration(NOMINAL + rng.normal(0, 0.05, len(NOMINAL)), np.eye(7))
+    rays = rng.uniform(-0.6, 0.6, (50, 2))
+    expected = bearing_derivatives(rays, np.zeros_like(rays)) @ camera.parameters
+    np.testing.assert_allclose(camera.bearings(rays), expected, atol=1e-12)
+
+
+def test_a_lens_that_nobody_has_yields_rays_nonetheless(rng):
+    bent = ColorCalibration(np.array([0.7, -0.9, 0.9, 0.0, 0.0, 0.3, 0.0]), np.eye(7))
+    assert np.isfinite(bent.color_rays(rng.uniform(-1.5, 1.5, (500, 2)), np.full(500, 0.3))).all()
