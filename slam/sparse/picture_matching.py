@@ -15,7 +15,7 @@ from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
 from slam.backend.verified_registration import VerifiedRegistration
-from slam.backend.view_checks.color_check import FAINT, ColorDifference, color_difference, other_colors
+from slam.backend.view_checks.color_check import ColorDifference, color_difference, other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -161,7 +161,7 @@ class PictureMatching:
     def _pair(self, edge: PoseEdge, n_features: int) -> MeasuredPair:
         """A pair that is not registered, of two pictures that lie as an edge has them."""
         views = self.keyframes[edge.a].view, self.keyframes[edge.b].view
-        told = color_difference(*views, edge.a_from_b, self._config.free_space, FAINT) or ColorDifference(0.0, 0)
+        told = color_difference(*views, edge.a_from_b, self._config.free_space) or ColorDifference(0.0, 0)
         score = told.n_readings / max(1, min(int(np.count_nonzero(view.sparse_depth)) for view in views))
         apart = separation(*views, edge.a_from_b)
         return MeasuredPair(edge, n_features, float(score), told.share, apart, is_registered=False)
@@ -169,7 +169,7 @@ class PictureMatching:
     def _colors(self, a: int, b: int, a_from_b: Float64Array) -> tuple[float, float]:
         """How far apart two pictures lie, and what share of their colours differs there."""
         views = self.keyframes[a].view, self.keyframes[b].view
-        return separation(*views, a_from_b), other_colors(*views, a_from_b, self._config.free_space, FAINT) or 0.0
+        return separation(*views, a_from_b), other_colors(*views, a_from_b, self._config.free_space) or 0.0
 
     def _add(self, pair: MeasuredPair) -> None:
         a, b = pair.ends

@@ -12,7 +12,7 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from slam.backend.submaps.placement_check import PlacedPair
-from slam.backend.view_checks.color_check import FAINT, ColorDifference
+from slam.backend.view_checks.color_check import ColorDifference
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import Keyframes
 
@@ -56,5 +56,5 @@ class PlacedPictures:
         place = (np.round(a_from_b[:3], SAME_TO) + 0.0).tobytes()
         if (a, b, place) not in self._pairs:
             views = self.keyframes[a].view, self.keyframes[b].view
-            self._pairs[a, b, place] = ComparedPair(*views, a_from_b, OFF_M, FAINT, settings=self.settings)
+            self._pairs[a, b, place] = ComparedPair(*views, a_from_b, OFF_M, settings=self.settings)
         return self._pairs[a, b, place]

@@ -16,7 +16,7 @@ from razer.arrays import Float64Array, IndexArray, Int64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import way_to_ties
-from slam.backend.view_checks.color_check import CLEAR, ColorDifference, Contrast, color_difference
+from slam.backend.view_checks.color_check import ColorDifference, color_difference
 from slam.backend.view_checks.free_space_check import contradiction
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.backend.view_overlap import near_poses, separation
@@ -57,14 +57,12 @@ STRICT = Scrutiny(FEWEST_TOLD, MANY_TOLD, share=2 / 3, many=1 / 2)
 
 @dataclass(frozen=True, eq=False)
 class PlacedPair:
-    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres. The contrast says
-    from where on a colour is another one."""
+    """Two views as they would lie: first_from_second (4, 4), which may be off by `drift_m` metres."""
 
     first: View
     second: View
     first_from_second: Float64Array
     drift_m: float = 0.0
-    contrast: Contrast = CLEAR
 
     @classmethod
     def of(cls, keyframes: Keyframes, a: int, b: int, a_from_b: Float64Array, drift_m: float = 0.0) -> PlacedPair:
@@ -77,7 +75,7 @@ class PlacedPair:
 
     def color_difference(self, settings: FreeSpaceSettings) -> ColorDifference | None:
         """Share of readings of the same surface whose colours differ; None where the two share too few."""
-        return color_difference(self.first, self.second, self.first_from_second, settings, self.contrast)
+        return color_difference(self.first, self.second, self.first_from_second, settings)
 
     @property
     def separation(self) -> float:

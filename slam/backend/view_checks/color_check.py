@@ -24,7 +24,11 @@ DARK = 4.0  # grey levels of noise, so that black has a logarithm
 LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
 BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
-SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it, where something else is seen
+# By which the logarithms of a colour differ where something else is seen: times what most readings of both views differ
+# by, as exposure, vignetting and reflections bring; a tenth at least, as of the seats of chairs that are otherwise alike;
+# a third is always enough. It fills a patch: edges that lie a pixel off are lines.
+TIMES_USUAL, LEAST_OTHER, SURELY_OTHER = 3.0, 0.1, 0.3
+PATCH = 2  # pixels, so many by so many
 # How logarithms of one view's colours become another's, channel by channel: a line, as under a camera's tone curve
 # exposure does not shift them alone. It is fitted to some of the readings, none far off counting much (Cauchy), and its
 # slope stays near 1 where colours vary by less than a spread. Its logarithm is as much as that of the factor by which
@@ -33,26 +37,6 @@ SURELY_OTHER = 0.3  # by which the logarithms of a colour differ, a third of it,
 EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
 MOST_SLOPE = 1.6
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
-
-
-class Contrast(NamedTuple):
-    """From where on a colour is another one.
-
-    Attributes:
-        least: by which its logarithms differ at least.
-        times_median: as many times what most readings of both views differ by, as exposure, vignetting and reflections
-            bring; SURELY_OTHER is always enough.
-        patch: pixels, so many by so many, that it fills; edges that lie a pixel off are lines.
-    """
-
-    least: float
-    times_median: float
-    patch: int
-
-
-CLEAR = Contrast(least=SURELY_OTHER, times_median=0.0, patch=1)
-# As the seats of chairs that are otherwise alike.
-FAINT = Contrast(least=0.1, times_median=3.0, patch=2)
 
 
 def color_correlation(
@@ -84,11 +68,7 @@ class ColorDifference(NamedTuple):
 
 
 def color_difference(
-    target: View,
-    source: View,
-    target_from_source: Float64Array,
-    settings: FreeSpaceSettings,
-    contrast: Contrast = CLEAR,
+    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
 ) -> ColorDifference | None:
     """Share of the readings that both views have of one surface whose colour is none that the other view has round
     about, whatever the exposure, contrast and white balance; the greater of both ways, None where they share too few. A
@@ -100,42 +80,37 @@ def color_difference(
         source: the other.
         target_from_source: (4, 4) the motion to be checked.
         settings: how far apart readings of one surface may lie.
-        contrast: from where on a colour is another one.
     """
     both_ways = (
-        _difference(source, target, target_from_source, settings, contrast),
-        _difference(target, source, inverse(target_from_source), settings, contrast),
+        _difference(source, target, target_from_source, settings),
+        _difference(target, source, inverse(target_from_source), settings),
     )
     return max((difference for difference in both_ways if difference is not None), default=None)
 
 
 def other_colors(
-    target: View,
-    source: View,
-    target_from_source: Float64Array,
-    settings: FreeSpaceSettings,
-    contrast: Contrast = CLEAR,
+    target: View, source: View, target_from_source: Float64Array, settings: FreeSpaceSettings
 ) -> float | None:
     """The share alone of `color_difference`, whose arguments are these."""
-    difference = color_difference(target, source, target_from_source, settings, contrast)
+    difference = color_difference(target, source, target_from_source, settings)
     return None if difference is None else difference.share
 
 
 def _difference(
-    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings, contrast: Contrast
+    view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
 ) -> ColorDifference | None:
     here, there, span = _same_surface(view, other, other_from_view, settings)
     if len(here) < MIN_SHARED:
         return None
     own, others = _logarithms(view, here), _logarithms(other, there)
     slope, offset = _tone(own, others)
-    least_other = _least_other(others - slope * own - offset, contrast)
+    least_other = _least_other(others - slope * own - offset)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     # Edges may be a pixel off, and more where cameras turned.
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1) + smear_pixels(view, other))
     outside = np.maximum(darkest - slope * greatest - offset, slope * least + offset - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
-    return ColorDifference(_n_in_patches(view, here[is_other], contrast.patch) / len(here), len(here))
+    return ColorDifference(_n_in_patches(view, here[is_other]) / len(here), len(here))
 
 
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
@@ -155,19 +130,15 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
     return slope, np.median(others - slope * own, axis=1, keepdims=True)
 
 
-def _least_other(differences: Float32Array, contrast: Contrast) -> float:
+def _least_other(differences: Float32Array) -> float:
     """By which logarithms must differ, of which those of all readings do by so much (3, M)."""
-    if contrast.least >= SURELY_OTHER:
-        return SURELY_OTHER  # whatever the median is, which takes a tenth of the comparison
-    usual = contrast.times_median * float(np.median(np.abs(differences)))
-    return min(max(usual, contrast.least), SURELY_OTHER)
+    usual = TIMES_USUAL * float(np.median(np.abs(differences)))
+    return min(max(usual, LEAST_OTHER), SURELY_OTHER)
 
 
-def _n_in_patches(view: View, pixels: IndexArray, patch: int) -> int:
+def _n_in_patches(view: View, pixels: IndexArray) -> int:
     """How many of the pixels (M,) of a view fill patches (morphological opening)."""
-    if patch == 1:
-        return len(pixels)
-    image, square = np.zeros(view.sparse_depth.shape, np.uint8), np.ones((patch, patch), np.uint8)
+    image, square = np.zeros(view.sparse_depth.shape, np.uint8), np.ones((PATCH, PATCH), np.uint8)
     image.ravel()[pixels] = 1
     return int(cv2.morphologyEx(image, cv2.MORPH_OPEN, square, borderType=cv2.BORDER_CONSTANT, borderValue=0).sum())
 

@@ -8,7 +8,6 @@ import pytest
 from razer.geometry import inverse
 from slam.backend.submaps.placement_check import PlacedPair
 from slam.backend.view_checks import color_check, free_space_check
-from slam.backend.view_checks.color_check import FAINT
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.se3 import exp_se3
@@ -27,7 +26,7 @@ def placed(views):
 
 def test_a_pair_tells_what_a_comparison_does_and_compares_once(placed, room, views, monkeypatch):
     motion = inverse(room[10].pose) @ room[12].pose @ exp_se3(np.array([0, 0.1, 0, 0.2, 0, 0]))
-    alone = PlacedPair(views[10], views[12], motion, OFF_M, FAINT)
+    alone = PlacedPair(views[10], views[12], motion, OFF_M)
     expected = alone.contradiction(SETTINGS), alone.color_difference(SETTINGS)
     assert expected[0] > 0
     first = placed.pair(0, 1, motion)
