@@ -14,6 +14,7 @@ from slam.backend.loop_closure import RECENT, LoopClosure
 from slam.backend.outlier_edges import is_outlier
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseGraph
+from slam.backend.submaps.local_map import LocalMap
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import Outcome, SubmapMerging
@@ -45,7 +46,8 @@ class KeyframeMap:
         self._places = PlaceRecognition()
         self._loops = LoopClosure(self.keyframes, self.graph, self._places, self._registration, config)
         hypotheses = MergeHypotheses(self.keyframes, config.submaps)
-        self._search = SubmapSearch(self.keyframes, self._places, hypotheses, self._registration, config)
+        local_map = LocalMap(self.keyframes, self._registration, config)
+        self._search = SubmapSearch(self.keyframes, self._places, hypotheses, self._registration, local_map, config)
         placement = PlacementCheck(self.keyframes, self.graph, config)
         self._merging = SubmapMerging(self.keyframes, self.graph, hypotheses, placement)
         self._masking = DynamicMasking(self.keyframes, config)
@@ -180,29 +182,8 @@ class KeyframeMap:
 
     def _compare(self, located: LocatedView, calibration: ColorCalibration, candidates: Sequence[Candidate]) -> bool:
         """Whether a view of one submap, compared with keyframes of others, with the hypotheses before merges it."""
-        reference, view = located.reference, located.view
-        found: list[tuple[int, Float64Array]] = []
-        for number, guesses in candidates:
-            if self._shows_found(number, found):
-                continue
-            result = self._registration.recognise(self.keyframes[number], view, guesses, calibration)
-            if result is None:
-                continue
-            found.append((self.keyframes[number].submap, self.pose(number, result.target_from_source)))
-            number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
-            edge = PoseEdge(number, reference.number, number_from_reference, result.information)
-            if self._add_hypothesis(edge, view.index, result.score):
-                return True
-        return False
-
-    def _shows_found(self, number: int, found: Sequence[tuple[int, Float64Array]]) -> bool:
-        """Whether a keyframe shows a place where a view, by the submaps and poses (4, 4) in them where it was found,
-        lies: it would say the same once more."""
-        keyframe, settings = self.keyframes[number], self._config.loop_closure
-        return any(
-            submap == keyframe.submap and len(near_poses(pose, keyframe.world_from_camera[None], settings)) > 0
-            for submap, pose in found
-        )
+        recognised = self._search.recognised(located, candidates, calibration)
+        return any(self._add_hypothesis(edge, located.view.index, strength) for edge, strength in recognised)
 
     def _search_unanchored(self, calibration: ColorCalibration) -> None:
         """Compare the keyframes still unanchored with all places that have any similarity."""

@@ -74,7 +74,24 @@ class VerifiedRegistration:
         result = self._verified(keyframe, view, guesses, calibration, rigid or _wide_matches(keyframe, view))
         return None if result is None or result.n_features < self._least else result
 
-    def rigid_motion(self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None) -> RigidMotion | None:
+    def register_in_part(
+        self, keyframe: Keyframe, view: View, guess: Float64Array, calibration: ColorCalibration, min_overlap: float
+    ) -> IcpResult | None:
+        """Register a view to a keyframe that may share little with it. By itself that is not to be believed.
+
+        Args:
+            keyframe: what it is registered to.
+            view: the view.
+            guess: keyframe_from_view (4, 4) to start from.
+            calibration: the colour camera as known so far.
+            min_overlap: share of the view that must lie on what the keyframe shows.
+        """
+        rigid = _wide_matches(keyframe, view)
+        return self._verified(keyframe, view, [guess], calibration, rigid, min_overlap=min_overlap)
+
+    def rigid_motion(
+        self, keyframe: Keyframe, view: View, rigid: RigidMatches | None = None, hints: bool = False
+    ) -> RigidMotion | None:
         """How a view may lie in front of a keyframe, roughly, by a tenth of what a registration costs; None where too
         few features lie as far from each other in both, or where space or colours contradict the motion these have.
 
@@ -82,13 +99,15 @@ class VerifiedRegistration:
             keyframe: what it lies in front of.
             view: the view.
             rigid: features of both that match from afar, where they are known.
+            hints: whether fewer features are enough, that say where to look.
         """
         rigid = rigid or _wide_matches(keyframe, view)
-        if not rigid.is_sure:
+        if not (rigid.is_sure or (hints and rigid.is_hint)):
             return None
         motion = rigid.motion()
-        is_possible = self._is_possible(keyframe, view, motion, START_OFF_M, MAX_START_CONTRADICTION)
-        return RigidMotion(motion, rigid.n_explained, rigid.information) if is_possible else None
+        if not self._is_possible(keyframe, view, motion, START_OFF_M, MAX_START_CONTRADICTION):
+            return None
+        return RigidMotion(motion, rigid.n_explained, rigid.information, rigid.is_sure)
 
     def _verified(
         self,
@@ -98,8 +117,11 @@ class VerifiedRegistration:
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
         is_known: bool = False,
+        min_overlap: float | None = None,
     ) -> IcpResult | None:
-        result = self._settled(keyframe, view, guesses, calibration, rigid, is_known)
+        result = self._settled(
+            keyframe, view, guesses, calibration, rigid, is_known, min_overlap or self._settings.min_overlap
+        )
         if result is None:
             return None
         motion, most = result.target_from_source, self._settings.max_contradiction
@@ -123,7 +145,8 @@ class VerifiedRegistration:
         guesses: Sequence[Float64Array],
         calibration: ColorCalibration,
         rigid: RigidMatches | None,
-        is_known: bool = False,
+        is_known: bool,
+        min_overlap: float,
     ) -> IcpResult | None:
         """A registration that came to rest where features or depth agree, and leave no direction open; from the first
         guess alone where the view is known to lie all but there."""
@@ -133,15 +156,15 @@ class VerifiedRegistration:
         else:
             result = self._registration.register(target, view, guesses, calibration, rigid)
         for _ in range(MORE_ROUNDS):
-            if result is None or not self._holds(result):
+            if result is None or not self._holds(result, min_overlap):
                 return None
             if is_at_rest(result):
                 return result
             result = self._registration.refine(target, view, result.target_from_source, calibration, rigid)
         return None
 
-    def _holds(self, result: IcpResult) -> bool:
-        return not leaves_open(result) and is_trusted(result, self._settings.min_overlap, self._enough)
+    def _holds(self, result: IcpResult, min_overlap: float) -> bool:
+        return not leaves_open(result) and is_trusted(result, min_overlap, self._enough)
 
 
 def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:

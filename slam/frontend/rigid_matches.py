@@ -24,18 +24,20 @@ SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOST = 0.6  # share of a set that each of it must agree with: matches that are false agree with few
 # Features that a motion explains, of views of one place; PnP finds no other then, at ten times the cost.
 ENOUGH_EXPLAINED = 8
+FEW_EXPLAINED = 4  # say where to look; of views that share nothing two in three have fewer
 LEAST = 3  # points, that a motion is known by
 LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
 
 
 class RigidMotion(NamedTuple):
-    """target_from_source (4, 4), roughly, how many features it explains, and what these tell of it: information (6, 6)
-    of a left perturbation (rotation, shift)."""
+    """target_from_source (4, 4), roughly, how many features it explains, what these tell of it: information (6, 6) of a
+    left perturbation (rotation, shift), and whether they are enough to be no chance."""
 
     target_from_source: Float64Array
     n_explained: int
     information: Float64Array
+    is_sure: bool = True
 
 
 class RigidMatches:
@@ -96,6 +98,11 @@ class RigidMatches:
         """Whether enough features agree, and the motion explains enough."""
         n_matches = len(self._margin_m)
         return n_matches >= MIN_INLIERS and self.n_agreeing >= MIN_INLIERS and self.n_explained >= ENOUGH_EXPLAINED
+
+    @property
+    def is_hint(self) -> bool:
+        """Whether some features agree, which may be chance."""
+        return self.n_agreeing >= LEAST and self.n_explained >= FEW_EXPLAINED
 
     @cached_property
     def _best(self) -> tuple[Float64Array, BoolArray]:

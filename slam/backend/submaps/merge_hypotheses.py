@@ -139,12 +139,14 @@ class MergeHypotheses:
         return shifts, np.mean(places, axis=0) if places else np.zeros(3)
 
 
-def same_motions(motions: Float64Array, at: Float64Array) -> BoolArray:
+def same_motions(
+    motions: Float64Array, at: Float64Array, same_m: float = SAME_M, same_deg: float = SAME_DEG
+) -> BoolArray:
     """Which of the motions (N, 4, 4) bring what is at a place (3,) to one place (N, N), but for drift."""
     moved = motions[:, :3, :3] @ at + motions[:, :3, 3]
     away_m = np.linalg.norm(moved[:, None] - moved, axis=2)
     cosine = (np.einsum("nij,mij->nm", motions[:, :3, :3], motions[:, :3, :3]) - 1) / 2
-    same: BoolArray = (away_m <= SAME_M) & (cosine >= np.cos(np.radians(SAME_DEG)))
+    same: BoolArray = (away_m <= same_m) & (cosine >= np.cos(np.radians(same_deg)))
     return same
 
 

@@ -25,8 +25,8 @@ LOGARITHMS = np.log(np.arange(256, dtype=np.float32) + np.float32(DARK))
 OVEREXPOSED = 250  # grey levels from which a surface may be any brighter
 BRIGHTEST = np.where(np.arange(256) < OVEREXPOSED, LOGARITHMS, np.float32(np.inf))
 # By which the logarithms of a colour differ where something else is seen: times what most readings of both views differ
-# by, as exposure, vignetting and reflections bring; a tenth at least, as of the seats of chairs that are otherwise alike;
-# a third is always enough. It fills a patch: edges that lie a pixel off are lines.
+# by, as exposure, vignetting and reflections bring; a tenth at least, as of seats of chairs that are otherwise alike; a
+# third is always enough. It fills a patch: edges that lie a pixel off are lines.
 TIMES_USUAL, LEAST_OTHER, SURELY_OTHER = 3.0, 0.1, 0.3
 PATCH = 2  # pixels, so many by so many
 # How logarithms of one view's colours become another's, channel by channel: a line, as under a camera's tone curve

@@ -9,6 +9,7 @@ import pytest
 
 from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.pose_graph import PoseEdge
+from slam.backend.submaps.submap_search import Candidate
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import LocatedView
@@ -40,7 +41,9 @@ def compared(views, monkeypatch):
             return replace(fits, target_from_source=moved) if keyframe.number in found_in else None
 
         monkeypatch.setattr(slam._registration, "recognise", recognise)
-        monkeypatch.setattr(slam._search, "next_candidates", lambda *_: [(keyframe.number, []) for keyframe in world])
+        candidates = [Candidate(keyframe.number, np.eye(4)) for keyframe in world]
+        monkeypatch.setattr(slam._search, "next_candidates", lambda *_: candidates)
+        monkeypatch.setattr(slam._search.local_map, "recognise", lambda *_: None)
         slam.search_submaps(LocatedView(views[12], first, np.eye(4)), NOMINAL)
         return asked
 

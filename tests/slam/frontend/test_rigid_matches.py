@@ -47,7 +47,7 @@ def test_the_motion_takes_in_what_it_explains_besides(rng):
     target, source = views(rng, 30, 0, noise_m=0.0)
     source.depth_m[:10] *= 1.2
     matches = RigidMatches(target, source)
-    matches._kept = np.arange(10, 14)  # of those that stayed, as if only these had agreed
+    matches._agreeing = np.arange(10, 14)  # of those that stayed, as if only these had agreed
     assert matches.n_explained == 20
     np.testing.assert_allclose(matches.motion(), TARGET_FROM_SOURCE, atol=1e-4)
 
@@ -55,6 +55,17 @@ def test_the_motion_takes_in_what_it_explains_besides(rng):
 def test_of_views_that_share_nothing_hardly_any_agree(rng):
     counts = [RigidMatches(*views(rng, 0, N_FALSE)).n_agreeing for _ in range(20)]
     assert max(counts) < 12
+
+
+def test_few_features_that_agree_are_a_hint_and_no_more(rng):
+    found = [RigidMatches(*views(rng, 6, 20)) for _ in range(20)]
+    assert not any(matches.is_sure for matches in found)
+    hints = [matches for matches in found if matches.is_hint]
+    assert len(hints) >= 15
+    right = [length_m(inverse(TARGET_FROM_SOURCE) @ matches.motion()) < 0.2 for matches in hints]
+    assert np.mean(right) >= 0.8
+    assert sum(RigidMatches(*views(rng, 0, 20)).is_hint for _ in range(20)) <= 6
+    assert not RigidMatches(*views(rng, 0, 0)).is_hint
 
 
 def test_features_without_depth_take_no_part(rng):

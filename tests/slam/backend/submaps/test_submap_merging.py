@@ -34,7 +34,7 @@ def view(number, end_m, board=False):
     depth = np.minimum(1.0 / np.maximum(slant, 1e-9), end_m).astype(np.float32)
     rgb = np.full((120, 160, 3), WALL, np.uint8)
     if board:
-        rgb[35:85, 100:160] = BOARD
+        rgb[30:90, 100:160] = BOARD
     frame = Frame(number, float(number), rgb, depth, CAMERA)
     features = FeatureExtractor(CONFIG).extract(frame, ColorCalibration.nominal())
     return View.of(frame, features, STILL, CONFIG)
