@@ -24,7 +24,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 MOST_ASKED = 3  # keyframes, some 15 ms each
 LEAST_SHARED = 0.1  # of a view, for a keyframe to be asked, and for its registration to count
-SAME_M, SAME_DEG = 0.1, 3.0  # by which registrations that say the same differ; wrong ones did by 20 cm and more
+SAME_M, SAME_DEG = 0.1, 3.0  # by which registrations that say the same differ: they are a few centimetres off each
 
 
 class Recognised(NamedTuple):
@@ -44,7 +44,7 @@ class LocalMap:
     def recognise(
         self, submap: int, view: View, world_from_view: Float64Array, calibration: ColorCalibration
     ) -> Recognised | None:
-        """The closest of the registrations to several keyframes that agree, if together these share enough with a view.
+        """The best of the registrations to several keyframes that agree, if together these share enough with a view.
 
         Args:
             submap: of the keyframes.
