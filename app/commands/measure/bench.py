@@ -150,7 +150,8 @@ def poses(
     Parameters
     ----------
     recording:
-        A recording with poses, which count as true: recorded, backwards, blinded, blinking, cut, jumping, shuffled.
+        A recording with poses, which count as true: recorded, backwards, blinded, blinking, cut, backwards-cut,
+        jumping, shuffled, sparse-8, sparse-16.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
         blind-1s, blind-10s, people, dark, blank-walls, fast-turns, misregistered, look-alikes, twin-rooms,

@@ -85,6 +85,10 @@ def _cut(n: int, long: int, seed: int) -> Order:
     return tuple(index for index in _blinded(n, long, seed) if index is not None)
 
 
+def _backwards_cut(n: int, long: int, seed: int) -> Order:
+    return _cut(n, long, seed)[::-1]
+
+
 def _jumping(n: int, _: int, seed: int) -> Order:
     """A quarter, then what comes after two thirds, then what lies between."""
     first, second = n // 4 + seed % 10, 2 * n // 3
@@ -103,6 +107,7 @@ _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
     "blinded": ("blind for two seconds, thrice", _blinded),
     "blinking": ("blind for three frames of every sixty", _blinking),
     "cut": ("without these two seconds", _cut),
+    "backwards-cut": ("from its end, without these two seconds", _backwards_cut),
     "jumping": ("a quarter, then the end, then what lies between", _jumping),
     "shuffled": ("in pieces of two seconds, in any order", _shuffled),
 }

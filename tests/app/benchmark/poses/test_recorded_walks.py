@@ -69,6 +69,7 @@ def test_the_lens_is_covered_for_two_seconds_thrice_and_for_moments_again_and_ag
 
 def test_what_is_cut_is_what_is_not_seen_otherwise(orders):
     assert orders["cut"] == tuple(index for index in orders["blinded"] if index is not None)
+    assert orders["backwards-cut"] == tuple(reversed(orders["cut"]))
 
 
 def test_seeds_move_the_gaps():
@@ -102,11 +103,14 @@ def test_a_recording_too_short_or_without_poses_is_refused():
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(("name", "least"), [("blinded", 0.98), ("blinking", 0.99), ("cut", 0.98), ("jumping", 0.98)])
-def test_a_hand_held_camera_with_automatic_exposure_comes_back(name, least, real_data):
-    """As exposure differs between the views before and after, these were taken for other places: half stayed lost."""
-    figures = followed(real_data / "redkitchen", name, 2)
-    assert figures["share_tracked"] >= least
+@pytest.mark.parametrize(
+    ("name", "seed"), [("blinded", 2), ("blinking", 2), ("cut", 2), ("cut", 3), ("cut", 4), ("jumping", 2)]
+)
+def test_a_hand_held_camera_with_automatic_exposure_comes_back(name, seed, real_data):
+    """As exposure differs between the views before and after, and colour lies beside depth, these were taken for other
+    places: a quarter to a half stayed lost."""
+    figures = followed(real_data / "redkitchen", name, seed)
+    assert figures["share_tracked"] >= 0.98
     assert figures["frames_to_recover"] <= 12
     assert figures["false_ties"] == 0
     assert figures["ate_cm"] < 3.5
@@ -127,6 +131,7 @@ def test_pieces_of_a_recording_are_put_together_in_any_order(seed, real_data):
     """As exposure bends colours, pieces stayed apart, or lay where half of their depth agreed."""
     figures = followed(real_data / "redkitchen", "shuffled", seed)
     assert figures["share_tracked"] >= 0.98
+    assert figures["frames_to_recover"] <= 20
     assert figures["false_ties"] == 0
     assert figures["ate_cm"] < 3.5
 
