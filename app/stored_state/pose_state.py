@@ -14,6 +14,7 @@ from slam.backend.keyframe_map import KeyframeMap
 from slam.backend.loop_closure import LoopClosure, WaitingPair
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import Batch, PoseGraph
+from slam.backend.submaps.local_map import LocalMap
 from slam.backend.submaps.merge_hypotheses import MergeHypotheses, MergeHypothesis
 from slam.backend.submaps.placement_check import PlacementCheck
 from slam.backend.submaps.submap_merging import SubmapMerging
@@ -40,9 +41,9 @@ from slam.uncertainty.pose_uncertainty import CovarianceScale
 
 CLASSES = (
     Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
-    GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocatedFrame, LocatedFrames,
-    LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck, PlaceRecognition, PoseEdge,
-    PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch,
+    GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap, LocatedFrame,
+    LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck,
+    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging, SubmapSearch,
     TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
 )  # fmt: skip
 
