@@ -43,8 +43,8 @@ CLASSES = (
     Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
     GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap, LocatedFrame,
     LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck,
-    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses, SubmapMerging,
-    SubmapSearch, TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
+    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses,
+    SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
 )  # fmt: skip
 
 
