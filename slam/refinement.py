@@ -137,7 +137,6 @@ class RefinedPoses:
             return view, None
         view, result = self._nearest_fit(tracker, *followed, given_motion)
         self.calibration = result.calibration
-        self.map.keyframes.see_by(self.calibration)
         return view, result
 
     def _nearest_fit(
@@ -158,6 +157,7 @@ class RefinedPoses:
         number = len(self.keyframes)
         self._given_keyframes[number] = given
         priors = self._uncertainty.priors(self._given_keyframes, number, None if before is None else before.number)
+        self.keyframes.recolor(self.calibration)
         return self.map.place(view, pose, self._travelled_m, [] if edge is None else [edge], priors)
 
     def corrections(self) -> Mapping[int, Pose | None]:

@@ -122,7 +122,6 @@ class SlamSystem:
 
     def _advance(self, tracker: FrameTracker, view: View, result: IcpResult) -> FrameTracker:
         self.calibration = result.calibration
-        self.keyframes.see_by(self.calibration)
         self._reporter.registered(result)
         self._n_missed = 0
         tracker.advance(result.target_from_source, view.stamp)

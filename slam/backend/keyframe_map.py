@@ -97,6 +97,7 @@ class KeyframeMap:
     def _add_before(
         self, before: Keyframe, view: View, result: IcpResult, travelled_m: float, is_odometry: bool
     ) -> Keyframe:
+        self.keyframes.recolor(result.calibration)
         pose, number = self.pose(before.number, result.target_from_source), len(self.keyframes)
         edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry)
         return self._add(view, pose, before.submap, travelled_m, [edge], [], unanchored=not is_odometry)

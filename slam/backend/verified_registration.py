@@ -119,9 +119,8 @@ class VerifiedRegistration:
         is_known: bool = False,
         min_overlap: float | None = None,
     ) -> IcpResult | None:
-        result = self._settled(
-            keyframe, view, guesses, calibration, rigid, is_known, min_overlap or self._settings.min_overlap
-        )
+        least = self._settings.min_overlap if min_overlap is None else min_overlap
+        result = self._settled(keyframe, view, guesses, calibration, rigid, is_known, least)
         if result is None:
             return None
         motion, most = result.target_from_source, self._settings.max_contradiction

@@ -14,7 +14,7 @@ from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.features import Features
-from slam.frontend.sparse_readings import MOVED_PIXELS, colors_seen, moved_pixels, sparse_readings
+from slam.frontend.sparse_readings import MOVED_PIXELS, color_offsets, registered_colors, sparse_readings
 from slam.frontend.wide_features import WideFeatures
 
 KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
@@ -33,7 +33,7 @@ class View:
     pyramid: DepthPyramid
     sparse_depth: Float16Array
     sparse_rgb: Uint8Array
-    sparse_seen: BoolArray
+    sparse_has_color: BoolArray
     recorded_rgb: Uint8Array
     sparse_intrinsics: Intrinsics
     features: Features
@@ -60,14 +60,14 @@ class View:
         pyramid = DepthPyramid(*fine_depth(frame.depth, frame.intrinsics, config.depth.max_depth_m))
         calibration = calibration or ColorCalibration.nominal()
         depth, rgb, k = sparse_readings(frame, config.free_space.image_width)
-        colors = *colors_seen(rgb, k, depth, calibration), rgb
+        colors = *registered_colors(rgb, k, depth, calibration), rgb
         wide = WideFeatures(frame, calibration, config)
         return cls(frame.index, frame.stamp, turning_rad_s, pyramid, depth, *colors, k, features, wide)
 
-    def seen_by(self, calibration: ColorCalibration) -> View:
-        """The same view, its readings of the colours that they have if a colour camera is as it is known now."""
-        rgb, seen = colors_seen(self.recorded_rgb, self.sparse_intrinsics, self.sparse_depth, calibration)
-        return replace(self, sparse_rgb=rgb, sparse_seen=seen)
+    def recolored(self, calibration: ColorCalibration) -> View:
+        """The same view, its colours registered to its depth as a colour camera is known now."""
+        rgb, seen = registered_colors(self.recorded_rgb, self.sparse_intrinsics, self.sparse_depth, calibration)
+        return replace(self, sparse_rgb=rgb, sparse_has_color=seen)
 
     def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise; the pyramid is shared."""
@@ -155,18 +155,17 @@ class Keyframes:
             unused.release()
         return keyframe.view
 
-    def see_by(self, calibration: ColorCalibration) -> None:
-        """Let all views have the colours that a colour camera as it is known now gives them, if it lies elsewhere than
-        was known before."""
+    def recolor(self, calibration: ColorCalibration) -> None:
+        """Register the colours of all views to their depth as the colour camera is known now, if that moves them."""
         if not self.all or not self._has_moved(self.all[-1].view, calibration):
             return
         self._calibration = calibration
         for keyframe in self.all:
-            keyframe.view = keyframe.view.seen_by(calibration)
+            keyframe.view = keyframe.view.recolored(calibration)
 
     def _has_moved(self, view: View, calibration: ColorCalibration) -> bool:
         k, depth = view.sparse_intrinsics, view.sparse_depth
-        before, now = (moved_pixels(k, depth, each) for each in (self._calibration, calibration))
+        before, now = (color_offsets(k, depth, each) for each in (self._calibration, calibration))
         return bool(np.abs(now - before).max() > MOVED_PIXELS)
 
     def poses(self) -> Float64Array:

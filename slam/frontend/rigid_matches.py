@@ -24,7 +24,7 @@ SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.02, 0.02
 MOST = 0.6  # share of a set that each of it must agree with: matches that are false agree with few
 # Features that a motion explains, of views of one place; PnP finds no other then, at ten times the cost.
 ENOUGH_EXPLAINED = 8
-FEW_EXPLAINED = 4  # say where to look; of views that share nothing two in three have fewer
+FEW_EXPLAINED = 4  # say where to look, and may agree by chance
 LEAST = 3  # points, that a motion is known by
 LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains

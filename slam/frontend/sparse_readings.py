@@ -1,10 +1,10 @@
-"""Sparse readings: a few of a frame's depths, far ones among them, with their colours.
-
-These lie where the colour camera saw what depth reads: a twentieth of focal length, at the rim of an image, is another
-thing than the one that is read there.
+"""Sparse readings: a few of a frame's depths, far ones among them, with their colours, which are registered to depth as
+far as the colour camera is known.
 """
 
 from __future__ import annotations
+
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -30,19 +30,25 @@ def sparse_readings(frame: Frame, width: int) -> tuple[Float16Array, Uint8Array,
     return depth, rgb, Intrinsics(depth.shape[1], depth.shape[0], k.fx / step, k.fy / step, *middle)
 
 
-def moved_pixels(k: Intrinsics, depth: Float16Array, calibration: ColorCalibration) -> Float64Array:
-    """How far (h, w, 2) the colours of readings (h, w) lie from them on their grid, pixels."""
+@lru_cache(maxsize=8)
+def pixel_rays(k: Intrinsics) -> Float64Array:
+    """Directions x / z and y / z (2, H * W) of all pixels, rows one after the other; to be read only."""
     row, column = np.divmod(np.arange(k.height * k.width), k.width)
-    rays = np.column_stack([(column - k.cx) / k.fx, (row - k.cy) / k.fy])
+    return np.stack([(column - k.cx) / k.fx, (row - k.cy) / k.fy])
+
+
+def color_offsets(k: Intrinsics, depth: Float16Array, calibration: ColorCalibration) -> Float64Array:
+    """How far (h, w, 2) the colours of readings (h, w) lie from them on their grid, pixels."""
+    rays = pixel_rays(k).T
     read_m = np.where(depth > 0, depth, UNREAD_M).ravel().astype(np.float64)
     moved: Float64Array = (calibration.color_rays(rays, read_m) - rays) * (k.fx, k.fy)
     return moved.reshape(k.height, k.width, 2)
 
 
-def colors_seen(
+def registered_colors(
     recorded_rgb: Uint8Array, k: Intrinsics, depth: Float16Array, calibration: ColorCalibration
 ) -> tuple[Uint8Array, BoolArray]:
-    """Colours (h, w, 3) of readings, and which of them (h, w) the colour camera saw at all.
+    """Colours (h, w, 3) of readings, where the colour camera saw them, and which of them (h, w) it saw at all.
 
     Args:
         recorded_rgb: (h, w, 3) colours on the grid of the readings.
@@ -50,7 +56,7 @@ def colors_seen(
         depth: (h, w) the readings, metres.
         calibration: the colour camera.
     """
-    moved = moved_pixels(k, depth, calibration)
+    moved = color_offsets(k, depth, calibration)
     if np.abs(moved).max() <= MOVED_PIXELS:
         return recorded_rgb, np.ones(depth.shape, bool)
     row, column = np.indices(depth.shape)

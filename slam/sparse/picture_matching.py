@@ -87,7 +87,7 @@ class PictureMatching:
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
                 sure.append((a, b, result.target_from_source))
-        self.keyframes.see_by(self.calibration)
+        self.keyframes.recolor(self.calibration)
         for keyframe in self.keyframes.all:
             keyframe.view = _deep(keyframe.view, self.calibration)
         self.sure_colors = [self._colors(*pair) for pair in sure]

@@ -84,7 +84,7 @@ def size_text(view: View) -> str:
     parts = {
         "depth to register": view.pyramid._steps.nbytes,
         "sparse depth": view.sparse_depth.nbytes,
-        "sparse colour": view.sparse_rgb.nbytes,
+        "sparse colour": view.sparse_rgb.nbytes + view.sparse_has_color.nbytes + view.recorded_rgb.nbytes,
         f"{len(view.features)} ORB features": sum(part.nbytes for part in features),
         f"{len(view.wide.features)} SIFT features": sum(part.nbytes for part in wide),
     }

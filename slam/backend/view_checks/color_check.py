@@ -163,7 +163,7 @@ def _same_surface(
     here, there, z = reprojected(view, other, other_from_view)
     read = other.sparse_depth.ravel()[there].astype(np.float32)
     near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
-    near &= view.sparse_seen.ravel()[here] & other.sparse_seen.ravel()[there]
+    near &= view.sparse_has_color.ravel()[here] & other.sparse_has_color.ravel()[there]
     own_z, times_finer = view.sparse_depth.ravel()[here[near]], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
     return here[near], there[near], times_finer * own_z.astype(np.float64) / z[near]
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
-from razer.frame import Intrinsics
 from slam.frontend.keyframes import View
+from slam.frontend.sparse_readings import pixel_rays
 from slam.frontend.view_registration import EXPOSURE_GAP_S
 
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
@@ -42,16 +40,9 @@ def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, tupl
     """The pixels (M,) of readings in front of another camera, and x, y and z (M,) of their points there."""
     pixel = np.flatnonzero(view.sparse_depth > 0)
     depth = view.sparse_depth.ravel()[pixel].astype(np.float64)
-    u, v = (each[pixel] for each in _rays(view.sparse_intrinsics))
+    u, v = (each[pixel] for each in pixel_rays(view.sparse_intrinsics))
     rotation, shift = other_from_view[:3, :3].tolist(), other_from_view[:3, 3].tolist()
     # Written out, as products of large and tiny matrices take longer.
     x, y, z = ((r[0] * u + r[1] * v + r[2]) * depth + t for r, t in zip(rotation, shift, strict=True))
     ahead = z > MIN_DEPTH_M
     return (pixel, (x, y, z)) if ahead.all() else (pixel[ahead], (x[ahead], y[ahead], z[ahead]))
-
-
-@lru_cache(maxsize=8)
-def _rays(k: Intrinsics) -> tuple[Float64Array, Float64Array]:
-    """Directions x / z and y / z of all pixels (H * W,), rows one after the other."""
-    row, column = np.divmod(np.arange(k.height * k.width), k.width)
-    return (column - k.cx) / k.fx, (row - k.cy) / k.fy

@@ -47,7 +47,7 @@ def seen_through(camera, calibration=None):
 
 def off(view):
     """By how many grey levels the colours (n, 3) of a view that the camera saw differ from those of the wall there."""
-    return np.abs(view.sparse_rgb - ramp(pixel_rays(view.sparse_intrinsics)))[view.sparse_seen]
+    return np.abs(view.sparse_rgb - ramp(pixel_rays(view.sparse_intrinsics)))[view.sparse_has_color]
 
 
 @pytest.mark.parametrize("camera", [lens(scale=1.1), lens(scale=0.9), lens(x=0.05, y=-0.04), lens(baseline=-0.06)])
@@ -62,9 +62,9 @@ def test_what_the_colour_camera_did_not_see_has_no_colour():
     rays = pixel_rays(view.sparse_intrinsics)
     inside = (np.abs(rays) < 0.79 * np.array([319.5, 239.5]) / 525).all(axis=2)
     outside = (np.abs(rays) > 0.82 * np.array([319.5, 239.5]) / 525).any(axis=2)
-    assert view.sparse_seen[inside].all()
-    assert not view.sparse_seen[outside].any()
-    assert seen_through(lens()).sparse_seen.all()
+    assert view.sparse_has_color[inside].all()
+    assert not view.sparse_has_color[outside].any()
+    assert seen_through(lens()).sparse_has_color.all()
 
 
 def test_colours_stay_as_they_are_for_a_camera_that_is_off_by_little():
@@ -78,17 +78,17 @@ def test_keyframes_are_seen_anew_once_the_camera_is_known():
     for _ in range(2):
         keyframes.add(seen_through(camera), np.eye(4), 0, 0.0)
     before = keyframes[0].view
-    keyframes.see_by(lens(scale=1.004))
+    keyframes.recolor(lens(scale=1.004))
     assert keyframes[0].view is before
-    keyframes.see_by(camera)
+    keyframes.recolor(camera)
     for keyframe in keyframes.all:
         assert off(keyframe.view).max() < 2
     again = keyframes[1].view
-    keyframes.see_by(camera)
+    keyframes.recolor(camera)
     assert keyframes[1].view is again
-    keyframes.see_by(ColorCalibration.nominal())
+    keyframes.recolor(ColorCalibration.nominal())
     np.testing.assert_array_equal(keyframes[0].view.sparse_rgb, before.sparse_rgb)
 
 
 def test_no_keyframe_is_no_error():
-    Keyframes().see_by(lens(scale=1.2))
+    Keyframes().recolor(lens(scale=1.2))
