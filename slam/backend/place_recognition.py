@@ -23,7 +23,7 @@ class PlaceRecognition:
 
     def add(self, view: View) -> None:
         """A further keyframe."""
-        self._index.add(levels(view.wide.features.descriptors))
+        self._index.add(levels(view.wide.prominent.descriptors))
 
     def lookalikes(self, view: View, among: Sequence[int] | IndexArray, min_sigmas: float, limit: int) -> list[int]:
         """The keyframes whose appearance is most similar to a view's, the most similar first.
@@ -37,7 +37,7 @@ class PlaceRecognition:
         if len(among) == 0:
             return []
         numbers = np.array(among)
-        sigmas = _sigmas(self._index.similarity(levels(view.wide.features.descriptors))[numbers])
+        sigmas = _sigmas(self._index.similarity(levels(view.wide.prominent.descriptors))[numbers])
         best = np.argsort(-sigmas, kind="stable")[:limit]
         return [int(numbers[n]) for n in best if sigmas[n] >= min_sigmas]
 

@@ -51,8 +51,8 @@ class Features:
     def __len__(self) -> int:
         return len(self.rays)
 
-    def select(self, which: BoolArray) -> Features:
-        """Those of them that a mask (N,) has."""
+    def select(self, which: BoolArray | slice) -> Features:
+        """Those of them that a mask (N,), or a range, has."""
         return Features(
             self.rays[which], self.descriptors[which], self.depth_m[which], self.sigma[which], self.row_times[which]
         )
@@ -126,17 +126,25 @@ def in_image(points: Float64Array, octaves: IndexArray, shape: tuple[int, ...]) 
 
 
 def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: FeatureSettings) -> list[cv2.KeyPoint]:
-    """The strongest corners of each cell of a raster, so that a poster does not take them all."""
+    """The strongest corners of each cell of a raster, so that a poster does not take them all, cell by cell."""
     if not corners:
         return []
+    cell, rank = raster_ranks(corners, shape, settings)
+    return [corners[i] for i in np.lexsort((rank, cell)) if rank[i] < settings.per_cell]
+
+
+def raster_ranks(
+    corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: FeatureSettings
+) -> tuple[IndexArray, IndexArray]:
+    """In which cell (N,) of a raster corners lie, and how many stronger ones (N,) lie there."""
     rows, columns = settings.grid_rows, settings.grid_columns
     pixels = np.asarray(cv2.KeyPoint.convert(corners), np.float64)
     row, column = (pixels[:, ::-1] * (rows, columns) / np.array(shape)).astype(int).T
     cell = row * columns + column
     order = np.lexsort((-np.array([corner.response for corner in corners]), cell))
-    start = np.searchsorted(cell[order], cell[order])
-    rank = np.arange(len(order)) - start
-    return [corners[i] for i in order[rank < settings.per_cell]]
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order)) - np.searchsorted(cell[order], cell[order])
+    return cell, rank
 
 
 def depth_at(frame: Frame, calibration: ColorCalibration, rays: Float64Array) -> Float64Array:

@@ -77,10 +77,10 @@ class View:
         """The same view without what it shows at some pixels (h, w) of the grid of sparse_intrinsics."""
         k = self.pyramid.intrinsics
         fine = cv2.resize(pixels.astype(np.uint8), (k.width, k.height), interpolation=cv2.INTER_NEAREST) > 0
-        features, wide = (part.select(~_at(part, fine, k)) for part in (self.features, self.wide.features))
+        features = self.features.select(~_at(self.features, fine, k))
+        wide = self.wide.select(~_at(self.wide.features, fine, k))
         sparse = np.where(pixels, np.float16(0), self.sparse_depth)
-        pyramid, known = self.pyramid.without(fine), WideFeatures.known(wide)
-        return replace(self, pyramid=pyramid, sparse_depth=sparse, features=features, wide=known)
+        return replace(self, pyramid=self.pyramid.without(fine), sparse_depth=sparse, features=features, wide=wide)
 
 
 def _at(features: Features, pixels: BoolArray, k: Intrinsics) -> BoolArray:

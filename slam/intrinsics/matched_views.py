@@ -37,7 +37,7 @@ class DepthFeatures:
     def of(cls, frame: Frame, config: SlamConfig) -> DepthFeatures:
         """Those of a frame whose colour lies on its depth."""
         k = frame.intrinsics
-        found = WideFeatures(frame, ColorCalibration.nominal(), config).features
+        found = WideFeatures(frame, ColorCalibration.nominal(), config).prominent
         pixels = found.rays.astype(np.float64) * (k.fx, k.fy) + (k.cx, k.cy)
         depth, is_even = _depth_around(frame, pixels)
         kept = np.flatnonzero(is_even)

@@ -47,18 +47,20 @@ class Parts:
         self._version = [0] * len(keyframes)  # of each part, so that nothing is tested twice
         self._tested: dict[tuple[int, int], tuple[int, int]] = {}
 
-    @classmethod
-    def of(cls, keyframes: Keyframes, pairs: KnownPairs, config: SlamConfig) -> Parts:
-        """Those that pictures fall into in the end."""
-        parts = cls(keyframes, pairs, config)
-        parts.grow()
+    def settle(self) -> None:
+        """Grow to what pictures fall into in the end."""
+        self.grow()
         for _ in range(ROUNDS):
-            if not parts.reassign():
+            if not self.reassign():
                 break
-            parts.grow()
-        parts.leave_undecided()
-        parts.secure()
-        return parts
+            self.grow()
+        self.leave_undecided()
+        self.secure()
+
+    def learn(self, pairs: KnownPairs) -> None:
+        """Go on with what is known by now."""
+        self._pairs = pairs
+        self._tested.clear()
 
     def grow(self) -> None:
         """Join parts until nothing is left that may be joined."""

@@ -14,7 +14,7 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
-from slam.backend.verified_registration import VerifiedRegistration
+from slam.backend.verified_registration import VerifiedRegistration, prominent_matches
 from slam.backend.view_checks.color_check import ColorDifference, color_difference, other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
@@ -55,17 +55,13 @@ class PictureMatching:
         self.unrecognised: set[Numbers] = set()
         self.registration = VerifiedRegistration(self.keyframes, config, wide_alone=True)
         self._tried: set[Numbers] = set()
+        self._closely: set[Numbers] = set()  # those that all features are compared of
         self._ties: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)  # by one picture and the other
         for view in sorted(views, key=lambda view: (view.stamp, view.index)):
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
         self._roots = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._root_sift)
-
-    @property
-    def n_compared(self) -> int:
-        """How many pairs were compared, whatever came of it."""
-        return len(self._tried)
 
     @property
     def pairs(self) -> list[MeasuredPair]:
@@ -128,7 +124,18 @@ class PictureMatching:
         them: those that share most first, and none that others tell already."""
         untried = self._untried(pairs)
         self._tried.update(untried)
-        rigid = {pair: self._rigid_motion(*pair) for pair in untried}
+        self._compare(untried)
+
+    def measure_closely(self, pairs: Iterable[Numbers]) -> None:
+        """Compare pairs once more, by all of their features, that were compared in vain or not at all."""
+        vain = [pair for pair in pairs if pair in self.unrecognised or pair not in self._tried]
+        self._tried.update(vain)
+        self._closely.update(vain)
+        self.unrecognised.difference_update(vain)
+        self._compare(vain)
+
+    def _compare(self, pairs: Sequence[Numbers]) -> None:
+        rigid = {pair: self._rigid_motion(*pair) for pair in pairs}
         found = [(pair, motion) for pair, motion in rigid.items() if motion is not None]
         self.unrecognised.update(pair for pair, motion in rigid.items() if motion is None)
         for (a, b), motion in sorted(found, key=lambda one: -one[1].n_explained):
@@ -142,11 +149,14 @@ class PictureMatching:
         return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view, self._matches(a, b))
 
     def _matches(self, a: int, b: int) -> RigidMatches:
-        target, source = (self.keyframes[n].view.wide.features for n in (a, b))
-        return RigidMatches(target, source, (self._roots(a), self._roots(b)))
+        """Prominent features alone say what is compared in vain, by which look-alikes are told."""
+        target, source = (self.keyframes[n].view for n in (a, b))
+        if (a, b) in self._closely:
+            return RigidMatches(target.wide.features, source.wide.features)
+        return prominent_matches(target, source, (self._roots(a), self._roots(b)))
 
     def _root_sift(self, number: int) -> Float32Array:
-        return root_sift(self.keyframes[number].view.wide.features.descriptors)
+        return root_sift(self.keyframes[number].view.wide.prominent.descriptors)
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that share features with both a motion (4, 4) is said already."""
@@ -218,4 +228,4 @@ def _deep(view: View, calibration: ColorCalibration) -> View:
     depth = depth_along(view.pyramid.depth, k, calibration, rays)
     depth = np.where(np.abs(moved).max(axis=1) > MOVED_PIXELS, depth, features.depth_m)
     deep = replace(features, depth_m=depth.astype(np.float32))
-    return replace(view, wide=WideFeatures.known(deep))
+    return replace(view, wide=WideFeatures.known(deep, view.wide.n_prominent))

@@ -4,6 +4,7 @@ that look alike, a consistent set of these is grown from the surest, and a pose 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -21,9 +22,10 @@ from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
 from slam.sparse.known_pairs import KnownPairs
+from slam.sparse.measured_pair import Numbers
 from slam.sparse.pair_graph import components
 from slam.sparse.parts import Parts
-from slam.sparse.picture_matching import PictureMatching
+from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, PictureMatching
 from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
 LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more
@@ -90,18 +92,28 @@ class SparseSystem:
         self._report = PoseReport(None, None, graph)
 
     def _grown(self, matching: PictureMatching) -> Parts:
-        """Parts of all pairs; what lies outside the largest is compared with it once more."""
-        parts = self._parts(matching)
-        world = max(parts.members.values(), key=len)
-        outside = set(range(len(self.keyframes))) - set(world)
-        n_compared = matching.n_compared
-        matching.measure(sorted(matching.lookalikes(outside, world, LATE_SHORTLIST)))
-        return parts if matching.n_compared == n_compared else self._parts(matching)
+        """Parts of all pairs; what lies in different ones at first is compared once more."""
+        parts = Parts(self.keyframes, self._known(matching), self.config)
+        parts.grow()
+        n_pairs = len(matching.pairs)
+        matching.measure_closely(self._apart(matching, parts))
+        if len(matching.pairs) > n_pairs:
+            parts.learn(self._known(matching))
+        parts.settle()
+        return parts
 
-    def _parts(self, matching: PictureMatching) -> Parts:
+    def _known(self, matching: PictureMatching) -> KnownPairs:
         of_all = matching.pairs, self.config, matching.unrecognised, matching.sure_colors
-        pairs = KnownPairs(self.keyframes, *of_all, register=matching.register)
-        return Parts.of(self.keyframes, pairs, self.config)
+        return KnownPairs(self.keyframes, *of_all, register=matching.register)
+
+    def _apart(self, matching: PictureMatching, parts: Parts) -> list[Numbers]:
+        """The pairs of pictures of different parts; of many pictures, what lies outside the largest part with what
+        looks most like it within."""
+        part_of, world = parts.part_of, max(parts.members.values(), key=len)
+        if len(part_of) <= ALL_PAIRS_UP_TO:
+            return [(a, b) for a, b in combinations(range(len(part_of)), 2) if part_of[a] != part_of[b]]
+        outside = set(range(len(part_of))) - set(world)
+        return sorted(matching.lookalikes(outside, world, LATE_SHORTLIST))
 
     def _lay_out(self, parts: Parts) -> None:
         """Keyframes and pose graph by parts, the largest first; where each lies to the others nobody knows."""

@@ -81,10 +81,12 @@ class Walk:
 def size_text(view: View) -> str:
     """The size of a keyframe's view at rest by its parts, kB."""
     features, wide = vars(view.features).values(), vars(view.wide.features).values()
+    colors = {id(part): part.nbytes for part in (view.sparse_rgb, view.sparse_has_color, view.recorded_rgb)}
+    view.pyramid.release()
     parts = {
-        "depth to register": view.pyramid._steps.nbytes,
+        "depth to register": view.pyramid.n_bytes,
         "sparse depth": view.sparse_depth.nbytes,
-        "sparse colour": view.sparse_rgb.nbytes + view.sparse_has_color.nbytes + view.recorded_rgb.nbytes,
+        "sparse colour": sum(colors.values()),
         f"{len(view.features)} ORB features": sum(part.nbytes for part in features),
         f"{len(view.wide.features)} SIFT features": sum(part.nbytes for part in wide),
     }

@@ -2,7 +2,7 @@
 where registrations to them say the same.
 
 Whoever comes back from the other side sees a fifth of what any one keyframe shows. One registration by so little may
-be anywhere; that two or three lead to one place by chance was not seen.
+be anywhere, unless many features agree on it; that two or three lead to one place by chance was not seen.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 MOST_ASKED = 3  # keyframes, some 15 ms each
 LEAST_SHARED = 0.1  # of a view, for a keyframe to be asked, and for its registration to count
+ALONE_FEATURES = 20  # that agree, for one registration to count by itself; of views apart 14 do at the most
 SAME_M, SAME_DEG = 0.1, 3.0  # by which registrations that say the same differ: they are a few centimetres off each
 
 
@@ -44,7 +45,8 @@ class LocalMap:
     def recognise(
         self, submap: int, view: View, world_from_view: Float64Array, calibration: ColorCalibration
     ) -> Recognised | None:
-        """The best of the registrations to several keyframes that agree, if together these share enough with a view.
+        """The best of the registrations to several keyframes that agree, if together these share enough with a view, or
+        else one that many features bear out.
 
         Args:
             submap: of the keyframes.
@@ -61,7 +63,8 @@ class LocalMap:
             for agreeing in combinations(registered, n):
                 if self._are_enough(agreeing):
                     return max(agreeing, key=lambda one: one.result.score)
-        return None
+        sure = [one for one in registered if one.result.n_features >= ALONE_FEATURES]
+        return max(sure, key=lambda one: one.result.n_features, default=None)
 
     def _overlapping(self, submap: int, view: View, world_from_view: Float64Array) -> list[int]:
         """The keyframes that see most of a view."""

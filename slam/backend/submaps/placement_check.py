@@ -25,6 +25,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ, as many of each chain, ...
 ENOUGH_PROBES = 6  # ... and at least so many, to tell that its colours differ by more than those of others
+MOST_PROBES = 0.75  # of all of them: a chain of which less is known may differ as much
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
 FEWEST_TOLD = 1500  # readings that they must share, a third of a view, before colours say anything
 UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
@@ -137,7 +138,8 @@ class PlacementCheck:
     def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> Float64Array:
         """What share of colours (N,) differs between keyframes of one odometry chain as far apart as those of pairs:
         exposure, light, the camera; as in the chain of the two where it is more, since a camera that looks at windows
-        and metal has several times what it has elsewhere."""
+        and metal has several times what it has elsewhere. A chain that has told too little of itself may be one that
+        has more than most."""
         separations, shares, chains = self._probes()
         usual = UsualColors(separations.tolist(), shares.tolist())
         times = shares / usual.at(separations.tolist())
@@ -146,9 +148,10 @@ class PlacementCheck:
             for chain in np.unique(chains).tolist()
             if (chains == chain).sum() >= ENOUGH_PROBES
         }
+        untold = max(1.0, float(np.quantile(times, MOST_PROBES))) if len(times) else 1.0
         chain_of = {keyframe.view.index: keyframe.chain for keyframe in self.keyframes.all}
         ends = [(chain_of[pair.first.index], chain_of[pair.second.index]) for pair in pairs]
-        most = [max(of_chain.get(a, 1.0), of_chain.get(b, 1.0)) for a, b in ends]
+        most = [max(of_chain.get(a, untold), of_chain.get(b, untold)) for a, b in ends]
         return usual.at([pair.separation for pair in pairs]) * most
 
     def _probes(self) -> tuple[Float64Array, Float64Array, Int64Array]:

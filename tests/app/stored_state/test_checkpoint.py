@@ -54,7 +54,7 @@ def test_what_older_checkpoints_alone_needed_goes_after_the_new_one_is_there(tmp
 
 @pytest.mark.parametrize(
     "content",
-    ["", "[]", "{}", "null", "\xff", '{"format": 1}', "[" * 100_000, '{"format": 2}', '{"format": 2, "map": {"a": 1}}'],
+    ["", "[]", "{}", "null", "\xff", '{"format": 1}', "[" * 100_000, '{"format": 3}', '{"format": 3, "map": {"a": 1}}'],
 )
 def test_what_is_none_is_bad_input(tmp_path, content):
     (tmp_path / FILE).write_text(content, encoding="latin-1")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import pytest
 from slam.backend.inverted_index import InvertedIndex
 from slam.backend.place_recognition import PlaceRecognition
 from slam.frontend.features import Features
-from slam.frontend.wide_features import packed
+from slam.frontend.wide_features import WideFeatures, packed
 
 
 @dataclass
@@ -19,12 +18,12 @@ class Place:
     """A view of which nothing is known but the descriptors."""
 
     descriptors: np.ndarray
-    wide: SimpleNamespace = field(init=False)
+    wide: WideFeatures = field(init=False)
 
     def __post_init__(self):
         n = len(self.descriptors)
         features = Features(np.zeros((n, 2)), packed(self.descriptors), np.ones(n), np.ones(n), np.zeros(n))
-        self.wide = SimpleNamespace(features=features)
+        self.wide = WideFeatures.known(features)
 
 
 def gradients(rng, n=200):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,14 @@ def test_holes_of_a_few_readings_are_filled_and_larger_ones_are_not():
     fine, _ = fine_depth(depth, CAMERA, max_depth_m=4.0)
     assert fine[50, 50] == 2.0
     assert (fine[11:14, 101:104] == 0).all()
+
+
+def test_a_released_pyramid_is_smaller_and_the_same(room):
+    """It is a PNG until it is asked for, which loses nothing."""
+    pyramid = DepthPyramid(*fine_depth(room[10].depth, room[10].intrinsics, max_depth_m=4.0))
+    depth, points, size = pyramid.depth, pyramid.levels[-1].points, pyramid.n_bytes
+    for _ in range(2):
+        pyramid.release()
+        assert pyramid.n_bytes < 0.75 * size
+        np.testing.assert_array_equal(pyramid.depth, depth)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(pyramid)).levels[-1].points, points)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,29 @@ def test_what_is_seen_lies_where_it_is(room):
     ]
     off_m = np.linalg.norm(points[0] - points[1], axis=1)
     assert (off_m < 0.02).sum() > 30
+
+
+def test_any_number_of_the_first_features_are_spread_over_the_image(room):
+    """One of each part of it comes before the second of any."""
+    frame = room[10]
+    k, found = frame.intrinsics, WideFeatures(frame, NOMINAL, SlamConfig()).features
+    column, row = ((found.rays * (k.fx, k.fy) + (k.cx, k.cy) + 0.5) * (8 / k.width, 6 / k.height)).astype(int).T
+    cell = row.clip(0, 5) * 8 + column.clip(0, 7)
+    n_parts = len(np.unique(cell))
+    assert n_parts >= 24
+    assert len(np.unique(cell[:n_parts])) >= n_parts - 2  # by pixels that lie between two
+    assert len(found) > 500
+
+
+def test_prominent_features_come_first_whatever_is_left_out(room):
+    wide = WideFeatures(room[10], NOMINAL, SlamConfig())
+    n = wide.n_prominent
+    assert 300 < n < len(wide.features) - 100
+    left = wide.select(np.arange(len(wide.features)) % 3 > 0)
+    assert left.n_prominent == (np.arange(n) % 3 > 0).sum()
+    np.testing.assert_array_equal(left.prominent.rays, wide.prominent.rays[np.arange(n) % 3 > 0])
+    assert len(left.features) == (np.arange(len(wide.features)) % 3 > 0).sum()
+    assert pickle.loads(pickle.dumps(left)).n_prominent == left.n_prominent
 
 
 def test_the_frame_is_let_go_once_its_features_are_known(room):

@@ -111,7 +111,7 @@ def test_a_hand_held_camera_with_automatic_exposure_comes_back(name, seed, real_
     places: a quarter to a half stayed lost."""
     figures = followed(real_data / "redkitchen", name, seed)
     assert figures["share_tracked"] >= 0.98
-    assert figures["frames_to_recover"] <= 12
+    assert figures["frames_to_recover"] <= 10
     assert figures["false_ties"] == 0
     assert figures["ate_cm"] < 3.5
 
@@ -126,12 +126,13 @@ def test_a_camera_that_turns_fast_comes_back(name, real_data):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("seed", [1, 6])
+@pytest.mark.parametrize("seed", [1, 4, 6])
 def test_pieces_of_a_recording_are_put_together_in_any_order(seed, real_data):
-    """As exposure bends colours, pieces stayed apart, or lay where half of their depth agreed."""
+    """As exposure bends colours, pieces stayed apart, or lay where half of their depth agreed; what a single view shows
+    of them differs as much as any."""
     figures = followed(real_data / "redkitchen", "shuffled", seed)
     assert figures["share_tracked"] >= 0.98
-    assert figures["frames_to_recover"] <= 20
+    assert figures["frames_to_recover"] <= 10
     assert figures["false_ties"] == 0
     assert figures["ate_cm"] < 3.5
 

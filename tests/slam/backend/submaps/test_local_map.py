@@ -77,6 +77,14 @@ def test_registrations_that_do_not_are_not(local_map, views, other):
     assert recognised(local_map(IN_PART, other)[0], views[10]) is None
 
 
+def test_one_that_many_features_bear_out_is_believed_alone(local_map, views):
+    """Unless two others agree on another place."""
+    sure = replace(IN_PART, n_features=25)
+    assert recognised(local_map(IN_PART, replace(sure, target_from_source=shifted(0.5)))[0], views[10]).number == 1
+    elsewhere = replace(sure, target_from_source=shifted(0.5))
+    assert recognised(local_map(elsewhere, IN_PART, IN_PART)[0], views[10]).number in (1, 2)
+
+
 def test_two_that_agree_outweigh_one_that_does_not(local_map, views):
     wrong = replace(IN_PART, overlap=0.3, target_from_source=shifted(0.5))
     assert recognised(local_map(wrong, IN_PART, IN_PART)[0], views[10]).number in (1, 2)

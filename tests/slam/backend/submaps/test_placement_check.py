@@ -48,19 +48,41 @@ def board(step):
     return 90 - STEP_PIXELS * step
 
 
-@pytest.mark.parametrize(("covered_from", "contradicts"), [(glare, False), (board, True)])
-def test_colours_that_differ_within_a_chain_may_differ_beside_others(covered_from, contradicts):
-    """A chain of seven keyframes in front of a wall that another chain of twenty saw without."""
+def rare_glare(step):
+    """One that is there in every seventh view."""
+    return None if step % 7 else 40
+
+
+def nothing(_):
+    """A plain wall."""
+
+
+def walls(of_standing, of_placed, n_placed):
+    """A chain of twenty keyframes in front of a wall, and one of some more."""
     keyframes, graph = Keyframes(), PoseGraph()
-    for number in range(27):
+    for number in range(20 + n_placed):
         chain = int(number >= 20)
         step = number - 20 * chain
-        keyframes.add(view(number, step, covered_from(step) if chain else None), aside(step), chain, 0.0, chain)
+        covered_from = (of_placed if chain else of_standing)(step)
+        keyframes.add(view(number, step, covered_from), aside(step), chain, 0.0, chain)
         graph.add_keyframe(number, aside(step), unanchored=number == 20)
         if number not in (0, 20):
             graph.add_edge(PoseEdge(number - 1, number, aside(1), CERTAIN, is_odometry=True))
         for back in (6, 12) if not chain else ():
             if number >= back:
                 graph.add_edge(PoseEdge(number - back, number, aside(back), CERTAIN))
-    check = PlacementCheck(keyframes, graph, CONFIG)
+    return PlacementCheck(keyframes, graph, CONFIG)
+
+
+@pytest.mark.parametrize(("covered_from", "contradicts"), [(glare, False), (board, True)])
+def test_colours_that_differ_within_a_chain_may_differ_beside_others(covered_from, contradicts):
+    """A chain of seven keyframes in front of a wall that another chain of twenty saw without."""
+    check = walls(nothing, covered_from, 7)
     assert check.contradicts(list(range(20, 27)), np.arange(20), np.eye(4), NO_TIES) is contradicts
+
+
+@pytest.mark.parametrize(("of_standing", "contradicts"), [(rare_glare, False), (nothing, True)])
+def test_a_keyframe_that_tells_nothing_of_its_chain_may_differ_as_much_as_some_do(of_standing, contradicts):
+    """One with a reflection, beside keyframes of which some have it, or none."""
+    check = walls(of_standing, lambda _: 40, 1)
+    assert check.contradicts([20], np.arange(20), np.eye(4), NO_TIES, strictly=True) is contradicts
