@@ -14,7 +14,6 @@ from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
 from slam.frontend.view_registration import ViewRegistration, is_at_rest, is_trusted, leaves_open
-from slam.frontend.wide_features import RootPair
 
 # Features that agree: enough by themselves where depth does not agree (more than tracking asks for, which has a motion
 # model besides), and at least where appearance alone led to the pair.
@@ -52,7 +51,7 @@ class VerifiedRegistration:
             guesses: keyframe_from_view (4, 4) to start from.
             calibration: the colour camera as known so far.
         """
-        rigid = prominent_matches(keyframe.view, view) if self._wide_alone else None
+        rigid = _prominent_matches(keyframe, view) if self._wide_alone else None
         return self._verified(keyframe, view, guesses, calibration, rigid, is_known=self._wide_alone)
 
     def recognise(
@@ -167,12 +166,11 @@ class VerifiedRegistration:
         return not leaves_open(result) and is_trusted(result, min_overlap, self._enough)
 
 
-def prominent_matches(target: View, source: View, roots: RootPair | None = None) -> RigidMatches:
-    """The prominent features of two views that match from afar; `roots`: of these, where they are known."""
-    return RigidMatches(target.wide.prominent, source.wide.prominent, roots)
+def _prominent_matches(keyframe: Keyframe, view: View) -> RigidMatches:
+    return RigidMatches(keyframe.view.wide.prominent, view.wide.prominent)
 
 
 def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:
     """The features of a keyframe and a view that match from afar: prominent ones, or all where these are not enough."""
-    prominent = prominent_matches(keyframe.view, view)
+    prominent = _prominent_matches(keyframe, view)
     return prominent if prominent.is_sure else RigidMatches(keyframe.view.wide.features, view.wide.features)

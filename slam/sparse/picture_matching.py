@@ -14,7 +14,7 @@ import numpy as np
 from razer.arrays import Float32Array, Float64Array
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.submaps.merge_hypotheses import same_motions
-from slam.backend.verified_registration import VerifiedRegistration, prominent_matches
+from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_checks.color_check import ColorDifference, color_difference, other_colors
 from slam.backend.view_overlap import separation
 from slam.config import SlamConfig
@@ -150,13 +150,16 @@ class PictureMatching:
 
     def _matches(self, a: int, b: int) -> RigidMatches:
         """Prominent features alone say what is compared in vain, by which look-alikes are told."""
-        target, source = (self.keyframes[n].view for n in (a, b))
+        target, source = (self.keyframes[n].view.wide for n in (a, b))
+        roots = self._roots(a), self._roots(b)
         if (a, b) in self._closely:
-            return RigidMatches(target.wide.features, source.wide.features)
-        return prominent_matches(target, source, (self._roots(a), self._roots(b)))
+            return RigidMatches(target.features, source.features, roots)
+        return RigidMatches(
+            target.prominent, source.prominent, (roots[0][: target.n_prominent], roots[1][: source.n_prominent])
+        )
 
     def _root_sift(self, number: int) -> Float32Array:
-        return root_sift(self.keyframes[number].view.wide.prominent.descriptors)
+        return root_sift(self.keyframes[number].view.wide.features.descriptors)
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that share features with both a motion (4, 4) is said already."""

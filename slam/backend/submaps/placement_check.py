@@ -25,7 +25,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 PROBES = 40  # edges by which it is told how much colours usually differ, as many of each chain, ...
 ENOUGH_PROBES = 6  # ... and at least so many, to tell that its colours differ by more than those of others
-MOST_PROBES = 0.75  # of all of them: a chain of which less is known may differ as much
+UNTOLD = 0.75  # quantile of what all of them tell, by which much may differ in a chain that tells less
 MOST_PAIRS = 100  # of views that are compared, some 2 ms each
 FEWEST_TOLD = 1500  # readings that they must share, a third of a view, before colours say anything
 UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alike colours usually are
@@ -148,7 +148,7 @@ class PlacementCheck:
             for chain in np.unique(chains).tolist()
             if (chains == chain).sum() >= ENOUGH_PROBES
         }
-        untold = max(1.0, float(np.quantile(times, MOST_PROBES))) if len(times) else 1.0
+        untold = max(1.0, float(np.quantile(times, UNTOLD))) if len(times) else 1.0
         chain_of = {keyframe.view.index: keyframe.chain for keyframe in self.keyframes.all}
         ends = [(chain_of[pair.first.index], chain_of[pair.second.index]) for pair in pairs]
         most = [max(of_chain.get(a, untold), of_chain.get(b, untold)) for a, b in ends]
