@@ -86,7 +86,7 @@ class VerifiedRegistration:
             calibration: the colour camera as known so far.
             min_overlap: share of the view that must lie on what the keyframe shows.
         """
-        rigid = _wide_matches(keyframe, view)
+        rigid = _all_matches(keyframe, view)  # of the few features in what is shared each counts
         return self._verified(keyframe, view, [guess], calibration, rigid, min_overlap=min_overlap)
 
     def rigid_motion(
@@ -173,4 +173,8 @@ def _prominent_matches(keyframe: Keyframe, view: View) -> RigidMatches:
 def _wide_matches(keyframe: Keyframe, view: View) -> RigidMatches:
     """The features of a keyframe and a view that match from afar: prominent ones, or all where these are not enough."""
     prominent = _prominent_matches(keyframe, view)
-    return prominent if prominent.is_sure else RigidMatches(keyframe.view.wide.features, view.wide.features)
+    return prominent if prominent.is_sure else _all_matches(keyframe, view)
+
+
+def _all_matches(keyframe: Keyframe, view: View) -> RigidMatches:
+    return RigidMatches(keyframe.view.wide.features, view.wide.features)
