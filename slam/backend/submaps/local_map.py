@@ -24,7 +24,7 @@ from slam.frontend.keyframes import Keyframes, View
 
 MOST_ASKED = 3  # keyframes, some 15 ms each
 LEAST_SHARED = 0.1  # of a view, for a keyframe to be asked, and for its registration to count
-ALONE_FEATURES = 20  # that agree, for one registration to count by itself; of views apart 14 do at the most
+ALONE_FEATURES = 20  # that agree, for one registration to count by itself; of 1,543 pairs of views apart 15 at most
 SAME_M, SAME_DEG = 0.1, 3.0  # by which registrations that say the same differ: they are a few centimetres off each
 
 
