@@ -54,7 +54,9 @@ class Parts:
             if not self.reassign():
                 break
             self.grow()
-        self.leave_undecided()
+        for _ in range(ROUNDS):
+            if not (self.leave_undecided() and self.reassign()):  # what lay beside what is left out may lie elsewhere
+                break
         self.secure()
 
     def learn(self, pairs: KnownPairs) -> None:
@@ -72,9 +74,10 @@ class Parts:
         a tie, and say whether any was moved."""
         return sum(self._reassign(part) for part in sorted(self.members)) > 0
 
-    def leave_undecided(self) -> None:
-        """Part what might as well lie in another place from the rest; but not what holds the rest together, which says
-        from two sides where it lies."""
+    def leave_undecided(self) -> bool:
+        """Part what might as well lie in another place from the rest, and say whether there was anything; but not what
+        holds the rest together, which says from two sides where it lies."""
+        n_before = len(self.members)
         for part in sorted(self.members):
             alone, n_parts = list[int](), 1
             for number in self._reassignment.undecided(self._poses_of(part)):
@@ -82,6 +85,7 @@ class Parts:
                     alone, n_parts = [*alone, number], n_parts + 1
             if alone:
                 self._split(part, alone)
+        return len(self.members) > n_before
 
     def secure(self) -> None:
         """Register what holds each part together, and part what no registration ties to the rest."""
