@@ -1,5 +1,5 @@
-"""Principal axes of descriptors: what pictures of one recording differ in most (PCA-SIFT: Ke and Sukthankar, CVPR 2004).
-Held against each other along these alone, features find the same matches in a third of the time."""
+"""Principal axes of descriptors: in what pictures of a recording differ most (PCA-SIFT: Ke and Sukthankar, CVPR 2004).
+Features that are held against each other along these alone find the same matches in a third of the time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from razer.arrays import Float32Array, Uint8Array
 from slam.frontend.wide_features import root_sift
 
-# Of 128: nine tenths of what varies. Of pairs of pictures that all entries register, 97 in 100 are found by them, and as
-# many that these do not.
+# Of 128: nine tenths of what varies. Of pairs of pictures that are sure by all entries 97 in 100 are so by these, and as
+# many others.
 AXES = 48
 LEARNT_FROM = 20_000  # descriptors
 

@@ -24,6 +24,7 @@ from slam.sparse.reassignment import Reassignment, Tie
 MOST_TESTED = 10  # groups of ties between two parts: there are few look-alikes of any, but some false ties with each
 # Pairs of pictures whose free space is compared before two parts are joined: of each of the smaller one, and of all.
 MOST_COMPARED_EACH, MOST_COMPARED = 16, 60
+MOST_HANGING = 3  # pictures that one holds, without saying where it lies
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 MOST_REGISTERED = 3  # of ties that agree, before something rests on them
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
@@ -79,10 +80,11 @@ class Parts:
         holds the rest together, which says from two sides where it lies."""
         n_before = len(self.members)
         for part in sorted(self.members):
-            alone, n_parts = list[int](), 1
+            alone = list[int]()
             for number in self._reassignment.undecided(self._poses_of(part)):
-                if len(self._tied_together(part, [*alone, number])) == n_parts + 1:
-                    alone, n_parts = [*alone, number], n_parts + 1
+                pieces = sorted(map(len, self._tied_together(part, [*alone, number])))
+                if max(pieces[:-1]) <= MOST_HANGING:
+                    alone.append(number)
             if alone:
                 self._split(part, alone)
         return len(self.members) > n_before
