@@ -10,8 +10,8 @@ import numpy as np
 from razer.arrays import Float32Array, Uint8Array
 from slam.frontend.wide_features import root_sift
 
-# Of 128: nine tenths of what varies. Of pairs of pictures that are sure by all entries 97 in 100 are so by these, and as
-# many others.
+# Of 128: nine tenths of what varies. Of pairs of pictures that are sure by all entries 97 in 100 are so by these, and
+# as many others.
 AXES = 48
 LEARNT_FROM = 20_000  # descriptors
 
