@@ -67,10 +67,5 @@ def separation(view: View, other: View, view_from_other: Float64Array) -> float:
         other: the other.
         view_from_other: (4, 4) the motion between the two.
     """
-    depth_m = (_median_depth_m(view) + _median_depth_m(other)) / 2
+    depth_m = (view.median_depth_m + other.median_depth_m) / 2
     return length_m(view_from_other) / depth_m + float(np.radians(angle_deg(view_from_other)))
-
-
-def _median_depth_m(view: View) -> float:
-    read = view.sparse_depth[view.sparse_depth > 0].astype(np.float32)
-    return float(np.median(read)) if len(read) else 1.0

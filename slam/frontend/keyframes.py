@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -21,7 +22,7 @@ KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for a
 STILL = np.zeros(3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class View:
     """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
     its own axes; a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics, their colours and
@@ -63,6 +64,12 @@ class View:
         colors = *registered_colors(rgb, k, depth, calibration), rgb
         wide = WideFeatures(frame, calibration, config)
         return cls(frame.index, frame.stamp, turning_rad_s, pyramid, depth, *colors, k, features, wide)
+
+    @cached_property
+    def median_depth_m(self) -> float:
+        """Of its readings; 1 where there are none."""
+        read = self.sparse_depth[self.sparse_depth > 0].astype(np.float32)
+        return float(np.median(read)) if len(read) else 1.0
 
     def recolored(self, calibration: ColorCalibration) -> View:
         """The same view, its colours registered to its depth as a colour camera is known now."""
