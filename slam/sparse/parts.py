@@ -24,7 +24,8 @@ from slam.sparse.reassignment import Reassignment, Tie
 MOST_TESTED = 10  # groups of ties between two parts: there are few look-alikes of any, but some false ties with each
 # Pairs of pictures whose free space is compared before two parts are joined: of each of the smaller one, and of all.
 MOST_COMPARED_EACH, MOST_COMPARED = 16, 60
-MOST_HANGING = 3  # pictures that one holds, without saying where it lies
+# Pictures that one holds without saying where it lies: so many at the most, and so small a share of what is left.
+MOST_HANGING, HANGING_SHARE = 3, 0.25
 ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 MOST_REGISTERED = 3  # of ties that agree, before something rests on them
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
@@ -77,17 +78,22 @@ class Parts:
 
     def leave_undecided(self) -> bool:
         """Part what might as well lie in another place from the rest, and say whether there was anything; but not what
-        holds the rest together, which says from two sides where it lies."""
+        holds the rest together, which says from two sides where it lies; a few that hang by it go with it."""
         n_before = len(self.members)
         for part in sorted(self.members):
             alone = list[int]()
             for number in self._reassignment.undecided(self._poses_of(part)):
-                pieces = sorted(map(len, self._tied_together(part, [*alone, number])))
-                if max(pieces[:-1]) <= MOST_HANGING:
+                if self._holds_few(part, [*alone, number]):
                     alone.append(number)
             if alone:
                 self._split(part, alone)
         return len(self.members) > n_before
+
+    def _holds_few(self, part: int, alone: Sequence[int]) -> bool:
+        """Whether hardly anything of a part hangs by some of its pictures."""
+        others = [numbers for numbers in self._tied_together(part, alone) if numbers[0] not in alone]
+        *hanging, rest = sorted(map(len, others)) or [0]
+        return max(hanging, default=0) <= min(MOST_HANGING, HANGING_SHARE * rest)
 
     def secure(self) -> None:
         """Register what holds each part together, and part what no registration ties to the rest."""

@@ -22,12 +22,12 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
-from slam.frontend.principal_axes import principal_axes
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
 from slam.frontend.wide_features import WideFeatures, root_sift, unit
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair, Numbers
+from slam.sparse.principal_axes import principal_axes
 
 # Pictures that each is compared with, those that look most alike: a quarter, but so many at least and at most. Fewer
 # find what pictures share as well, but not what would have to be shared if a look-alike were true.

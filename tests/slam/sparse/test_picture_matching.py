@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations, pairwise
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,10 +14,11 @@ from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.icp import IcpResult
+from slam.frontend.keyframes import Keyframe
 from slam.frontend.rigid_matches import RigidMotion
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.picture_matching import ENOUGH_WAYS, MOST_PROBES, PictureMatching
+from slam.sparse.picture_matching import CLEAR, ENOUGH_WAYS, MOST_PROBES, PictureMatching
 
 N = 40
 
@@ -121,6 +124,55 @@ def test_what_was_compared_in_vain_may_be_found_by_all_features():
     assert matching.kept == [*kept, (0, 5)]
     assert (0, 5) not in matching.unrecognised
     assert (0, 9) in matching.unrecognised
+
+
+class Looked(NamedTuple):
+    """What features say of two pictures."""
+
+    may_be_sure: bool
+    is_sure: bool = False
+    n_explained: int = 0
+
+
+FAINT, DOUBTFUL, CLEAR_ONE, SURE = (
+    Looked(False),
+    Looked(True, False, 5),
+    Looked(True, True, CLEAR),
+    Looked(True, True, CLEAR - 1),
+)
+
+
+@pytest.mark.parametrize(
+    ("first", "looks", "kept"),
+    [(FAINT, 1, None), (DOUBTFUL, 2, "second"), (SURE, 2, "second"), (CLEAR_ONE, 1, "first")],
+)
+def test_a_second_look_is_taken_where_the_first_is_doubtful(monkeypatch, first, looks, kept):
+    matching, taken, second = PictureMatching([], SlamConfig()), [], Looked(True, True, 99)
+    matching.keyframes.all = [Keyframe(n, 0, SimpleNamespace(), np.eye(4), 0.0) for n in (0, 1)]
+
+    def look(a, b, descriptors):
+        taken.append((a, b, descriptors))
+        return first if descriptors is matching._along_axes else second
+
+    monkeypatch.setattr(matching, "_matches", look)
+    monkeypatch.setattr(matching.registration, "rigid_motion", lambda _a, _b, matches: matches)
+    assert matching._rigid_motion(0, 1) is {None: None, "first": first, "second": second}[kept]
+    assert [descriptors for *_, descriptors in taken] == [matching._along_axes, matching._roots][:looks]
+
+
+@pytest.mark.parametrize(("n", "shortlist"), [(2, 20), (60, 20), (80, 20), (120, 30), (160, 40), (400, 40)])
+def test_each_picture_is_compared_with_a_quarter_of_the_others(monkeypatch, n, shortlist):
+    matching, asked = PictureMatching([], SlamConfig()), []
+
+    def lookalikes(numbers, among, most):
+        asked.append((list(numbers), list(among), most))
+        return {(0, 1)}
+
+    matching.keyframes.all = [Keyframe(i, 0, None, np.eye(4), 0.0) for i in range(n)]
+    matching._consecutive = set(pairwise(range(n)))
+    monkeypatch.setattr(matching, "lookalikes", lookalikes)
+    assert matching.candidates() == [*pairwise(range(n))]
+    assert asked == [(list(range(n)), list(range(n)), shortlist)]
 
 
 def test_a_pair_lies_as_its_registration_says_and_keeps_the_colours_it_had():
