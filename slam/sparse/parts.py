@@ -56,9 +56,8 @@ class Parts:
             if not self.reassign():
                 break
             self.grow()
-        for _ in range(ROUNDS):
-            if not (self.leave_undecided() and self.reassign()):  # what lay beside what is left out may lie elsewhere
-                break
+        while self.leave_undecided():  # what lay beside what was left out is held by less
+            pass
         self.secure()
 
     def learn(self, pairs: KnownPairs) -> None:

@@ -18,7 +18,7 @@ from slam.frontend.keyframes import Keyframe
 from slam.frontend.rigid_matches import RigidMotion
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.picture_matching import CLEAR, ENOUGH_WAYS, MOST_PROBES, PictureMatching
+from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, CLEAR, ENOUGH_WAYS, MOST_PROBES, SHORTLIST, PictureMatching
 
 N = 40
 
@@ -160,19 +160,20 @@ def test_a_second_look_is_taken_where_the_first_is_doubtful(monkeypatch, first, 
     assert [descriptors for *_, descriptors in taken] == [matching._along_axes, matching._roots][:looks]
 
 
-@pytest.mark.parametrize(("n", "shortlist"), [(2, 20), (60, 20), (80, 20), (120, 30), (160, 40), (400, 40)])
-def test_each_picture_is_compared_with_a_quarter_of_the_others(monkeypatch, n, shortlist):
+def test_of_many_pictures_each_is_compared_with_those_that_look_most_alike(monkeypatch):
     matching, asked = PictureMatching([], SlamConfig()), []
 
     def lookalikes(numbers, among, most):
         asked.append((list(numbers), list(among), most))
-        return {(0, 1)}
+        return {(0, 1), (3, 9)}
 
-    matching.keyframes.all = [Keyframe(i, 0, None, np.eye(4), 0.0) for i in range(n)]
-    matching._consecutive = set(pairwise(range(n)))
     monkeypatch.setattr(matching, "lookalikes", lookalikes)
-    assert matching.candidates() == [*pairwise(range(n))]
-    assert asked == [(list(range(n)), list(range(n)), shortlist)]
+    for n in (ALL_PAIRS_UP_TO, ALL_PAIRS_UP_TO + 1):
+        matching.keyframes.all = [Keyframe(i, 0, None, np.eye(4), 0.0) for i in range(n)]
+        matching._consecutive = set(pairwise(range(n)))
+        all_pairs = [*combinations(range(n), 2)]
+        assert matching.candidates() == (all_pairs if n == ALL_PAIRS_UP_TO else sorted([*pairwise(range(n)), (3, 9)]))
+    assert asked == [(list(range(n)), list(range(n)), SHORTLIST)]
 
 
 def test_a_pair_lies_as_its_registration_says_and_keeps_the_colours_it_had():
