@@ -22,7 +22,7 @@ KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for a
 STILL = np.zeros(3)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class View:
     """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
     its own axes; a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics, their colours and

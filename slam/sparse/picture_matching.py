@@ -31,7 +31,7 @@ from slam.sparse.principal_axes import principal_axes
 
 ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
 # Of these. Fewer find what pictures share as well, but not what would have to be shared if a look-alike were true: of
-# corridors in no order one of ten came out wrong with 30 that did not with all.
+# twelve corridors in no order one came out wrong with 30 that did not with all.
 SHORTLIST = 40
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the share of them from which all are
@@ -161,7 +161,8 @@ class PictureMatching:
         return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view, matches)
 
     def _matches(self, a: int, b: int, descriptors: Callable[[int], Float32Array]) -> RigidMatches:
-        """Prominent features alone say what is compared in vain, by which look-alikes are told."""
+        """Matches by the descriptors that a picture has by number, of prominent features alone, as these say what is
+        compared in vain, by which look-alikes are told; of all where two pictures are compared closely."""
         (target, source), (of_a, of_b) = (self.keyframes[n].view.wide for n in (a, b)), map(descriptors, (a, b))
         if (a, b) in self._closely:
             return RigidMatches(target.features, source.features, (of_a, of_b))

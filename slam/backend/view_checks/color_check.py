@@ -117,7 +117,7 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
     """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
     iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
     own, others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
-    offset = _median(others - own)
+    offset = np.median(others - own, axis=1, keepdims=True)
     steepest = np.minimum(np.exp(np.abs(offset)), MOST_SLOPE)
     for _ in range(TONE_ROUNDS):
         weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
@@ -127,20 +127,12 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
         products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (others, own))
         slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(1 / steepest, steepest)
         offset = others_mean - slope * own_mean
-    return slope, _median(others - slope * own)
-
-
-def _median(rows: Float32Array) -> Float32Array:
-    """Of each row (3, M), (3, 1); numpy's takes ten times as long of so few."""
-    middle = rows.shape[1] // 2
-    parted = np.partition(rows, (middle - 1, middle), axis=1)
-    result: Float32Array = parted[:, middle - 1 + rows.shape[1] % 2 : middle + 1].mean(axis=1, keepdims=True)
-    return result
+    return slope, np.median(others - slope * own, axis=1, keepdims=True)
 
 
 def _least_other(differences: Float32Array) -> float:
     """By which logarithms must differ, of which those of all readings do by so much (3, M)."""
-    usual = TIMES_USUAL * float(_median(np.abs(differences).reshape(1, -1))[0, 0])
+    usual = TIMES_USUAL * float(np.median(np.abs(differences)))
     return min(max(usual, LEAST_OTHER), SURELY_OTHER)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from razer.arrays import Float64Array, IndexArray
@@ -11,7 +9,6 @@ from slam.frontend.keyframes import View
 from slam.frontend.sparse_readings import pixel_rays
 from slam.frontend.view_registration import EXPOSURE_GAP_S
 
-KEPT_VIEWS = 32  # whose readings are not looked up again: one is held against many
 MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 
 
@@ -41,17 +38,11 @@ def smear_pixels(view: View, other: View) -> int:
 
 def _points(view: View, other_from_view: Float64Array) -> tuple[IndexArray, tuple[Float64Array, ...]]:
     """The pixels (M,) of readings in front of another camera, and x, y and z (M,) of their points there."""
-    pixel, depth, u, v = _readings(view)
+    pixel = np.flatnonzero(view.sparse_depth > 0)
+    depth = view.sparse_depth.ravel()[pixel].astype(np.float64)
+    u, v = (each[pixel] for each in pixel_rays(view.sparse_intrinsics))
     rotation, shift = other_from_view[:3, :3].tolist(), other_from_view[:3, 3].tolist()
     # Written out, as products of large and tiny matrices take longer.
     x, y, z = ((r[0] * u + r[1] * v + r[2]) * depth + t for r, t in zip(rotation, shift, strict=True))
     ahead = z > MIN_DEPTH_M
     return (pixel, (x, y, z)) if ahead.all() else (pixel[ahead], (x[ahead], y[ahead], z[ahead]))
-
-
-@lru_cache(maxsize=KEPT_VIEWS)
-def _readings(view: View) -> tuple[IndexArray, Float64Array, Float64Array, Float64Array]:
-    """The pixels (M,) of a view that have a reading, their depths, metres, and directions x / z and y / z."""
-    pixel = np.flatnonzero(view.sparse_depth > 0)
-    u, v = (each[pixel] for each in pixel_rays(view.sparse_intrinsics))
-    return pixel, view.sparse_depth.ravel()[pixel].astype(np.float64), u, v
