@@ -1,5 +1,5 @@
 """Principal axes of descriptors: in what pictures of a recording differ most (PCA-SIFT: Ke and Sukthankar, CVPR 2004).
-Features that are held against each other along these alone find the same matches in a third of the time."""
+Features are held against each other along these in half of the time, and find the same matches."""
 
 from __future__ import annotations
 
