@@ -25,7 +25,6 @@ MOST = 0.6  # share of a set that each of it must agree with: matches that are f
 # Features that a motion explains, of views of one place; PnP finds no other then, at ten times the cost.
 ENOUGH_EXPLAINED = 8
 FEW_EXPLAINED = 4  # say where to look, and may agree by chance
-NEARLY_ENOUGH = 10  # that agree, of the least that are sure
 LEAST = 3  # points, that a motion is known by
 LEAST_INFORMATION = 1e-3  # along any axis, 1 / rad^2 and 1 / m^2
 ROUNDS = 3  # of leaving out those that do not, and of taking in those that the motion explains
@@ -99,11 +98,6 @@ class RigidMatches:
         """Whether enough features agree, and the motion explains enough."""
         n_matches = len(self._margin_m)
         return n_matches >= MIN_INLIERS and self.n_agreeing >= MIN_INLIERS and self.n_explained >= ENOUGH_EXPLAINED
-
-    @property
-    def may_be_sure(self) -> bool:
-        """Whether all but enough features agree, so that descriptors of which more is known may tell."""
-        return self.n_agreeing >= NEARLY_ENOUGH and self.n_explained >= FEW_EXPLAINED
 
     @property
     def is_hint(self) -> bool:

@@ -122,12 +122,12 @@ def levels(descriptors: Uint8Array) -> Uint8Array:
     )
 
 
-RootPair = tuple[Float32Array, Float32Array]  # of a target's and a source's features, (N, D) of length one
+RootPair = tuple[Float32Array, Float32Array]  # of a target's and a source's features, see `root_sift`
 
 
 def match_wide_features(target: Features, source: Features, roots: RootPair | None = None) -> IndexArray:
     """Pairs (M, 2) of (target, source) features that are each other's nearest by far, of which the target has a
-    depth; roots: descriptors of both that are known, as `root_sift` has them or along some axes of these."""
+    depth; roots: what `root_sift` makes of the descriptors of both, where it is known."""
     with_depth = np.flatnonzero(target.depth_m > 0)
     if len(with_depth) < 2 or len(source) < 2:
         return np.zeros((0, 2), np.intp)
@@ -144,10 +144,6 @@ def match_wide_features(target: Features, source: Features, roots: RootPair | No
 
 def root_sift(descriptors: Uint8Array) -> Float32Array:
     """Descriptors (N, 128) of length one of packed ones (N, 64)."""
-    return unit(levels(descriptors).astype(np.float32))
-
-
-def unit(rows: Float32Array) -> Float32Array:
-    """Rows (N, D) at length one."""
-    result: Float32Array = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), np.float32(1e-6))
+    root = levels(descriptors).astype(np.float32)
+    result: Float32Array = root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), np.float32(1e-6))
     return result

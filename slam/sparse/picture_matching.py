@@ -4,7 +4,7 @@ pairs that look most alike, so that all others are measured with the same one.""
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, pairwise
@@ -23,11 +23,10 @@ from slam.frontend.features import depth_along
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframes, View
 from slam.frontend.rigid_matches import RigidMatches, RigidMotion
-from slam.frontend.wide_features import WideFeatures, root_sift, unit
+from slam.frontend.wide_features import WideFeatures, root_sift
 from slam.pose_edge import PoseEdge
 from slam.report import TrackingQuality
 from slam.sparse.measured_pair import MeasuredPair, Numbers
-from slam.sparse.principal_axes import principal_axes
 
 ALL_PAIRS_UP_TO = 150  # pictures; of more each is compared with those that look most alike
 # Of these. Fewer find what pictures share as well, but not what would have to be shared if a look-alike were true: of
@@ -39,7 +38,6 @@ LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
 ROUGH = 1 / 16  # of what features by themselves would tell of a motion: they err together
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera
-CLEAR = 25  # features that a first look explains, for another to say nothing new
 MOVED_PIXELS = 0.5  # of the reduced depth image, beyond which a feature's depth is read anew
 
 
@@ -65,10 +63,7 @@ class PictureMatching:
             self.keyframes.add(view, np.eye(4), 0, 0.0)
             self.places.add(view)
         self._consecutive = set(pairwise(range(len(self.keyframes))))
-        self._axes = principal_axes(keyframe.view.wide.features.descriptors for keyframe in self.keyframes.all)
-        self._roots, self._along_axes = (
-            lru_cache(maxsize=ALL_PAIRS_UP_TO)(each) for each in (self._root_sift, self._projected)
-        )
+        self._roots = lru_cache(maxsize=ALL_PAIRS_UP_TO)(self._root_sift)
 
     @property
     def pairs(self) -> list[MeasuredPair]:
@@ -152,29 +147,20 @@ class PictureMatching:
         return [pair for pair in pairs if pair not in self._tried]
 
     def _rigid_motion(self, a: int, b: int) -> RigidMotion | None:
-        """How two pictures lie, roughly, if they may show the same at a first look."""
-        first = self._matches(a, b, self._along_axes)
-        if not first.may_be_sure:
-            return None
-        is_clear = first.is_sure and first.n_explained >= CLEAR
-        matches = first if is_clear else self._matches(a, b, self._roots)
-        return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view, matches)
+        return self.registration.rigid_motion(self.keyframes[a], self.keyframes[b].view, self._matches(a, b))
 
-    def _matches(self, a: int, b: int, descriptors: Callable[[int], Float32Array]) -> RigidMatches:
-        """Matches by the descriptors that a picture has by number, of prominent features alone, as these say what is
-        compared in vain, by which look-alikes are told; of all where two pictures are compared closely."""
-        (target, source), (of_a, of_b) = (self.keyframes[n].view.wide for n in (a, b)), map(descriptors, (a, b))
+    def _matches(self, a: int, b: int) -> RigidMatches:
+        """Prominent features alone say what is compared in vain, by which look-alikes are told."""
+        target, source = (self.keyframes[n].view.wide for n in (a, b))
+        roots = self._roots(a), self._roots(b)
         if (a, b) in self._closely:
-            return RigidMatches(target.features, source.features, (of_a, of_b))
-        n_a, n_b = target.n_prominent, source.n_prominent
-        return RigidMatches(target.prominent, source.prominent, (of_a[:n_a], of_b[:n_b]))
+            return RigidMatches(target.features, source.features, roots)
+        return RigidMatches(
+            target.prominent, source.prominent, (roots[0][: target.n_prominent], roots[1][: source.n_prominent])
+        )
 
     def _root_sift(self, number: int) -> Float32Array:
         return root_sift(self.keyframes[number].view.wide.features.descriptors)
-
-    def _projected(self, number: int) -> Float32Array:
-        """Descriptors of a picture (N, AXES) along the axes in which all pictures differ most."""
-        return unit(self._roots(number) @ self._axes)
 
     def _n_ways(self, a: int, b: int, a_from_b: Float64Array) -> int:
         """By how many third pictures that share features with both a motion (4, 4) is said already."""
@@ -234,7 +220,7 @@ class PictureMatching:
 
     def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
         target, view = self.keyframes[a], self.keyframes.view(self.keyframes[b])
-        return self.registration.recognise(target, view, guesses, self.calibration, self._matches(a, b, self._roots))
+        return self.registration.recognise(target, view, guesses, self.calibration, self._matches(a, b))
 
 
 def _deep(view: View, calibration: ColorCalibration) -> View:

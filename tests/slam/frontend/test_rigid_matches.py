@@ -68,17 +68,6 @@ def test_few_features_that_agree_are_a_hint_and_no_more(rng):
     assert not RigidMatches(*views(rng, 0, 0)).is_hint
 
 
-def test_what_all_but_enough_features_say_may_be_sure(rng):
-    nearly = [RigidMatches(*views(rng, 10, 10, noise_m=0.001)) for _ in range(20)]
-    assert sum(matches.may_be_sure for matches in nearly) >= 15
-    assert not any(matches.may_be_sure for matches in (RigidMatches(*views(rng, 7, 0, noise_m=0.001)),) * 5)
-    sure = [matches for matches in (RigidMatches(*views(rng, 30, 10)) for _ in range(20)) if matches.is_sure]
-    assert len(sure) >= 15
-    assert all(matches.may_be_sure for matches in sure)
-    apart = [RigidMatches(*views(rng, 0, N_FALSE)).may_be_sure for _ in range(20)]
-    assert sum(apart) <= 6
-
-
 def test_features_without_depth_take_no_part(rng):
     target, source = views(rng, N_TRUE, 0)
     blind = features(np.tile([0.0, 0.0, 1.0], (N_TRUE, 1)), source.descriptors)

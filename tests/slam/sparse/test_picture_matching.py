@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations, pairwise
-from types import SimpleNamespace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from slam.frontend.keyframes import Keyframe
 from slam.frontend.rigid_matches import RigidMotion
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, CLEAR, ENOUGH_WAYS, MOST_PROBES, SHORTLIST, PictureMatching
+from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, ENOUGH_WAYS, MOST_PROBES, SHORTLIST, PictureMatching
 
 N = 40
 
@@ -124,40 +122,6 @@ def test_what_was_compared_in_vain_may_be_found_by_all_features():
     assert matching.kept == [*kept, (0, 5)]
     assert (0, 5) not in matching.unrecognised
     assert (0, 9) in matching.unrecognised
-
-
-class Looked(NamedTuple):
-    """What features say of two pictures."""
-
-    may_be_sure: bool
-    is_sure: bool = False
-    n_explained: int = 0
-
-
-FAINT, DOUBTFUL, CLEAR_ONE, SURE = (
-    Looked(False),
-    Looked(True, False, 5),
-    Looked(True, True, CLEAR),
-    Looked(True, True, CLEAR - 1),
-)
-
-
-@pytest.mark.parametrize(
-    ("first", "looks", "kept"),
-    [(FAINT, 1, None), (DOUBTFUL, 2, "second"), (SURE, 2, "second"), (CLEAR_ONE, 1, "first")],
-)
-def test_a_second_look_is_taken_where_the_first_is_doubtful(monkeypatch, first, looks, kept):
-    matching, taken, second = PictureMatching([], SlamConfig()), [], Looked(True, True, 99)
-    matching.keyframes.all = [Keyframe(n, 0, SimpleNamespace(), np.eye(4), 0.0) for n in (0, 1)]
-
-    def look(a, b, descriptors):
-        taken.append((a, b, descriptors))
-        return first if descriptors is matching._along_axes else second
-
-    monkeypatch.setattr(matching, "_matches", look)
-    monkeypatch.setattr(matching.registration, "rigid_motion", lambda _a, _b, matches: matches)
-    assert matching._rigid_motion(0, 1) is {None: None, "first": first, "second": second}[kept]
-    assert [descriptors for *_, descriptors in taken] == [matching._along_axes, matching._roots][:looks]
 
 
 def test_of_many_pictures_each_is_compared_with_those_that_look_most_alike(monkeypatch):
