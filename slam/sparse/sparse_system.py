@@ -17,7 +17,7 @@ from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import no_features
-from slam.frontend.keyframes import STILL, Keyframes, View
+from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
 from slam.pose_edge import PoseEdge
 from slam.report import GraphReport, PoseReport, TrackingQuality
 from slam.se3 import orthonormal
@@ -116,20 +116,20 @@ class SparseSystem:
         return sorted(matching.lookalikes(outside, world, LATE_SHORTLIST))
 
     def _lay_out(self, parts: Parts) -> None:
-        """Keyframes and pose graph by parts, the largest first; where each lies to the others nobody knows."""
-        ranked = sorted(parts.members.values(), key=lambda members: (-len(members), min(members)))
-        self._origin = origin = min(ranked[0], key=lambda n: self.keyframes[n].view.index)
+        """Keyframes and pose graph of the largest part; where others lie to it nobody knows."""
+        world = min(parts.members.values(), key=lambda members: (-len(members), min(members)))
+        self._origin = origin = min(world, key=lambda n: self.keyframes[n].view.index)
+        origin_from_part = inverse(parts.poses[origin])
         self.graph = PoseGraph(fixed=origin)
-        for submap, members in enumerate(ranked):
-            first = origin if submap == 0 else min(members)
-            first_from_part = inverse(parts.poses[first])
-            for number in sorted(members, key=lambda n: n != first):
-                pose = orthonormal(first_from_part @ parts.poses[number])
-                self.keyframes[number].submap, self.keyframes[number].world_from_camera = submap, pose
-                self.graph.add_keyframe(number, pose, unanchored=submap > 0 and number == first)
-            for pair in parts.agreeing(parts.part_of[first]):
-                if pair.is_registered:
-                    self.graph.add_edge(pair.edge)
+        for keyframe in self.keyframes.all:
+            _leave_outside(keyframe)
+        for number in sorted(world, key=lambda n: n != origin):
+            pose = orthonormal(origin_from_part @ parts.poses[number])
+            self.keyframes[number].submap, self.keyframes[number].world_from_camera = 0, pose
+            self.graph.add_keyframe(number, pose)
+        for pair in parts.agreeing(parts.part_of[origin]):
+            if pair.is_registered:
+                self.graph.add_edge(pair.edge)
 
     def _solve(self, matching: PictureMatching) -> None:
         """Smooth over everything, with neighbours measured at the poses that follow, and without what proved false."""
@@ -157,8 +157,8 @@ class SparseSystem:
         """Pictures that no edge ties to the world any more are outside of it."""
         tied = components(len(self.keyframes), edges)
         for keyframe in self.keyframes.all:
-            if keyframe.submap == 0 and tied[keyframe.number] != tied[self._origin]:
-                keyframe.submap = len(self.keyframes) + int(tied[keyframe.number])
+            if tied[keyframe.number] != tied[self._origin]:
+                _leave_outside(keyframe)
 
     def _set_poses(self, poses: Mapping[int, Float64Array]) -> None:
         for number, pose in poses.items():
@@ -173,3 +173,8 @@ class SparseSystem:
         """Nothing until the end; then, once, the pose graph with the covariances of all."""
         report, self._report = self._report, NOWHERE
         return report
+
+
+def _leave_outside(keyframe: Keyframe) -> None:
+    """Let a picture be none of the world, in a submap of its own, as nobody knows where it lies to any other."""
+    keyframe.submap = 1 + keyframe.number

@@ -85,12 +85,16 @@ def test_what_was_solved_is_handed_out_frame_by_frame(shots, in_order):
 
 def test_pictures_of_another_place_are_lost(shots):
     elsewhere = SyntheticScene("room", 9, 480, 320, 240, sensor=SensorModel.kinect())
-    mixed = [shots[0], elsewhere[100], *shots[1:5], elsewhere[116], shots[5]]
+    mixed = [shots[0], elsewhere[100], *shots[1:5], elsewhere[104], shots[5]]
+    assert len(solved([elsewhere[100], elsewhere[104]]).trajectory()) == 2
     system = solved(mixed)
     poses = system.trajectory()
     assert sorted(poses) == [0, 2, 3, 4, 5, 7]
     assert_as_true(poses, [shot.pose for shot in mixed])
     assert system.report().graph.n_unanchored == 2
+    assert sorted(system.graph.poses) == sorted(poses)
+    assert all(edge.a in poses and edge.b in poses for edge in system.graph.edges)
+    assert system.n_loops == len(system.graph.edges) - (len(poses) - 1)
 
 
 def test_little_is_no_recording(shots):
