@@ -136,8 +136,10 @@ class Correspondences:
         Bearings are divided by the camera's scale, as rays are what was measured: else a camera that shrinks the
         whole world would shrink its errors, too.
         """
-        predicted = _in_source(self.points(parameters), target_from_source)
-        predicted[:, 0] += parameters[BASELINE]
+        return self._errors(_in_source(self.points(parameters), target_from_source, parameters), parameters)
+
+    def _errors(self, predicted: Float64Array, parameters: Float64Array) -> Float64Array:
+        """Residuals (M, 2) of points (M, 3) before the source's colour camera."""
         depth = np.where(predicted[:, 2:] > MIN_DEPTH_M, predicted[:, 2:], np.nan)
         error = predicted[:, :2] / depth - self.source_bearings(parameters)
         return np.nan_to_num(error / (parameters[SCALE] * self.sigma[:, None]), nan=np.inf)
@@ -152,11 +154,14 @@ class Correspondences:
         """Normal equations about the given motion and colour camera, with Cauchy weights."""
         if len(self) == 0:
             return ColorTerm(np.zeros((6 + N_PARAMETERS, 6 + N_PARAMETERS)), np.zeros(6 + N_PARAMETERS), 0)
-        residual = self.residuals(target_from_source, parameters)
+        points = self.points(parameters)
+        predicted = _in_source(points, target_from_source, parameters)
+        residual = self._errors(predicted, parameters)
         in_front = np.asarray(np.isfinite(residual).all(axis=1))
-        part = self if in_front.all() else self.select(in_front)
-        residual = residual[in_front]
-        jacobian = part._jacobian(target_from_source, parameters) / (parameters[SCALE] * part.sigma[:, None, None])
+        if not in_front.all():
+            return self.select(in_front).term(target_from_source, parameters)
+        jacobian = self._jacobian(points, predicted, target_from_source[:3, :3])
+        jacobian /= parameters[SCALE] * self.sigma[:, None, None]
         jacobian[:, :, 6 + SCALE] -= residual / parameters[SCALE]
         squared = (residual**2).sum(axis=1)
         weighted = jacobian * (1 / (1 + squared / 4))[:, None, None]
@@ -165,16 +170,14 @@ class Correspondences:
         gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
         return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
 
-    def _jacobian(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
-        """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion and by the camera."""
-        points = self.points(parameters)
-        predicted = _in_source(points, target_from_source)
-        predicted[:, 0] += parameters[BASELINE]
+    def _jacobian(self, points: Float64Array, predicted: Float64Array, rotation: Float64Array) -> Float64Array:
+        """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion, whose rotation is (3, 3),
+        and by the camera; of points (M, 3) before the target's depth camera and before the source's colour camera."""
         x, y, z = predicted.T
         projection = np.zeros((len(self), 2, 3))
         projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
         projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
-        by_point = projection @ target_from_source[:3, :3].T
+        by_point = projection @ rotation.T
         by_camera = (
             self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._target_derivatives)
             - self._source_derivatives
@@ -183,9 +186,12 @@ class Correspondences:
         return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
 
 
-def _in_source(points: Float64Array, target_from_source: Float64Array) -> Float64Array:
+def _in_source(points: Float64Array, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
+    """Points (M, 3) of the target's depth camera before the source's colour camera."""
     source_from_target = inverse(target_from_source)
-    return points @ source_from_target[:3, :3].T + source_from_target[:3, 3]
+    predicted = points @ source_from_target[:3, :3].T + source_from_target[:3, 3]
+    predicted[:, 0] += parameters[BASELINE]
+    return predicted
 
 
 def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:

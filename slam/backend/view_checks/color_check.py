@@ -12,7 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, IndexArray
+from razer.arrays import Float32Array, Float64Array, IndexArray, Uint8Array
 from razer.geometry import inverse
 from slam.backend.view_checks.reprojection import reprojected, smear_pixels
 from slam.config import FreeSpaceSettings
@@ -116,7 +116,8 @@ def _difference(
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
     """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
     iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
-    own, others, slope = own[:, ::EACH], others[:, ::EACH], np.ones((3, 1), np.float32)
+    own, others = (np.ascontiguousarray(each[:, ::EACH]) for each in (own, others))
+    slope = np.ones((3, 1), np.float32)
     offset = np.median(others - own, axis=1, keepdims=True)
     steepest = np.minimum(np.exp(np.abs(offset)), MOST_SLOPE)
     for _ in range(TONE_ROUNDS):
@@ -152,7 +153,7 @@ def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[F
         np.stack([filtered(view.sparse_rgb, square) for square in squares]).reshape(-1, 3).take(which, axis=0)
         for filtered in (cv2.erode, cv2.dilate)
     )
-    return LOGARITHMS[least.T], BRIGHTEST[greatest.T]
+    return cv2.LUT(_by_channel(least), LOGARITHMS), cv2.LUT(_by_channel(greatest), BRIGHTEST)
 
 
 def _same_surface(
@@ -176,5 +177,9 @@ def _centred(view: View, pixels: IndexArray) -> Float64Array:
 
 def _logarithms(view: View, pixels: IndexArray) -> Float32Array:
     """Of the colours (3, M) of pixels."""
-    result: Float32Array = LOGARITHMS[view.sparse_rgb.reshape(-1, 3).take(pixels, axis=0).T]
-    return result
+    return cv2.LUT(_by_channel(view.sparse_rgb.reshape(-1, 3).take(pixels, axis=0)), LOGARITHMS)
+
+
+def _by_channel(colors: Uint8Array) -> Uint8Array:
+    """Colours (M, 3) as (3, M), laid out anew: to work on whole channels takes a third of the time then."""
+    return np.ascontiguousarray(colors.T)
