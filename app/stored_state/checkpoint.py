@@ -17,7 +17,7 @@ from razer.files import MALFORMED, MissingFile, read_json
 
 FOLDER = "checkpoint"
 FILE = "checkpoint.json"
-FORMAT = 3
+FORMAT = 4
 
 
 @dataclass(frozen=True)

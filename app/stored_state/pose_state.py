@@ -23,7 +23,7 @@ from slam.backend.verified_registration import VerifiedRegistration
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid
-from slam.frontend.features import FeatureExtractor, Features
+from slam.frontend.features import FeatureExtractor, Features, Readout
 from slam.frontend.frame_tracker import FrameTracker
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
@@ -43,7 +43,7 @@ CLASSES = (
     Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
     GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap, LocatedFrame,
     LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck,
-    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, RefinedPoses, SlamSystem, SolvedPoses,
+    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, Readout, RefinedPoses, SlamSystem, SolvedPoses,
     SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
 )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -23,39 +24,53 @@ MIN_SIDE = 4  # pixels; nothing can be told from fewer
 FAINT_BLUR, FAINT_SHADE, FAINT_GAIN = 2.0, 8, 8.0  # pixels of grain and of shading between which they lie; contrast
 
 
+class Readout(NamedTuple):
+    """When the rows of an image are read, -0.5 = the first, 0.5 = the last: that of nominal y / z = 0, and how much
+    later those are that look further down."""
+
+    on_axis: float
+    per_bearing: float
+
+    @classmethod
+    def of(cls, k: Intrinsics, settings: ColorSettings) -> Readout:
+        """That of a camera."""
+        return cls((k.cy + 0.5) / k.height - 0.5, k.fy / k.height) if settings.rolling_shutter else ALL_AT_ONCE
+
+
+ALL_AT_ONCE = Readout(0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Features:
     """N corners of a colour image: rays (N, 2), nominal x / z and y / z of the depth camera; descriptors (N, 32) uint8;
-    depth_m (N,) along the depth camera's axis, 0 = none; sigma (N,) of the rays; row_times (N,), when each was read,
-    -0.5 = with the image's first row, 0.5 = with its last. Kept as float32, which tells a ten-thousandth of a pixel."""
+    depth_m (N,) along the depth camera's axis, 0 = none; sigma (N,) of the rays; and when rows were read. Kept as
+    float32, which tells a ten-thousandth of a pixel."""
 
     rays: Float32Array
     descriptors: Uint8Array
     depth_m: Float32Array
     sigma: Float32Array
-    row_times: Float32Array
+    readout: Readout = ALL_AT_ONCE
 
     @classmethod
     def of(
-        cls, rays: FloatArray, descriptors: Uint8Array, depth_m: FloatArray, sigma: FloatArray, row_times: FloatArray
+        cls, rays: FloatArray, descriptors: Uint8Array, depth_m: FloatArray, sigma: FloatArray, readout: Readout
     ) -> Features:
         """Features of numbers of any precision."""
-        return cls(
-            rays.astype(np.float32),
-            descriptors,
-            depth_m.astype(np.float32),
-            sigma.astype(np.float32),
-            row_times.astype(np.float32),
-        )
+        rays, depth_m, sigma = (each.astype(np.float32) for each in (rays, depth_m, sigma))
+        return cls(rays, descriptors, depth_m, sigma, readout)
 
     def __len__(self) -> int:
         return len(self.rays)
 
-    def select(self, which: BoolArray | slice) -> Features:
-        """Those of them that a mask (N,), or a range, has."""
-        return Features(
-            self.rays[which], self.descriptors[which], self.depth_m[which], self.sigma[which], self.row_times[which]
-        )
+    @property
+    def row_times(self) -> Float64Array:
+        """When each (N,) was read."""
+        return self.readout.on_axis + self.readout.per_bearing * self.rays[:, 1].astype(np.float64)
+
+    def select(self, which: BoolArray | IndexArray | slice) -> Features:
+        """Those of them that a mask (N,), numbers or a range have."""
+        return Features(self.rays[which], self.descriptors[which], self.depth_m[which], self.sigma[which], self.readout)
 
 
 class FeatureExtractor:
@@ -86,8 +101,8 @@ class FeatureExtractor:
         k = frame.intrinsics
         rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
         sigma = (self._settings.pixel_sigma / k.fx * OCTAVE**octaves).astype(np.float64)
-        times = row_times(pixels, k.height, self._color)
-        return Features.of(rays, descriptors, depth_at(frame, calibration, rays), sigma, times)
+        depth_m = depth_at(frame, calibration, rays)
+        return Features.of(rays, descriptors, depth_m, sigma, Readout.of(k, self._color))
 
     def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
         """Corners spread over the image, and their descriptors (N, 32)."""
@@ -100,12 +115,7 @@ class FeatureExtractor:
 
 def no_features(descriptors: Uint8Array) -> Features:
     """Features of an image without corners; descriptors (0, B) say of which kind."""
-    return Features.of(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), np.zeros(0))
-
-
-def row_times(pixels: Float64Array, height: int, settings: ColorSettings) -> Float64Array:
-    """When each of the pixels (N, 2) of an image of so many rows was read, as Features have it."""
-    return (pixels[:, 1] + 0.5) / height - 0.5 if settings.rolling_shutter else np.zeros(len(pixels))
+    return Features.of(np.zeros((0, 2)), descriptors, np.zeros(0), np.zeros(0), ALL_AT_ONCE)
 
 
 def faint_texture(gray: Uint8Array) -> Uint8Array:

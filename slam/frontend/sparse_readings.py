@@ -58,7 +58,7 @@ def registered_colors(
     """
     moved = color_offsets(k, depth, calibration)
     if np.abs(moved).max() <= MOVED_PIXELS:
-        return recorded_rgb, np.ones(depth.shape, bool)
+        return recorded_rgb, np.broadcast_to(np.True_, depth.shape)  # of one byte
     row, column = np.indices(depth.shape)
     at = (moved + np.stack([column, row], axis=2)).astype(np.float32)
     seen = np.all((at >= -0.5) & (at <= (k.width - 0.5, k.height - 0.5)), axis=2)

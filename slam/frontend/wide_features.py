@@ -14,7 +14,7 @@ from razer.arrays import BoolArray, Float32Array, FloatArray, IndexArray, Uint8A
 from razer.frame import Frame
 from slam.config import FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import Features, depth_at, no_features, raster_ranks, row_times
+from slam.frontend.features import Features, Readout, depth_at, no_features, raster_ranks
 
 WIDTH = 320  # pixels across of the image that is looked at: larger ones take four times as long and match no better
 CONTRAST = 0.004  # of grey levels in [0, 1]; low, as walls have little, and the raster keeps the strongest anyway
@@ -88,8 +88,8 @@ def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) 
     pixels = (np.array([point.pt for point in points]) + 0.5) * step - 0.5
     rays = (pixels - (k.cx, k.cy)) / (k.fx, k.fy)
     sigma = config.features.pixel_sigma / k.fx * step * np.array([max(1, p.size / USUAL_SIZE_PIXELS) for p in points])
-    times = row_times(pixels, k.height, config.color)
-    return Features.of(rays, descriptors, depth_at(frame, calibration, rays), sigma, times), n_prominent
+    depth_m, readout = depth_at(frame, calibration, rays), Readout.of(k, config.color)
+    return Features.of(rays, descriptors, depth_m, sigma, readout), n_prominent
 
 
 def _described(gray: Uint8Array, step: int) -> tuple[Sequence[cv2.KeyPoint], Uint8Array, int]:

@@ -41,8 +41,7 @@ class DepthFeatures:
         pixels = found.rays.astype(np.float64) * (k.fx, k.fy) + (k.cx, k.cy)
         depth, is_even = _depth_around(frame, pixels)
         kept = np.flatnonzero(is_even)
-        features = Features(*(getattr(found, part.name)[kept] for part in fields(Features)))
-        return cls(pixels[kept], depth[kept], found.sigma[kept].astype(np.float64) * k.fx, features)
+        return cls(pixels[kept], depth[kept], found.sigma[kept].astype(np.float64) * k.fx, found.select(kept))
 
 
 def _depth_around(frame: Frame, pixels: Float64Array) -> tuple[Float64Array, BoolArray]:

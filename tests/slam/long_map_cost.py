@@ -78,20 +78,25 @@ class Walk:
         self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start_s
 
 
-def size_text(view: View) -> str:
-    """The size of a keyframe's view at rest by its parts, kB."""
+def view_bytes(view: View) -> dict[str, int]:
+    """The bytes of a keyframe's view at rest by its parts."""
     features, wide = vars(view.features).values(), vars(view.wide.features).values()
-    colors = {id(part): part.nbytes for part in (view.sparse_rgb, view.sparse_has_color, view.recorded_rgb)}
+    colors = {id(part): held(part) for part in (view.sparse_rgb, view.sparse_has_color, view.recorded_rgb)}
     view.pyramid.release()
-    parts = {
+    return {
         "depth to register": view.pyramid.n_bytes,
         "sparse depth": view.sparse_depth.nbytes,
         "sparse colour": sum(colors.values()),
-        f"{len(view.features)} ORB features": sum(part.nbytes for part in features),
-        f"{len(view.wide.features)} SIFT features": sum(part.nbytes for part in wide),
+        f"{len(view.features)} ORB features": sum(map(held, features)),
+        f"{len(view.wide.features)} SIFT features": sum(map(held, wide)),
     }
-    told = ", ".join(f"{name} {size / 1e3:.1f}" for name, size in parts.items())
-    return f"{sum(parts.values()) / 1e3:.1f} kB: {told}"
+
+
+def held(part: object) -> int:
+    """The bytes that an array holds: one entry, where all are that one; no other value has any to speak of."""
+    if not isinstance(part, np.ndarray):
+        return 0
+    return part.nbytes if any(part.strides) else part.itemsize
 
 
 def main(aisle_m: float, sizes: tuple[int, ...]) -> None:
@@ -100,7 +105,9 @@ def main(aisle_m: float, sizes: tuple[int, ...]) -> None:
     frame = SyntheticScene("room", 3, 60, sensor=SensorModel.kinect())[10]
     features = FeatureExtractor(config).extract(frame, ColorCalibration.nominal())
     view = View.of(frame, features, STILL, config)
-    print(f"a view keeps {size_text(view)}", flush=True)
+    parts = view_bytes(view)
+    told = ", ".join(f"{name} {size / 1e3:.1f}" for name, size in parts.items())
+    print(f"a view keeps {sum(parts.values()) / 1e3:.1f} kB: {told}", flush=True)
     walked = Walk(view, aisle_m)
 
     def measure_next(loops: LoopClosure, calibration: ColorCalibration) -> PoseEdge | None:

@@ -22,7 +22,7 @@ class Place:
 
     def __post_init__(self):
         n = len(self.descriptors)
-        features = Features(np.zeros((n, 2)), packed(self.descriptors), np.ones(n), np.ones(n), np.zeros(n))
+        features = Features(np.zeros((n, 2)), packed(self.descriptors), np.ones(n), np.ones(n))
         self.wide = WideFeatures.known(features)
 
 

@@ -7,9 +7,17 @@ import pytest
 
 from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
-from slam.config import SlamConfig
+from slam.config import ColorSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.features import FeatureExtractor, faint_texture, in_image, match_features
+from slam.frontend.features import (
+    ALL_AT_ONCE,
+    FeatureExtractor,
+    Features,
+    Readout,
+    faint_texture,
+    in_image,
+    match_features,
+)
 
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 
@@ -54,6 +62,19 @@ def test_a_painted_wall_has_corners_too():
     # A gradient is shading, not texture.
     shaded = np.tile(np.linspace(50, 200, 320), (240, 1)).astype(np.uint8)
     assert np.abs(faint_texture(shaded)[20:-20, 20:-20].astype(int) - 128).max() <= 8
+
+
+@pytest.mark.parametrize("rolling", [True, False])
+def test_rows_are_read_one_after_the_other_or_all_at_once(rolling):
+    camera = Intrinsics(320, 240, 260.0, 270.0, 150.0, 100.0)
+    rows = np.array([-0.5, 119.5, 239.5, 59.5])  # the first one's upper edge, the middle, the last one's lower edge
+    rays = np.stack([np.ones(4), (rows - camera.cy) / camera.fy], axis=1)
+    readout = Readout.of(camera, ColorSettings(rolling_shutter=rolling))
+    features = Features.of(rays, np.zeros((4, 32), np.uint8), np.ones(4), np.ones(4), readout)
+    expected = [-0.5, 0.0, 0.5, -0.25] if rolling else np.zeros(4)
+    np.testing.assert_allclose(features.row_times, expected, atol=1e-6)
+    np.testing.assert_array_equal(features.select(np.array([3, 0])).row_times, features.row_times[[3, 0]])
+    assert (readout == ALL_AT_ONCE) == (not rolling)
 
 
 @pytest.mark.parametrize("side", [1, 2, 3])

@@ -7,10 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from data_tools import open_sequence
 from razer.frame import Intrinsics
+from slam.config import SlamConfig
 from slam.frontend import keyframes as module
+from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid
-from slam.frontend.keyframes import Keyframes
+from slam.frontend.features import FeatureExtractor
+from slam.frontend.keyframes import STILL, Keyframes, View
+from tests.slam.long_map_cost import view_bytes
 
 
 class CountingPyramid(DepthPyramid):
@@ -98,3 +103,10 @@ def test_depth_is_kept_far_more_finely_than_a_sensor_reads(rng):
     assert np.abs(kept - near).max() < 5e-5
     nothing = np.zeros((120, 160), np.float32)
     assert not DepthPyramid(nothing, Intrinsics(160, 120, 130.0, 130.0, 79.5, 59.5)).depth.any()
+
+
+def test_keyframes_of_a_real_kitchen_are_small(real_data):
+    config, nominal, clip = SlamConfig(), ColorCalibration.nominal(), open_sequence(real_data / "redkitchen")
+    frames = [clip[n] for n in range(0, 600, 100)]
+    views = [View.of(frame, FeatureExtractor(config).extract(frame, nominal), STILL, config) for frame in frames]
+    assert np.mean([sum(view_bytes(view).values()) for view in views]) < 150_000

@@ -22,7 +22,7 @@ NOMINAL = ColorCalibration.nominal()
 
 def features(descriptors, depth_m):
     n = len(descriptors)
-    return Features(np.zeros((n, 2)), packed(descriptors), np.full(n, depth_m), np.ones(n), np.zeros(n))
+    return Features(np.zeros((n, 2)), packed(descriptors), np.full(n, depth_m), np.ones(n))
 
 
 def test_pairs_are_mutual_and_by_far_the_best(rng):
