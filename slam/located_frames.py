@@ -71,8 +71,8 @@ class LocatedFrames:
         return None if located is None else located.reported
 
     def trajectory(self) -> dict[int, Pose]:
-        """world_from_camera of every frame of the world, as known now."""
-        poses = ((index, self._pose(located)) for index, located in self._frames.items())
+        """world_from_camera of every frame of the world, as known now, the earliest frame first."""
+        poses = ((index, self._pose(self._frames[index])) for index in sorted(self._frames))
         return {index: pose for index, pose in poses if pose is not None}
 
     def submaps(self) -> Counter[int]:

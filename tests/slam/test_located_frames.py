@@ -134,3 +134,11 @@ def test_frames_are_not_looked_at_again_for_less_than_is_reported_and_are_once_i
     assert n_asked[0] == 300  # which nobody had looked at
     assert sum(n_asked[1:]) <= 59 * 1e-4 / MIN_CORRECTION_M * 300 * 2
     assert corrected == set(range(300))
+
+
+def test_a_trajectory_is_in_the_order_of_frames_whenever_they_were_located() -> None:
+    keyframes = Keyframes(2)
+    frames = LocatedFrames(keyframes)  # type: ignore[arg-type]
+    for index in (4, 7, 2, 5):
+        frames.add_late(index, keyframes[index % 2], motion(np.random.default_rng(index), 0.1))  # type: ignore[arg-type]
+    assert list(frames.trajectory()) == [2, 4, 5, 7]
