@@ -15,6 +15,7 @@ import numpy as np
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
+from slam.sparse.camera_speed import CameraSpeed
 from slam.sparse.measured_pair import MeasuredPair, Numbers, by_picture, surest_first
 from slam.sparse.missing_pairs import missing_pairs
 from slam.sparse.pair_support import pair_support
@@ -40,7 +41,7 @@ class KnownPairs:
     `by_number` has those of each picture by the other one, `supported` the same without those that others speak
     against. `usual_colors` is what share of colours differs between pictures so far apart as their features have them,
     `usual_where_placed` as registrations and the poses that follow have them: that is more where colour and depth are
-    not of one moment or camera, as depth decides there.
+    not of one moment or camera, as depth decides there. `speed` is how fast the camera was carried.
 
     Args:
         keyframes: the pictures.
@@ -65,6 +66,7 @@ class KnownPairs:
         self.usual_colors = UsualColors(separations, shares, LEAST_USUAL)
         apart, differing = [each[0] for each in sure_colors], [each[1] for each in sure_colors]
         self.usual_where_placed = UsualColors(apart, differing, LEAST_USUAL) if sure_colors else self.usual_colors
+        self.speed = CameraSpeed(keyframes, pairs)
         missing = missing_pairs(keyframes, pairs, unrecognised, config.depth.max_depth_m)
         self._support = pair_support(pairs, self.usual_colors, missing)
         self._surest_first = [pair.ends for pair in surest_first(pairs, self._support)]

@@ -250,7 +250,10 @@ class Parts:
 
     def _is_contradicted(self, home: int, away: int, home_from_away: Float64Array) -> bool:
         """Whether pictures of one part, put where ties say, would show what stands where those of the other saw
-        through, or has other colours."""
+        through, or has other colours, or follow each other faster than the camera was carried."""
+        moved = {n: home_from_away @ self.poses[n] for n in self.members[away]}
+        if self._pairs.speed.is_exceeded(self._poses_of(home), moved):
+            return True
         pairs = self._near_pairs(home, away, home_from_away)
         return contradict(
             pairs, lambda shared: self._pairs.usual_where_placed.at([pair.separation for pair in shared]), self._config

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from slam.sparse.known_pairs import LEAST_SUPPORT, LEAST_USUAL, KnownPairs, as_i
 from slam.sparse.measured_pair import MeasuredPair
 
 CONFIG = SlamConfig()
+KEYFRAMES = [SimpleNamespace(view=SimpleNamespace(stamp=float(n))) for n in range(9)]
 
 
 def pair(a, b, n_features=50, **more):
@@ -20,7 +22,7 @@ def pair(a, b, n_features=50, **more):
 
 
 def known(pairs, support=(), register=as_it_is, sure_colors=()):
-    result = KnownPairs([None] * 9, pairs, CONFIG, sure_colors=sure_colors, register=register)
+    result = KnownPairs(KEYFRAMES, pairs, CONFIG, sure_colors=sure_colors, register=register)
     result._support |= dict(support)
     return result
 

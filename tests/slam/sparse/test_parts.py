@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def true_pairs(ring, rng):
 
 
 def parts_of(kind, pairs, n=N, register=as_it_is):
-    keyframes, config = [None] * n, SlamConfig()
+    keyframes, config = [SimpleNamespace(view=SimpleNamespace(stamp=float(i))) for i in range(n)], SlamConfig()
     return kind(keyframes, KnownPairs(keyframes, pairs, config, register=register), config)
 
 

@@ -1,0 +1,46 @@
+"""Camera speed: how far apart pictures can lie that follow each other, of a camera that was carried from one to the
+next. A place that looks like another is seldom next to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from razer.arrays import Float64Array
+from slam.frontend.keyframes import Keyframes
+from slam.se3 import length_m
+from slam.sparse.measured_pair import MeasuredPair
+
+TIMES_FASTEST, SLACK_M = 3.0, 0.5  # of what was measured: people stop, and hurry; and what poses may be off
+
+
+class CameraSpeed:
+    """The greatest speed of a recording, by its pairs of pictures that follow each other; any, where there are none.
+
+    Args:
+        keyframes: the pictures, in the order of their stamps.
+        pairs: those that were measured.
+    """
+
+    def __init__(self, keyframes: Keyframes, pairs: Iterable[MeasuredPair]) -> None:
+        self._keyframes = keyframes
+        measured = [(length_m(pair.edge.a_from_b), self._gap_s(*pair.ends)) for pair in pairs if pair.is_next]
+        self.fastest_m_per_s = max((way_m / gap_s for way_m, gap_s in measured if gap_s > 0), default=np.inf)
+
+    def _gap_s(self, a: int, b: int) -> float:
+        return abs(self._keyframes[b].view.stamp - self._keyframes[a].view.stamp)
+
+    def is_exceeded(self, first: Mapping[int, Float64Array], second: Mapping[int, Float64Array]) -> bool:
+        """Whether a picture of one set would have to be reached too fast from the one before it in the other.
+
+        Args:
+            first: poses (4, 4) of some pictures, by number.
+            second: those of others.
+        """
+        for a, b in ((n, n + step) for n in first for step in (-1, 1) if n + step in second):
+            way_m = float(np.linalg.norm(first[a][:3, 3] - second[b][:3, 3]))
+            gap_s = self._gap_s(a, b)
+            if gap_s > 0 and way_m > TIMES_FASTEST * self.fastest_m_per_s * gap_s + SLACK_M:
+                return True
+        return False
