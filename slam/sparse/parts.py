@@ -3,7 +3,7 @@ every further pair is tested against what is known."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.cluster.hierarchy import DisjointSet
@@ -254,20 +254,19 @@ class Parts:
         moved = {n: home_from_away @ self.poses[n] for n in self.members[away]}
         if self._pairs.speed.is_exceeded(self._poses_of(home), moved):
             return True
-        pairs = self._near_pairs(home, away, home_from_away)
+        pairs = self._near_pairs(home, moved)
         return contradict(
             pairs, lambda shared: self._pairs.usual_where_placed.at([pair.separation for pair in shared]), self._config
         )
 
-    def _near_pairs(self, home: int, away: int, home_from_away: Float64Array) -> list[PlacedPair]:
-        """Pictures of two parts that would be near each other; of many, some."""
-        at_home, of_away = np.array(self.members[home]), self.members[away]
+    def _near_pairs(self, home: int, moved: Mapping[int, Float64Array]) -> list[PlacedPair]:
+        """Pictures of a part and those that would be near, at such poses (4, 4) in it; of many, some."""
+        at_home = np.array(self.members[home])
         poses, pairs = np.stack([self.poses[n] for n in self.members[home]]), list[PlacedPair]()
-        most_each = min(MOST_COMPARED_EACH, -(-MOST_COMPARED // len(of_away)))
-        for number in of_away:
-            moved = home_from_away @ self.poses[number]
-            for other in at_home[near_poses(moved, poses, self._config.loop_closure)[:most_each]].tolist():
-                pairs.append(self._placed.pair(other, number, inverse(self.poses[other]) @ moved))
+        most_each = min(MOST_COMPARED_EACH, -(-MOST_COMPARED // len(moved)))
+        for number, pose in moved.items():
+            for other in at_home[near_poses(pose, poses, self._config.loop_closure)[:most_each]].tolist():
+                pairs.append(self._placed.pair(other, number, inverse(self.poses[other]) @ pose))
         return pairs[:: -(-len(pairs) // MOST_COMPARED) or 1]
 
     def _join(self, home: int, away: int, home_from_away: Float64Array) -> None:

@@ -61,7 +61,7 @@ def test_nothing_is_said_of_pictures_that_do_not_follow_each_other_or_without_ti
 class NothingShared(Parts):
     """Parts of pictures none of which shows what another does, so that space says nothing."""
 
-    def _near_pairs(self, home, away, home_from_away):
+    def _near_pairs(self, home, moved):
         return []
 
 

@@ -39,6 +39,10 @@ SPARSE = {
     ),
     "sparse-twin-rooms": ("two rooms furnished alike, a picture each half second, shuffled", "twin-rooms", 8),
 }  # what is shown, of which scene, every so many of 15 frames/s
+IN_ORDER = {
+    "sparse-look-alikes-in-order": ("a corridor with three places alike, a picture a second", "corridor-loop", 16),
+    "sparse-twin-rooms-in-order": ("two rooms furnished alike, a picture a second", "twin-rooms", 16),
+}  # the same, in the order of taking
 
 Recording = Callable[[int], SyntheticScene]
 
@@ -153,5 +157,9 @@ WORLDS: dict[str, HardWorld] = {
     **{
         name: HardWorld(about, partial(_shuffled, scene, every), is_sparse=True)
         for name, (about, scene, every) in SPARSE.items()
+    },
+    **{
+        name: HardWorld(about, partial(walk_through, partial(recorded, scene), usual=None, every=every), is_sparse=True)
+        for name, (about, scene, every) in IN_ORDER.items()
     },
 }

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from app.benchmark.poses.followed_walk import follow
 from app.benchmark.poses.worlds.fast_turns import FASTEST_DEG_PER_S, VIDEO_PER_S, FastTurns
 from app.benchmark.poses.worlds.hard_walk import HardWalk, dark
-from app.benchmark.poses.worlds.hard_worlds import BLIND_S, KINECT, LONG_BLIND_S, STRIDES, WORLDS
+from app.benchmark.poses.worlds.hard_worlds import BLIND_S, IN_ORDER, KINECT, LONG_BLIND_S, STRIDES, WORLDS
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame, Intrinsics
 from slam.se3 import angle_deg, length_m
@@ -19,7 +19,10 @@ from slam.sparse.sparse_system import SparseSystem
 
 N_FRAMES = 24
 SMALL_CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
-SLOW = ("look-alikes", "twin-rooms", "blind-between-twins", "sparse-look-alikes", "sparse-twin-rooms")  # to build
+SLOW = (  # to build
+    *("look-alikes", "twin-rooms", "blind-between-twins", "sparse-look-alikes", "sparse-twin-rooms"),
+    *IN_ORDER,
+)
 
 
 def walk_of(name: str, n_frames: int | None = N_FRAMES) -> HardWalk:
@@ -75,6 +78,15 @@ def test_few_pictures_are_shown_in_no_order_and_all_at_once(name):
     assert walk.order != tuple(sorted(walk.order))
     assert sorted(walk.order) == list(range(0, len(walk.recording), every))
     assert walk.order[:5] != other.order[:5]
+    assert WORLDS[name].is_sparse
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", IN_ORDER)
+def test_few_pictures_are_shown_in_the_order_of_taking_one_a_second(name):
+    walk = walk_of(name, None)
+    assert walk.order == tuple(range(0, len(walk.recording), 16))
+    assert walk.frames_per_s == pytest.approx(15 / 16)
     assert WORLDS[name].is_sparse
 
 
