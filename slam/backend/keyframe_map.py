@@ -202,11 +202,14 @@ class KeyframeMap:
                 continue
             if self._loops.is_plausible(edge):
                 self.graph.add_edge(edge)
-            elif self.keyframes[edge.a].chain != self.keyframes[edge.b].chain:
+            elif self._are_of_two_chains(edge) or self._loops.may_have_drifted(edge):
                 self._add_hypothesis(edge, self.keyframes[edge.b].view.index, 1.0)
 
+    def _are_of_two_chains(self, edge: PoseEdge) -> bool:
+        return self.keyframes[edge.a].chain != self.keyframes[edge.b].chain
+
     def _add_hypothesis(self, edge: PoseEdge, frame: int, strength: float) -> bool:
-        """Take in that a view of one chain fits into another; whether that moved one of them."""
+        """Take in that a view fits where its chain does not have it; whether that moved anything."""
         outcome = self._merging.add(edge, frame, strength)
         if outcome is Outcome.MOVED:
             self._optimise()

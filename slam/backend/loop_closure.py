@@ -8,17 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from razer.arrays import Float64Array
 from razer.geometry import inverse
+from slam.backend.loop_gate import is_within_uncertainty, plausible
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.verified_registration import MIN_FEATURES, VerifiedRegistration
 from slam.backend.view_overlap import near_poses, overlap_of, reading_points
-from slam.config import LoopClosureSettings, SlamConfig
+from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import Keyframe, Keyframes
 from slam.pose_edge import PoseEdge
-from slam.se3 import angle_deg, length_m
 
 RECENT = 10  # keyframes before one that tracking itself connects with it: they are no loop
 # A pair is measured where the variance between the two, as the graph has it, is at least so many times that of a
@@ -155,19 +154,8 @@ class LoopClosure:
         a, b = self._keyframes[edge.a], self._keyframes[edge.b]
         return a.submap == b.submap and plausible(a, b, edge.a_from_b, self._settings)
 
-
-def plausible(a: Keyframe, b: Keyframe, a_from_b: Float64Array, settings: LoopClosureSettings) -> bool:
-    """Whether the drift of the way between two keyframes may account for a motion measured between them.
-
-    Args:
-        a: one keyframe.
-        b: the other.
-        a_from_b: (4, 4) as measured.
-        settings: how much drift there may be.
-    """
-    way_m = abs(b.travelled_m - a.travelled_m)
-    offset = inverse(inverse(a.world_from_camera) @ b.world_from_camera) @ a_from_b
-    return (
-        length_m(offset) <= settings.drift_m + settings.drift_m_per_m * way_m
-        and angle_deg(offset) <= settings.drift_deg + settings.drift_deg_per_m * way_m
-    )
+    def may_have_drifted(self, edge: PoseEdge) -> bool:
+        """Whether an edge that is not plausible lies within what tracking leaves open of the way between its keyframes,
+        if they are of one submap."""
+        a, b = self._keyframes[edge.a], self._keyframes[edge.b]
+        return a.submap == b.submap and is_within_uncertainty(edge, self._graph)

@@ -41,7 +41,7 @@ class SubmapMerging:
     placement: PlacementCheck
 
     def add(self, edge: PoseEdge, frame: int, strength: float) -> Outcome:
-        """Take in that a view of one chain fits into another.
+        """Take in that a view of one chain fits into another, or elsewhere in its own.
 
         Args:
             edge: between keyframes, that follows from it.
@@ -54,8 +54,13 @@ class SubmapMerging:
         if not agreeing:
             return Outcome.WAITS
         home, later = self.hypotheses.ends(hypothesis)
-        is_merge = home.submap != later.submap
-        if not (self._merge if is_merge else self._move)(home, later, agreeing):
+        if home.submap != later.submap:
+            is_done = self._merge(home, later, agreeing)
+        elif home.chain != later.chain:
+            is_done = self._move(home, later, agreeing)
+        else:
+            is_done = self._may_close(home, agreeing)
+        if not is_done:
             self.hypotheses.refuse(agreeing)
             return Outcome.REFUTED
         for one in agreeing:
@@ -86,6 +91,13 @@ class SubmapMerging:
                 self._shift(numbers, moved)
                 return True
         return False
+
+    def _may_close(self, home: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
+        """Whether a loop of one chain may be closed: views that came back do not contradict what is there."""
+        there, back = np.array([sorted((one.edge.a, one.edge.b)) for one in agreeing]).T
+        numbers, shift = self._numbers(home.submap), self.hypotheses.shift(agreeing[0])
+        others = numbers[numbers < (there.max() + back.min()) / 2]  # what comes after drifted with them
+        return not self.placement.contradicts(np.unique(back).tolist(), others, shift, _ties(agreeing), strictly=True)
 
     def _is_doubtful(self, hypothesis: MergeHypothesis, n_placed: int) -> bool:
         """Whether so many keyframes must fit well where one says: a look-alike comes up again until chance has it pass,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from razer.geometry import inverse
-from slam.backend.loop_closure import MIN_GAIN, LoopClosure, plausible
+from slam.backend.loop_closure import MIN_GAIN, LoopClosure
 from slam.backend.place_recognition import PlaceRecognition
 from slam.backend.pose_graph import PoseGraph
 from slam.backend.resistance_network import NEAREST
@@ -15,22 +15,12 @@ from slam.backend.verified_registration import VerifiedRegistration
 from slam.backend.view_overlap import overlap_of, reading_points
 from slam.config import LoopClosureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.keyframes import Keyframe, Keyframes
+from slam.frontend.keyframes import Keyframes
 from slam.pose_edge import EDGE_SHARE, PoseEdge
 from slam.se3 import exp_se3, length_m
 
 SIGMA = 0.01
 INFORMATION = np.eye(6) / SIGMA**2 / EDGE_SHARE
-
-
-def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
-    def keyframe(number, x_m, travelled_m):
-        return Keyframe(number, 0, views[10], exp_se3(np.array([0, 0, 0, x_m, 0, 0])), travelled_m)
-
-    settings = LoopClosureSettings()
-    near, far = keyframe(30, 0.3, 12.0), keyframe(31, 3.0, 12.0)
-    assert plausible(keyframe(0, 0.0, 0.0), near, np.eye(4), settings)
-    assert not plausible(keyframe(0, 0.0, 0.0), far, np.eye(4), settings)
 
 
 class Turning:

@@ -185,3 +185,39 @@ def test_what_merged_a_chain_that_was_parted_must_come_up_anew():
     assert merging.add(edge, 103, 1.0) is Outcome.WAITS
     assert merging.add(edge, 104, 1.0) is Outcome.WAITS
     assert merging.add(edge, 105, 1.0) is Outcome.REFUTED
+
+
+class Loop(World):
+    """One chain that goes to the end of a corridor, far away, and then comes back into it, or into one whose end is
+    nearer, a metre and more beside where it is thought to be."""
+
+    def __init__(self, ends_m):
+        super().__init__([8.0, *ends_m], submap=0)
+        for keyframe in self.keyframes.all:
+            keyframe.chain = 0
+        self.graph.add_edge(PoseEdge(2, 3, at(21.0), CERTAIN, is_odometry=True))
+
+    def come_back(self):
+        """Three views, each of another keyframe, say that it is in the corridor once more."""
+        edges = [PoseEdge(0, 4 + n, at(0.5 + n), CERTAIN) for n in range(3)]
+        return [self.merging.add(edge, edge.b, 1.0) for edge in edges]
+
+
+def test_a_loop_within_a_chain_is_closed_by_views_that_agree_without_moving_anything_at_once():
+    world = Loop([7.5, 6.5, 5.5])
+    before = world.places_m
+    assert world.come_back() == [Outcome.WAITS, Outcome.WAITS, Outcome.MOVED]
+    assert world.places_m == before  # the graph moves what is between
+    assert {(0, 4), (0, 5), (0, 6)} <= {(edge.a, edge.b) for edge in world.graph.edges}
+
+
+def test_a_loop_within_a_chain_stays_open_where_space_contradicts():
+    world = Loop([5.5, 4.5, 3.5])
+    assert world.come_back() == [Outcome.WAITS, Outcome.WAITS, Outcome.REFUTED]
+    assert all(edge.is_odometry for edge in world.graph.edges)
+
+
+def test_one_view_closes_no_loop_within_a_chain_however_many_keyframes_it_fits():
+    world = Loop([7.5, 6.5, 5.5])
+    edges = [PoseEdge(n, 4, at(0.5 - n), CERTAIN) for n in range(3)]
+    assert [world.merging.add(edge, 4, 1.0) for edge in edges] == [Outcome.WAITS] * 3
