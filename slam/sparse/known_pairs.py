@@ -15,7 +15,7 @@ import numpy as np
 from slam.backend.view_checks.usual_colors import UsualColors
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
-from slam.sparse.camera_speed import CameraSpeed
+from slam.sparse.camera_motion import CameraSpeed
 from slam.sparse.measured_pair import MeasuredPair, Numbers, by_picture, surest_first
 from slam.sparse.missing_pairs import missing_pairs
 from slam.sparse.pair_support import pair_support

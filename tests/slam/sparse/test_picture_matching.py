@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations, pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,12 +26,24 @@ def at(number):
     return exp_se3(np.array([0, 0.1 * number, 0, 0.3 * number, 0, 0]))
 
 
+@dataclass(frozen=True)
+class View:
+    """One of which only this matters."""
+
+    stamp: float
+    turning_rad_s: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def turning(self, turning_rad_s):
+        return replace(self, turning_rad_s=turning_rad_s)
+
+
 class Told(PictureMatching):
     """Made-up pictures: which of them share something is told, and how they lie; `kept`: the pairs that were kept as
     their features have them, `asked`: what was registered, and from how many guesses."""
 
-    def __init__(self, shares, rigid=lambda a, b: inverse(at(a)) @ at(b)):
+    def __init__(self, shares, rigid=lambda a, b: inverse(at(a)) @ at(b), stamps=range(N)):
         super().__init__([], SlamConfig())
+        self.keyframes.all.extend(SimpleNamespace(view=View(stamp)) for stamp in stamps)
         self._consecutive = set(pairwise(range(N)))
         self.shares, self.rigid, self.kept, self.asked = shares, rigid, [], []
 
@@ -55,6 +68,25 @@ def test_pictures_that_follow_each_other_are_all_registered_where_some_show_the_
     matching = Told(lambda a, _: a % 3 == 0)
     matching.measure_consecutive()
     assert sorted(matching.asked) == [(a, a + 1, 1) for a in range(N - 1)]
+
+
+def test_a_camera_that_turned_slowly_is_taken_to_have_stood():
+    matching = Told(lambda a, b: True, stamps=[0.2 * n for n in range(N)])
+    matching.measure_consecutive()
+    assert not any(keyframe.view.turning_rad_s.any() for keyframe in matching.keyframes.all)
+    assert len(matching.asked) == N - 1
+
+
+def test_pictures_of_a_camera_that_turned_fast_are_registered_anew_as_it_turned():
+    """Those of the others are not; of a third of all pairs nothing came, and nothing comes of them anew."""
+    stamps = [0.125 * min(n, 20) + 0.6 * max(n - 20, 0) for n in range(N)]  # half a second and more is too long to tell
+    matching = Told(lambda a, _: a % 3 > 0, stamps=stamps)
+    matching.measure_consecutive()
+    told = {n for n in range(N) if matching.keyframes[n].view.turning_rad_s.any()}
+    assert told == set(range(1, 21))
+    np.testing.assert_allclose([matching.keyframes[n].view.turning_rad_s for n in sorted(told)], [[0, 0.8, 0]] * 20)
+    anew = [(a, b) for a, b, _ in matching.asked if matching.asked.count((a, b, 1)) == 2]
+    assert set(anew) == {(a, a + 1) for a in range(21) if a % 3 > 0}
 
 
 def test_of_shuffled_pictures_few_are_tried_because_they_follow_each_other():

@@ -1,15 +1,21 @@
-"""Camera speed: how far apart pictures can lie that follow each other, of a camera that was carried from one to the
-next. A place that looks like another is seldom next to it."""
+"""Camera motion: how a camera was carried that took pictures one after the other.
+
+How fast says how far apart pictures can lie that follow each other: a place that looks like another is seldom next to
+it. How it turned says what it did to them while they were taken.
+"""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from razer.arrays import Float64Array
+from slam.frontend.frame_tracker import MAX_GAP_S, MAX_TURNING_RAD_S, MIN_GAP_S
 from slam.frontend.keyframes import Keyframes
-from slam.se3 import length_m
+from slam.pose_edge import PoseEdge
+from slam.se3 import length_m, turn_rad
 from slam.sparse.measured_pair import MeasuredPair
 
 TIMES_FASTEST, SLACK_M = 3.0, 0.5  # of what was measured: people stop, and hurry; and what poses may be off
@@ -44,3 +50,22 @@ class CameraSpeed:
             if gap_s > 0 and way_m > TIMES_FASTEST * self.fastest_m_per_s * gap_s + SLACK_M:
                 return True
         return False
+
+
+def turning_rad_s(keyframes: Keyframes, edges: Iterable[PoseEdge]) -> dict[int, Float64Array]:
+    """How the camera turned (3,), about its own axes, at pictures by number: the mean of what the edges to the one
+    before and to the one after say, of those where little time lies between.
+
+    Args:
+        keyframes: the pictures, in the order of their stamps.
+        edges: between such that follow each other.
+    """
+    told = defaultdict[int, list[Float64Array]](list)
+    for edge in edges:
+        gap_s = keyframes[edge.b].view.stamp - keyframes[edge.a].view.stamp
+        # About the axis of the motion, which both cameras see alike.
+        turning = turn_rad(edge.a_from_b) / max(gap_s, MIN_GAP_S)
+        if MIN_GAP_S <= gap_s <= MAX_GAP_S and np.linalg.norm(turning) <= MAX_TURNING_RAD_S:
+            told[edge.a].append(turning)
+            told[edge.b].append(turning)
+    return {number: np.mean(each, axis=0) for number, each in told.items()}
