@@ -44,6 +44,8 @@ class CameraSpeed:
             first: poses (4, 4) of some pictures, by number.
             second: those of others.
         """
+        if np.isinf(self.fastest_m_per_s):
+            return False
         for a, b in ((n, n + step) for n in first for step in (-1, 1) if n + step in second):
             way_m = float(np.linalg.norm(first[a][:3, 3] - second[b][:3, 3]))
             gap_s = self._gap_s(a, b)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.keyframes import STILL, Keyframes, View
 from slam.se3 import exp_se3
+from slam.sparse.camera_motion import CameraSpeed
 from slam.sparse.known_pairs import KnownPairs, as_it_is
 from slam.sparse.measured_pair import MeasuredPair, by_picture
 from slam.sparse.parts import Parts
@@ -145,6 +147,19 @@ def test_rough_ties_move_a_picture_if_their_registrations_say_so_too():
 def test_the_way_of_the_camera_holds_a_picture():
     way = [replace(one, is_next=one.edge.a == 0 and one.edge.b == 5) for one in ties(1, 3)]
     assert not moved(way, {**POSES, 5: at(0.3)})
+
+
+@pytest.mark.parametrize("gap_s", [0.5, 10.0])
+def test_a_picture_moves_nowhere_where_the_camera_could_not_have_been_in_time(gap_s):
+    """It was never faster than a metre a second, and took another picture, a while before, at the place here."""
+    keyframes = [SimpleNamespace(view=SimpleNamespace(stamp=n * gap_s)) for n in range(13)]
+    step = replace(pair(0, 1, gap_s), is_next=True)
+    poses, reassignment = {**POSES, 4: at(0.2), 5: at(0.3)}, told(ties(1, 3))
+    reassignment.pairs.speed = CameraSpeed(keyframes, [step])
+    assert list(reassignment.moved(poses)) == ([5] if gap_s > 5 else [])
+    undecided = told(ties(3, 2))
+    undecided.pairs.speed = reassignment.pairs.speed
+    assert undecided.undecided(poses) == ([5] if gap_s > 5 else [])
 
 
 @pytest.mark.parametrize(
