@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 
 import numpy as np
 
@@ -46,12 +47,12 @@ class CameraSpeed:
         """
         if np.isinf(self.fastest_m_per_s):
             return False
-        for a, b in ((n, n + step) for n in first for step in (-1, 1) if n + step in second):
-            way_m = float(np.linalg.norm(first[a][:3, 3] - second[b][:3, 3]))
-            gap_s = self._gap_s(a, b)
-            if gap_s > 0 and way_m > TIMES_FASTEST * self.fastest_m_per_s * gap_s + SLACK_M:
-                return True
-        return False
+        poses = {**first, **second}
+        return any(self._is_too_far(a, b, poses) for a, b in pairwise(sorted(poses)) if (a in first) != (b in first))
+
+    def _is_too_far(self, a: int, b: int, poses: Mapping[int, Float64Array]) -> bool:
+        way_m, gap_s = float(np.linalg.norm(poses[a][:3, 3] - poses[b][:3, 3])), self._gap_s(a, b)
+        return gap_s > 0 and way_m > TIMES_FASTEST * self.fastest_m_per_s * gap_s + SLACK_M
 
 
 def turning_rad_s(keyframes: Keyframes, edges: Iterable[PoseEdge]) -> dict[int, Float64Array]:

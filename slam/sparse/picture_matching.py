@@ -116,7 +116,8 @@ class PictureMatching:
 
     def measure_consecutive(self) -> None:
         """Register pictures to those before, if some of them show the same: they may be in the order of taking, and
-        where nothing has texture only that says so. Those of a camera that turned fast are registered anew."""
+        where nothing has texture only that says so. What comes to nothing is compared by all features, as the way from
+        one to the next tells look-alikes apart. Those of a camera that turned fast are registered anew."""
         pairs = sorted(self._consecutive)
         probes = pairs[:: -(-len(pairs) // MOST_PROBES) or 1]
         n_found = sum(self._measure(*pair, [np.eye(4)]) is not None for pair in probes)
@@ -124,7 +125,9 @@ class PictureMatching:
             return
         for pair in self._untried(pairs):
             self._measure(*pair, [np.eye(4)])
-        edges = [self._measured[pair].edge for pair in pairs if pair in self._measured]
+        self.measure_closely(pairs)
+        found = [self._measured[pair] for pair in pairs if pair in self._measured]
+        edges = [pair.edge for pair in found if pair.is_registered]
         turned = self._turn(edges)
         for edge in edges:
             if turned & {edge.a, edge.b}:

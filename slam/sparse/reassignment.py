@@ -119,7 +119,8 @@ class Reassignment:
 
     def _is_too_far(self, number: int, pose: Float64Array, poses: Mapping[int, Float64Array]) -> bool:
         """Whether the camera could not have been at a pose in time for those that a picture follows and precedes."""
-        return self.pairs.speed.is_exceeded({number: pose}, poses)
+        others = {other: where for other, where in poses.items() if other != number}
+        return self.pairs.speed.is_exceeded({number: pose}, others)
 
     def _registered(self, number: int, ties: Sequence[Tie], poses: Mapping[int, Float64Array]) -> list[Tie]:
         """Ties that agree, if as many as make sure still do once they are registered."""

@@ -60,8 +60,15 @@ def test_what_follows_lies_within_reach(speed, a, b, gap_s):
     assert speed.is_exceeded({0: at(0.0), a: at(0.0)}, {b: at(-reach_m - 0.01)})
 
 
-def test_nothing_is_said_of_pictures_that_do_not_follow_each_other_or_without_times(make_speed, speed):
-    assert not speed.is_exceeded({0: at(0.0)}, {2: at(99.0), 3: at(99.0)})
+def test_where_pictures_between_are_in_neither_set_there_was_as_much_more_time(speed):
+    reach_m = TIMES_FASTEST * FASTEST * 2.0 + SLACK_M
+    assert not speed.is_exceeded({0: at(0.0)}, {2: at(reach_m - 0.01)})
+    assert speed.is_exceeded({0: at(0.0)}, {2: at(reach_m + 0.01)})
+    assert not speed.is_exceeded({0: at(0.0), 1: at(reach_m)}, {2: at(reach_m + 0.01)})  # one is at hand
+
+
+def test_nothing_is_said_within_a_set_or_without_times(make_speed, speed):
+    assert not speed.is_exceeded({0: at(0.0), 1: at(99.0)}, {2: at(99.0), 3: at(0.0)})
     assert not speed.is_exceeded({3: at(0.0)}, {4: at(99.0)})
     assert not make_speed([]).is_exceeded({0: at(0.0)}, {1: at(99.0)})
 

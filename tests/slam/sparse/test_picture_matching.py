@@ -70,6 +70,14 @@ def test_pictures_that_follow_each_other_are_all_registered_where_some_show_the_
     assert sorted(matching.asked) == [(a, a + 1, 1) for a in range(N - 1)]
 
 
+def test_what_follows_in_vain_is_compared_by_all_features_before_anything_else():
+    matching = Told(lambda a, b: a != 7 or (a, b) in matching._closely)
+    matching.measure_consecutive()
+    assert matching._closely == {(7, 8)}
+    assert [pair.ends for pair in matching.pairs if not pair.is_registered] == [(7, 8)]
+    assert all(pair.is_next for pair in matching.pairs)
+
+
 def test_a_camera_that_turned_slowly_is_taken_to_have_stood():
     matching = Told(lambda a, b: True, stamps=[0.2 * n for n in range(N)])
     matching.measure_consecutive()
