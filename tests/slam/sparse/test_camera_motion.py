@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +16,7 @@ from razer.metrics.trajectory_errors import trajectory_metrics
 from slam.config import SlamConfig
 from slam.pose_edge import PoseEdge
 from slam.se3 import exp_se3
-from slam.sparse.camera_motion import SLACK_M, TIMES_FASTEST, CameraSpeed, turning_rad_s
+from slam.sparse.camera_motion import SLACK_M, TIMES_FASTEST, CameraSpeed, steadiness, turning_rad_s
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair
 from slam.sparse.parts import Parts
@@ -129,6 +130,33 @@ def test_it_is_about_the_axes_of_either_camera():
 )
 def test_nothing_is_told_of(gap_s, rad):
     assert told([1.0, 1.0 + gap_s], (0, 1, rad)) == {}
+
+
+def steps(*angles_rad):
+    """Between pictures that look along such angles about one axis."""
+    return [PoseEdge(n, n + 1, turned(b - a), np.eye(6)) for n, (a, b) in enumerate(pairwise(angles_rad))]
+
+
+def test_a_camera_that_goes_on_to_turn_is_steady_and_pictures_in_no_order_are_not():
+    assert steadiness(steps(0.0, 0.1, 0.2, 0.5)) == pytest.approx(1.0)
+    assert steadiness(steps(0.0, 0.3, 0.0, 0.3)) == pytest.approx(0.0)
+    assert steadiness(steps(0.0, 0.1, 0.4, 0.3)) == pytest.approx((0.4 + 0.2) / (0.4 + 0.4))
+    anywhere = np.random.default_rng(3).uniform(0, 1, 4000)
+    assert steadiness(steps(*anywhere)) == pytest.approx(0.5, abs=0.02)
+
+
+def test_steps_that_do_not_follow_each_other_say_nothing_of_an_order():
+    back_and_forth = steps(0.0, 0.3, 0.0, 0.3, 0.0)
+    assert steadiness(back_and_forth[::2]) == 1.0
+    assert steadiness([]) == 1.0
+
+
+def test_of_pictures_in_no_order_no_turning_is_told():
+    stamps = np.arange(50) / 10
+    angles = 0.05 * np.arange(50)
+    assert len(told(stamps, *((e.a, e.b, 0.05) for e in steps(*angles)))) == 50
+    shuffled = np.random.default_rng(3).permutation(angles)
+    assert told(stamps, *((n, n + 1, b - a) for n, (a, b) in enumerate(pairwise(shuffled)))) == {}
 
 
 def timed(poses, shots):
