@@ -51,7 +51,7 @@ def is_within_uncertainty(edge: PoseEdge, graph: PoseGraph) -> bool:
     offset = _offset(graph.poses[edge.a], graph.poses[edge.b], edge.a_from_b)
     twist = np.concatenate([turn_rad(offset), offset[:3, 3]])
     covariance = sum((_covariance_at(edge.b, step, graph) for step in way), np.zeros((6, 6)))
-    return float(twist @ np.linalg.solve(covariance, twist)) <= MAX_SIGMAS**2
+    return float(np.sqrt(twist @ np.linalg.solve(covariance, twist))) <= MAX_SIGMAS
 
 
 def _offset(world_from_a: Float64Array, world_from_b: Float64Array, a_from_b: Float64Array) -> Float64Array:
@@ -69,13 +69,13 @@ def _covariance_at(number: int, edge: PoseEdge, graph: PoseGraph) -> Float64Arra
 def _surest_way(a: int, b: int, graph: PoseGraph) -> list[PoseEdge] | None:
     """The edges of the way of least variance from one keyframe to another (Dijkstra 1959); None where there is none."""
     surest = dict[tuple[int, int], PoseEdge]()
-    for edge in sorted(graph.edges, key=lambda edge: -edge.variance_m2):
-        surest[edge.a, edge.b] = surest[edge.b, edge.a] = edge
-    rows, columns = np.array([*surest]).reshape(-1, 2).T
-    n = max(graph.poses) + 1
+    for edge in sorted(graph.edges, key=lambda edge: edge.variance_m2):
+        surest.setdefault((edge.a, edge.b), edge)
+    ends = np.array(list(surest), np.int64).reshape(len(surest), 2)
     variances = [edge.variance_m2 for edge in surest.values()]
-    before = dijkstra(coo_array((variances, (rows, columns)), (n, n)), indices=a, return_predecessors=True)[1]
-    return None if before[b] < 0 else [surest[step] for step in _steps(before, b)]
+    table = coo_array((variances, ends.T), (max(graph.poses) + 1,) * 2)
+    length, before = dijkstra(table, directed=False, indices=a, return_predecessors=True)
+    return [surest[min(step), max(step)] for step in _steps(before, b)] if np.isfinite(length[b]) else None
 
 
 def _steps(before: Float64Array, end: int) -> Iterator[tuple[int, int]]:

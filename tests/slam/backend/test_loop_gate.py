@@ -18,14 +18,26 @@ STEP = exp_se3(np.array([0, 0, 0.05, 0, 0, 1.0]))
 N = 11
 
 
-def test_a_lookalike_farther_off_than_drift_explains_is_another_place(views):
-    def keyframe(number, x_m, travelled_m):
-        return Keyframe(number, 0, views[10], exp_se3(np.array([0, 0, 0, x_m, 0, 0])), travelled_m)
+WAY_M = 12.0
+DRIFT = LoopClosureSettings()
+MOST_M, MOST_DEG = DRIFT.drift_m + WAY_M * DRIFT.drift_m_per_m, DRIFT.drift_deg + WAY_M * DRIFT.drift_deg_per_m
 
-    settings = LoopClosureSettings()
-    near, far = keyframe(30, 0.3, 12.0), keyframe(31, 3.0, 12.0)
-    assert plausible(keyframe(0, 0.0, 0.0), near, np.eye(4), settings)
-    assert not plausible(keyframe(0, 0.0, 0.0), far, np.eye(4), settings)
+
+@pytest.mark.parametrize(
+    ("shift_m", "turn_deg", "expected"),
+    [
+        (0.95 * MOST_M, 0.95 * MOST_DEG, True),
+        (1.05 * MOST_M, 0.0, False),
+        (0.0, 1.05 * MOST_DEG, False),
+        (-1.05 * MOST_M, 0.95 * MOST_DEG, False),
+    ],
+)
+@pytest.mark.parametrize("back", [False, True])
+def test_what_is_farther_off_than_any_way_drifts_is_another_place(views, shift_m, turn_deg, expected, back):
+    here = Keyframe(0, 0, views[10], STEP, WAY_M if back else 0.0)
+    moved = exp_se3(np.array([np.radians(turn_deg), 0, 0, 0, shift_m, 0]))
+    there = Keyframe(1, 0, views[10], STEP @ moved, 0.0 if back else WAY_M)
+    assert plausible(here, there, np.eye(4), DRIFT) is expected
 
 
 def edge(a, b, a_from_b, sigmas):
@@ -91,6 +103,37 @@ def test_another_way_that_is_sure_counts():
     assert is_within_uncertainty(off(graph, shift_m(z_m=1.0)), graph)
     graph.add_edge(off(graph, shift_m(), a=2, b=6))
     assert not is_within_uncertainty(off(graph, shift_m(z_m=1.0)), graph)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_two_edges_between_the_same_keyframes_the_surer_counts(order):
+    graph = PoseGraph()
+    for number in range(2):
+        graph.add_keyframe(number, np.eye(4))
+    for sigma in (0.1, 0.001)[::order]:
+        graph.add_edge(edge(0, 1, np.eye(4), (sigma,) * 6))
+    assert not is_within_uncertainty(off(graph, shift_m(z_m=0.1), b=1), graph)
+    assert is_within_uncertainty(off(graph, shift_m(z_m=0.0015), b=1), graph)
+    assert not is_within_uncertainty(off(graph, shift_m(z_m=0.0025), b=1), graph)
+
+
+@pytest.mark.parametrize(("a", "b"), [(3, 5), (5, 3)])
+def test_the_way_may_lead_by_later_keyframes_and_back(a, b):
+    """Of the steps in between nothing is known, but both ends were measured in front of the last."""
+    graph = way(unsure=4, sigmas=(0.5,) * 6)
+    for number in (3, 5):
+        graph.add_edge(off(graph, shift_m(), a=number))
+    assert is_within_uncertainty(off(graph, shift_m(z_m=0.001), a, b), graph)
+    assert not is_within_uncertainty(off(graph, shift_m(z_m=0.1), a, b), graph)
+
+
+def test_numbers_may_be_left_out():
+    graph = PoseGraph(fixed=3)
+    for number in (3, 7):
+        graph.add_keyframe(number, np.eye(4))
+    assert not is_within_uncertainty(off(graph, shift_m(), 3, 7), graph)
+    graph.add_edge(edge(3, 7, np.eye(4), (0.1,) * 6))
+    assert is_within_uncertainty(off(graph, shift_m(z_m=0.1), 3, 7), graph)
 
 
 def test_of_keyframes_that_no_way_joins_nothing_is_known():
