@@ -125,7 +125,7 @@ def test_it_is_about_the_axes_of_either_camera():
 
 @pytest.mark.parametrize(
     ("gap_s", "rad"),
-    [(0.0, 0.1), (0.001, 0.1), (0.6, 0.1), (0.1, 0.7)],
+    [(0.0, 0.01), (0.001, 0.01), (0.6, 0.1), (0.1, 0.7)],
     ids=["one moment", "no times", "too long", "too fast"],
 )
 def test_nothing_is_told_of(gap_s, rad):
