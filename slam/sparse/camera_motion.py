@@ -46,11 +46,11 @@ class CameraSpeed:
 
         Args:
             first: poses (4, 4) of some pictures, by number.
-            second: those of others.
+            second: those of others; where it has one of the first ones, too, that is not looked at.
         """
         if np.isinf(self.fastest_m_per_s):
             return False
-        poses = {**first, **second}
+        poses = {**second, **first}
         return any(self._is_too_far(a, b, poses) for a, b in pairwise(sorted(poses)) if (a in first) != (b in first))
 
     def _is_too_far(self, a: int, b: int, poses: Mapping[int, Float64Array]) -> bool:

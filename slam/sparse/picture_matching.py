@@ -126,21 +126,18 @@ class PictureMatching:
         for pair in self._untried(pairs):
             self._measure(*pair, [np.eye(4)])
         self.measure_closely(pairs)
-        found = [self._measured[pair] for pair in pairs if pair in self._measured]
-        edges = [pair.edge for pair in found if pair.is_registered]
-        turned = self._turn(edges)
-        for edge in edges:
-            if turned & {edge.a, edge.b}:
-                self._measure(edge.a, edge.b, [edge.a_from_b])
+        self._remeasure_turned([self._measured[pair] for pair in pairs if pair in self._measured])
 
-    def _turn(self, edges: Sequence[PoseEdge]) -> set[int]:
-        """Let pictures be taken as the camera turned, if it turned fast; these."""
+    def _remeasure_turned(self, consecutive: Sequence[MeasuredPair]) -> None:
+        """Let pictures be taken as the camera turned, where it turned fast, and register their pairs anew."""
+        edges = [pair.edge for pair in consecutive if pair.is_registered]
         turning = turning_rad_s(self.keyframes, edges)
         turned = {number for number, each in turning.items() if np.linalg.norm(each) > TURNS_FAST_RAD_S}
         for number in turned:
-            keyframe = self.keyframes[number]
-            keyframe.view = keyframe.view.turning(turning[number])
-        return turned
+            self.keyframes[number].view = self.keyframes[number].view.turning(turning[number])
+        for edge in edges:
+            if turned & {edge.a, edge.b}:
+                self._measure(edge.a, edge.b, [edge.a_from_b])
 
     def measure(self, pairs: Iterable[Numbers]) -> None:
         """Compare those pairs a < b that were not tried before, and keep the ones that share features, as these have

@@ -113,14 +113,9 @@ class Reassignment:
         if any(pair.is_next for pair, _ in here):
             return here, []
         groups = [[ties[n] for n in np.flatnonzero(row & ~same[0, 1:])] for row in same[1:, 1:][~same[0, 1:]]]
-        groups = [group for group in groups if not self._is_too_far(number, group[0][1], poses)]
+        groups = [group for group in groups if not self.pairs.speed.is_exceeded({number: group[0][1]}, poses)]
         there = max(groups, key=_weight, default=[])
         return here, self._registered(number, there, poses) if is_sure([pair for pair, _ in there]) else []
-
-    def _is_too_far(self, number: int, pose: Float64Array, poses: Mapping[int, Float64Array]) -> bool:
-        """Whether the camera could not have been at a pose in time for those that a picture follows and precedes."""
-        others = {other: where for other, where in poses.items() if other != number}
-        return self.pairs.speed.is_exceeded({number: pose}, others)
 
     def _registered(self, number: int, ties: Sequence[Tie], poses: Mapping[int, Float64Array]) -> list[Tie]:
         """Ties that agree, if as many as make sure still do once they are registered."""

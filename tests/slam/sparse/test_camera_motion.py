@@ -68,6 +68,12 @@ def test_where_pictures_between_are_in_neither_set_there_was_as_much_more_time(s
     assert not speed.is_exceeded({0: at(0.0), 1: at(reach_m)}, {2: at(reach_m + 0.01)})  # one is at hand
 
 
+def test_where_a_picture_lies_in_the_other_set_does_not_count(speed):
+    there = {0: at(0.0), 1: at(99.0), 2: at(0.0)}
+    assert not speed.is_exceeded({1: at(0.0)}, there)
+    assert speed.is_exceeded({1: at(99.0)}, there | {1: at(0.0)})
+
+
 def test_nothing_is_said_within_a_set_or_without_times(make_speed, speed):
     assert not speed.is_exceeded({0: at(0.0), 1: at(99.0)}, {2: at(99.0), 3: at(0.0)})
     assert not speed.is_exceeded({3: at(0.0)}, {4: at(99.0)})
