@@ -17,13 +17,15 @@ from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
-from slam.frontend.view_registration import ViewRegistration
+from slam.frontend.view_registration import ViewRegistration, leaves_open
 from slam.located_frames import LocatedFrames
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
 from slam.se3 import length_m
 
-MIN_POINTS, MIN_CORNERS = 500, 50  # of depth and of colour that a submap must begin with: else nothing follows it
+MIN_POINTS = 500  # of depth that a submap must begin with: else nothing follows it
+MIN_CORNERS = 50  # of colour, too, or depth that by itself holds the camera in every direction
+NO_MATCHES = np.zeros((0, 2), np.intp)
 MIN_FEATURES = 20  # that agree, to go on where tracking was lost: depth alone slides along walls
 
 
@@ -86,12 +88,24 @@ class SlamSystem:
             resumed = self._resume(tracker, view)
             if resumed is not None:
                 return self._go_on(*resumed, view)
-        if view.pyramid.n_points < MIN_POINTS or len(view.features) < MIN_CORNERS:
+        if not self._may_begin(view):
             return None
         if self.keyframes.all and len(self._passed) < submaps.patience_frames:
             self._passed.append(view)
             return None
         return self._start(self.map.begin_submap(view, self._travelled_m), np.eye(4), view)
+
+    def _may_begin(self, view: View) -> bool:
+        """Whether something can follow a submap that begins with a view. Depth alone is enough in recordings that have
+        no more than that: in others it is a hand before the lens as soon as a room without light."""
+        if view.pyramid.n_points < MIN_POINTS:
+            return False
+        if len(view.features) >= MIN_CORNERS:
+            return True
+        has_color = self._tracker is not None and len(self._tracker.reference.view.features) >= MIN_CORNERS
+        if has_color:
+            return False
+        return not leaves_open(self._registration.fit(view, view, np.eye(4), self.calibration, NO_MATCHES))
 
     def _go_on(self, keyframe: Keyframe, result: IcpResult, view: View) -> FrameTracker:
         """Track from a view that was found in front of a keyframe. After longer gaps it may be a look-alike."""

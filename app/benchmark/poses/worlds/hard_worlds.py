@@ -110,6 +110,10 @@ def _dark(seed: int, n_frames: int | None) -> HardWalk:
     return replace(walk, change=dark(DARK, DARK_SIGMA, seed))
 
 
+def _no_light(seed: int, n_frames: int | None) -> HardWalk:
+    return replace(walk_through(partial(recorded, "room"), seed, n_frames), change=dark(0.0, 0.0, seed))
+
+
 def _fast_turns(seed: int, n_frames: int | None) -> HardWalk:
     frames = FastTurns(seed, max(n_frames or N_FRAMES, 2), *SMALL, KINECT)
     return HardWalk(frames, tuple(range(len(frames))), VIDEO_PER_S)
@@ -136,6 +140,7 @@ WORLDS: dict[str, HardWorld] = {
     "blind-10s": HardWorld("blind for ten seconds, then elsewhere, and back", _blind_and_elsewhere),
     "people": HardWorld("people walk through", partial(walk_through, partial(recorded, "room", people=N_PEOPLE))),
     "dark": HardWorld("dim light, noise", _dark),
+    "no-light": HardWorld("no light at all: depth alone", _no_light),
     "blank-walls": HardWorld(
         "once round a corridor whose walls are of one colour",
         partial(walk_through, partial(recorded, "corridor-loop", walls="bare"), usual=None, every=3),
