@@ -14,10 +14,10 @@ from slam.backend.pose_graph import PoseGraph
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
-from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
+from slam.frontend.frame_tracker import FrameTracker, keyframe_nearby, needs_keyframe
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
-from slam.frontend.view_registration import ViewRegistration, leaves_open
+from slam.frontend.view_registration import ViewRegistration, is_trusted, leaves_open
 from slam.located_frames import LocatedFrames
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
@@ -141,9 +141,28 @@ class SlamSystem:
         tracker.advance(result.target_from_source, view.stamp)
         self._travelled_m += length_m(tracker.step)
         if needs_keyframe(result, self.config.keyframes) and view.pyramid.n_points >= MIN_POINTS:
-            keyframe = self.map.extend(tracker.reference, view, result, self._travelled_m)
-            tracker.turn_to(keyframe, np.eye(4))
+            tracker.turn_to(*(self._known(tracker, view) or self._added(tracker, view, result)))
         return tracker
+
+    def _added(self, tracker: FrameTracker, view: View, result: IcpResult) -> tuple[Keyframe, Float64Array]:
+        return self.map.extend(tracker.reference, view, result, self._travelled_m), np.eye(4)
+
+    def _known(self, tracker: FrameTracker, view: View) -> tuple[Keyframe, Float64Array] | None:
+        """A keyframe of before that shows what the view does from nearly there, and keyframe_from_camera (4, 4)."""
+        reference, reference_from_camera = tracker.reference, tracker.reference_from_camera
+        keyframe = keyframe_nearby(self.keyframes, reference, reference_from_camera, self.config.keyframes)
+        if keyframe is None:
+            return None
+        guess = inverse(keyframe.world_from_camera) @ reference.world_from_camera @ reference_from_camera
+        result = self._registration.refine(self.keyframes.view(keyframe), view, guess, self.calibration)
+        if not is_trusted(result) or leaves_open(result) or needs_keyframe(result, self.config.keyframes):
+            return None
+        keyframe_from_reference = result.target_from_source @ inverse(reference_from_camera)
+        return (
+            (keyframe, result.target_from_source)
+            if self.map.tie(keyframe, reference, keyframe_from_reference)
+            else None
+        )
 
     def _resume(self, tracker: FrameTracker, view: View) -> tuple[Keyframe, IcpResult] | None:
         """The view, soon after tracking was lost, in front of one of the keyframes round about."""

@@ -174,6 +174,16 @@ class KeyframeMap:
         near = numbers[near_poses(world_from_camera, poses, self._config.loop_closure)]
         return [keyframe, *(self.keyframes[n] for n in self._places.lookalikes(view, near, 0.0, LOCAL_MAP))]
 
+    def tie(self, a: Keyframe, b: Keyframe, a_from_b: Float64Array) -> bool:
+        """Have two keyframes measured against each other that tracking has at a_from_b (4, 4), if that fits to where
+        they are, and say whether it does."""
+        if a.number > b.number:
+            return self.tie(b, a, inverse(a_from_b))
+        fits = self._loops.is_plausible(PoseEdge(a.number, b.number, a_from_b, np.eye(6)))
+        if fits:
+            self._loops.queue_pair(a.number, b.number)
+        return fits
+
     def _numbers(self, submap: int) -> IndexArray:
         return np.flatnonzero(self.keyframes.submaps() == submap)
 

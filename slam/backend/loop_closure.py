@@ -74,6 +74,11 @@ class LoopClosure:
         found = [(-gain, n, k.number, share) for k in self._keyframes.all for gain, share, n in self._neighbors(k)]
         self._queue(WaitingPair(a, b, share) for _, a, b, share in sorted(found))
 
+    def queue_pair(self, a: int, b: int) -> None:
+        """Queue two keyframes a < b that show the same, unless they are as good as fixed to each other."""
+        if not self._graph.network.joined(a, b):
+            self._queue([WaitingPair(a, b)])
+
     def _queue(self, pairs: Iterable[WaitingPair]) -> None:
         for pair in pairs:
             if pair[:2] not in self._queued:

@@ -24,6 +24,8 @@ MIN_GAP_S, USUAL_GAP_S = 0.005, 1 / 30  # between frames; stamps that are nearer
 # How the camera turned from one picture to the next says how it turned while it took them if the time between is short,
 # and if it is one: nobody turns a camera faster.
 MAX_GAP_S, MAX_TURNING_RAD_S = 0.5, 5.0
+# Share of the way after which a keyframe is taken: one that is no farther away serves as long as a new one, nearly.
+NEARLY_THERE = 0.6
 
 
 @dataclass
@@ -121,3 +123,35 @@ def needs_keyframe(result: IcpResult, settings: KeyframeSettings) -> bool:
         or result.score < settings.min_score
         or result.agreement < settings.min_agreement
     )
+
+
+def keyframe_nearby(
+    keyframes: Keyframes, reference: Keyframe, reference_from_camera: Float64Array, settings: KeyframeSettings
+) -> Keyframe | None:
+    """The keyframe nearest to a camera, of those that tracking joins with its reference, as others may be elsewhere;
+    None where tracking could not go on from there for long. Who comes back to where he was sees nothing new: a further
+    keyframe would cost as much as a place never seen, and count its errors once more as if they were others.
+
+    Args:
+        keyframes: all of them.
+        reference: the keyframe that the camera was followed from.
+        reference_from_camera: (4, 4) where it is.
+        settings: when a keyframe is taken.
+    """
+    numbers = np.flatnonzero(keyframes.chains() == reference.chain)
+    numbers = numbers[numbers != reference.number]
+    if not len(numbers):
+        return None
+    away = _shares_of_way(reference.world_from_camera @ reference_from_camera, keyframes.poses()[numbers], settings)
+    nearest = int(np.argmin(away))
+    return keyframes[int(numbers[nearest])] if away[nearest] <= NEARLY_THERE else None
+
+
+def _shares_of_way(world_from_camera: Float64Array, poses: Float64Array, settings: KeyframeSettings) -> Float64Array:
+    """How far (N,) a camera is from poses (N, 4, 4), of the way after which a keyframe is taken."""
+    away = inverse(world_from_camera) @ poses
+    shift_m = np.linalg.norm(away[:, :3, 3], axis=1)
+    cosine = (np.trace(away[:, :3, :3], axis1=1, axis2=2) - 1) / 2
+    turned_deg = np.degrees(np.arccos(cosine.clip(-1, 1)))
+    shares: Float64Array = np.maximum(shift_m / settings.max_shift_m, turned_deg / settings.max_angle_deg)
+    return shares

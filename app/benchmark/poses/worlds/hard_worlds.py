@@ -110,6 +110,13 @@ def _dark(seed: int, n_frames: int | None) -> HardWalk:
     return replace(walk, change=dark(DARK, DARK_SIGMA, seed))
 
 
+def _to_and_fro(seed: int, n_frames: int | None) -> HardWalk:
+    """The same way four times."""
+    frames = recorded("room", seed)
+    way = tuple(range(min(n_frames or N_FRAMES, len(frames)) // 4))
+    return HardWalk(frames, (*way, *way[::-1]) * 2, FRAMES_PER_S)
+
+
 def _no_light(seed: int, n_frames: int | None) -> HardWalk:
     return replace(walk_through(partial(recorded, "room"), seed, n_frames), change=dark(0.0, 0.0, seed))
 
@@ -138,6 +145,7 @@ WORLDS: dict[str, HardWorld] = {
     "vga": HardWorld("the same at 640x480", partial(walk_through, partial(recorded, "room", size=VGA))),
     "blind-1s": HardWorld("blind for a second, twice", _blind_for_a_second),
     "blind-10s": HardWorld("blind for ten seconds, then elsewhere, and back", _blind_and_elsewhere),
+    "to-and-fro": HardWorld("four seconds of a walk, to and fro, twice", _to_and_fro),
     "people": HardWorld("people walk through", partial(walk_through, partial(recorded, "room", people=N_PEOPLE))),
     "dark": HardWorld("dim light, noise", _dark),
     "no-light": HardWorld("no light at all: depth alone", _no_light),

@@ -95,6 +95,12 @@ def _jumping(n: int, _: int, seed: int) -> Order:
     return (*range(first), *range(second, n), *range(first, second))
 
 
+def _to_and_fro(n: int, *_: int) -> Order:
+    """Its first quarter, as long as the whole."""
+    way = tuple(range(n // 4))
+    return (*way, *way[::-1]) * 2
+
+
 def _shuffled(n: int, long: int, seed: int) -> Order:
     piece = max(1, min(long, n // LEAST_PIECES))
     starts = np.random.default_rng([seed, 109]).permutation(range(0, n, piece)).tolist()
@@ -104,6 +110,7 @@ def _shuffled(n: int, long: int, seed: int) -> Order:
 _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
     "recorded": ("as it was recorded", lambda n, *_: tuple(range(n))),
     "backwards": ("from its end", lambda n, *_: tuple(range(n - 1, -1, -1))),
+    "to-and-fro": ("its first quarter to and fro, twice", _to_and_fro),
     "blinded": ("blind for two seconds, thrice", _blinded),
     "blinking": ("blind for three frames of every sixty", _blinking),
     "cut": ("without these two seconds", _cut),

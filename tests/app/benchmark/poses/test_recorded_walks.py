@@ -46,6 +46,11 @@ def test_a_recording_is_shown_as_it_is_and_from_its_end(orders):
     assert int((np.diff(orders["jumping"]) != 1).sum()) == 2
 
 
+def test_the_first_quarter_is_shown_to_and_fro_twice(orders):
+    way = tuple(range(N // 4))
+    assert orders["to-and-fro"] == way + way[::-1] + way + way[::-1]
+
+
 def test_pieces_are_shown_in_any_order(orders):
     """Of two seconds each, 30 frames of this recording; of a short one there are six."""
     assert sorted(orders["shuffled"]) == list(range(N))
