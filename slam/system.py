@@ -157,12 +157,8 @@ class SlamSystem:
         result = self._registration.refine(self.keyframes.view(keyframe), view, guess, self.calibration)
         if not is_trusted(result) or leaves_open(result) or needs_keyframe(result, self.config.keyframes):
             return None
-        keyframe_from_reference = result.target_from_source @ inverse(reference_from_camera)
-        return (
-            (keyframe, result.target_from_source)
-            if self.map.tie(keyframe, reference, keyframe_from_reference)
-            else None
-        )
+        fits = self.map.tie(keyframe, reference, result.target_from_source @ inverse(reference_from_camera))
+        return (keyframe, result.target_from_source) if fits else None
 
     def _resume(self, tracker: FrameTracker, view: View) -> tuple[Keyframe, IcpResult] | None:
         """The view, soon after tracking was lost, in front of one of the keyframes round about."""

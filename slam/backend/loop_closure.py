@@ -75,7 +75,7 @@ class LoopClosure:
         self._queue(WaitingPair(a, b, share) for _, a, b, share in sorted(found))
 
     def queue_pair(self, a: int, b: int) -> None:
-        """Queue two keyframes a < b that show the same, unless they are as good as fixed to each other."""
+        """Queue two keyframes a < b that show the same, unless an edge joins them."""
         if not self._graph.network.joined(a, b):
             self._queue([WaitingPair(a, b)])
 
