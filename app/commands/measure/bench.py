@@ -145,13 +145,13 @@ def poses(
     """Measure pose estimation in synthetic worlds that make it hard, or on a recording that is blinded, cut and turned.
 
     What is tracked, how soon a lost camera is found, which places are taken for others, how exact poses are, and how
-    right their covariances. Nothing is written; all worlds take some 11 minutes, see docs/pose_benchmark.md.
+    right their covariances. Nothing is written; all worlds take some 45 minutes, see docs/pose_benchmark.md.
 
     Parameters
     ----------
     recording:
-        A recording with poses, which count as true: recorded, to-and-fro, backwards, blinded, blinking, cut,
-        backwards-cut, jumping, shuffled, sparse-8, sparse-16.
+        A recording with poses, which count as true: recorded, backwards, to-and-fro, blinded, blinking, cut,
+        backwards-cut, jumping, shuffled, no-light, sparse-8, sparse-16.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16,
         plain-sensor, vga, blind-1s, blind-10s, to-and-fro, people, dark, no-light, blank-walls, fast-turns,

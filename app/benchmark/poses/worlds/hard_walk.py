@@ -73,6 +73,12 @@ def shuffled(walk: HardWalk, seed: int) -> HardWalk:
     return replace(walk, order=tuple(walk.order[number] for number in numbers.tolist()))
 
 
+def to_and_fro(n: int) -> tuple[int, ...]:
+    """An order in which the first quarter of n frames is shown four times, there and back and once more."""
+    way = tuple(range(n // 4))
+    return (*way, *way[::-1]) * 2
+
+
 def dark(share: float, sigma: float, seed: int) -> Change:
     """Light that is no more than a share of what it was, under noise of sigma grey levels."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.benchmark.poses.worlds.fast_turns import VIDEO_PER_S, FastTurns
-from app.benchmark.poses.worlds.hard_walk import HardWalk, dark, shuffled
+from app.benchmark.poses.worlds.hard_walk import HardWalk, dark, shuffled, to_and_fro
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames
@@ -105,16 +105,15 @@ def _blind_and_elsewhere(seed: int, n_frames: int | None) -> HardWalk:
     return HardWalk(frames, (*begin, *nothing, *back), FRAMES_PER_S)
 
 
-def _dark(seed: int, n_frames: int | None) -> HardWalk:
-    walk = walk_through(partial(recorded, "room", light="evening", sensor=NOISY), seed, n_frames)
-    return replace(walk, change=dark(DARK, DARK_SIGMA, seed))
-
-
 def _to_and_fro(seed: int, n_frames: int | None) -> HardWalk:
     """The same way four times."""
     frames = recorded("room", seed)
-    way = tuple(range(min(n_frames or N_FRAMES, len(frames)) // 4))
-    return HardWalk(frames, (*way, *way[::-1]) * 2, FRAMES_PER_S)
+    return HardWalk(frames, to_and_fro(min(n_frames or N_FRAMES, len(frames))), FRAMES_PER_S)
+
+
+def _dark(seed: int, n_frames: int | None) -> HardWalk:
+    walk = walk_through(partial(recorded, "room", light="evening", sensor=NOISY), seed, n_frames)
+    return replace(walk, change=dark(DARK, DARK_SIGMA, seed))
 
 
 def _no_light(seed: int, n_frames: int | None) -> HardWalk:

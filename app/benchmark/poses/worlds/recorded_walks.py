@@ -6,12 +6,12 @@ Rendered worlds have one exposure. What an automatic camera does between two vie
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from app.benchmark.poses.worlds.hard_walk import HardWalk, shuffled
+from app.benchmark.poses.worlds.hard_walk import HardWalk, dark, shuffled, to_and_fro
 from app.benchmark.poses.worlds.hard_worlds import HardWorld
 from app.frames.open_recording import require_poses
 from data_tools.recordings.sequence import RgbdSequence, usable_frames
@@ -95,12 +95,6 @@ def _jumping(n: int, _: int, seed: int) -> Order:
     return (*range(first), *range(second, n), *range(first, second))
 
 
-def _to_and_fro(n: int, *_: int) -> Order:
-    """Its first quarter, as long as the whole."""
-    way = tuple(range(n // 4))
-    return (*way, *way[::-1]) * 2
-
-
 def _shuffled(n: int, long: int, seed: int) -> Order:
     piece = max(1, min(long, n // LEAST_PIECES))
     starts = np.random.default_rng([seed, 109]).permutation(range(0, n, piece)).tolist()
@@ -110,7 +104,7 @@ def _shuffled(n: int, long: int, seed: int) -> Order:
 _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
     "recorded": ("as it was recorded", lambda n, *_: tuple(range(n))),
     "backwards": ("from its end", lambda n, *_: tuple(range(n - 1, -1, -1))),
-    "to-and-fro": ("its first quarter to and fro, twice", _to_and_fro),
+    "to-and-fro": ("its first quarter, there and back, twice", lambda n, *_: to_and_fro(n)),
     "blinded": ("blind for two seconds, thrice", _blinded),
     "blinking": ("blind for three frames of every sixty", _blinking),
     "cut": ("without these two seconds", _cut),
@@ -123,12 +117,18 @@ _ORDERS: dict[str, tuple[str, Callable[[int, int, int], Order]]] = {
 
 def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
     """The walks through a recording by name, of its first frames where they are bounded."""
-    return {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()} | {
+    shown = {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()}
+    shown["no-light"] = HardWorld("as it was recorded, with black images: depth alone", partial(_no_light, recording))
+    return shown | {
         f"sparse-{stride}": HardWorld(
             f"every {stride}th frame, in any order", partial(_pictures, recording, stride), is_sparse=True
         )
         for stride in SPARSE_STRIDES
     }
+
+
+def _no_light(recording: PosedRecording, seed: int, n_frames: int | None) -> HardWalk:
+    return replace(_walk(recording, _ORDERS["recorded"][1], seed, n_frames), change=dark(0.0, 0.0, seed))
 
 
 def _pictures(recording: PosedRecording, stride: int, seed: int, n_frames: int | None) -> HardWalk:

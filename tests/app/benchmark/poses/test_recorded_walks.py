@@ -51,6 +51,14 @@ def test_the_first_quarter_is_shown_to_and_fro_twice(orders):
     assert orders["to-and-fro"] == way + way[::-1] + way + way[::-1]
 
 
+def test_without_light_depth_alone_is_shown():
+    room = SyntheticRoom(0, N, 32, 24)
+    shots = list(recorded_worlds(PosedRecording(room, tuple(range(N)), room.poses, 15.0))["no-light"].walk(3, 30))
+    assert len(shots) == 30
+    assert not any(shot.frame.rgb.any() for shot in shots)
+    assert all(np.array_equal(shot.frame.depth, room[n].depth) for n, shot in enumerate(shots))
+
+
 def test_pieces_are_shown_in_any_order(orders):
     """Of two seconds each, 30 frames of this recording; of a short one there are six."""
     assert sorted(orders["shuffled"]) == list(range(N))
