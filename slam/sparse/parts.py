@@ -11,7 +11,7 @@ from scipy.cluster.hierarchy import DisjointSet
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.submaps.merge_hypotheses import MAJORITY, SAME_DEG, SAME_M, same_motions
-from slam.backend.submaps.placement_check import PlacedPair, contradict
+from slam.backend.submaps.placement_check import PlacedPair, UsualDifferences, contradict
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
@@ -255,9 +255,10 @@ class Parts:
         if self._pairs.speed.is_exceeded(self._poses_of(home), moved):
             return True
         pairs = self._near_pairs(home, moved)
-        return contradict(
-            pairs, lambda shared: self._pairs.usual_where_placed.at([pair.separation for pair in shared]), self._config
-        )
+        return contradict(pairs, self._usual_differences, self._config)
+
+    def _usual_differences(self, pairs: Sequence[PlacedPair]) -> UsualDifferences:
+        return UsualDifferences(self._pairs.usual_where_placed.at([pair.separation for pair in pairs]))
 
     def _near_pairs(self, home: int, moved: Mapping[int, Float64Array]) -> list[PlacedPair]:
         """Pictures of a part and those that would be near, at such poses (4, 4) in it; of many, some."""

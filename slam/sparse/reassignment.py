@@ -164,7 +164,7 @@ class Reassignment:
         if not told:
             return None
         usual = self.pairs.usual_where_placed.at([pairs[n].separation for n in told])
-        shares, n_readings = np.array([*told.values()]).T
+        shares, n_readings = np.array([*told.values()]).T[:2]
         return float(n_readings @ shares / (n_readings @ usual))
 
 

@@ -34,6 +34,26 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 MANY_TOLD, TOO_MANY = 10, 1 / 3
 
 
+# Other light changes how bright all of a place is, and hardly its hues; other things change some of it, and those too.
+# Light is another if even the quarter of the readings that differs least does so by this many times what is usual, and
+# hues by no more than so many times. Shadows, and what glows, are then as large a share of colours as so many times that.
+OTHER_LIGHT, SAME_HUES, SHADOWS = 4.0, 3.3, 4.0
+
+
+class UsualDifferences(NamedTuple):
+    """What is usual in this recording, between views of one place in one light; see `ColorDifference`.
+
+    Attributes:
+        shares: (N,) of other colours, between views as far apart as those of N pairs.
+        light_change: inf, it is not known.
+        hue_change: of all pairs.
+    """
+
+    shares: Float64Array
+    light_change: float = np.inf
+    hue_change: float = 0.0
+
+
 class Scrutiny(NamedTuple):
     """How closely pairs of views are looked at.
 
@@ -111,7 +131,7 @@ class PlacementCheck:
             strictly: whether their colours must fit better than others must.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        return contradict(pairs, self._usual_other_colors, self.config, STRICT if strictly else USUAL)
+        return contradict(pairs, self._usual_differences, self.config, STRICT if strictly else USUAL)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
         """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
@@ -135,12 +155,12 @@ class PlacementCheck:
                 pairs.append(PlacedPair.of(self.keyframes, other, number, motion, drifted_m))
         return pairs[:: -(-len(pairs) // MOST_PAIRS) or 1]
 
-    def _usual_other_colors(self, pairs: Sequence[PlacedPair]) -> Float64Array:
-        """What share of colours (N,) differs between keyframes of one odometry chain as far apart as those of pairs:
+    def _usual_differences(self, pairs: Sequence[PlacedPair]) -> UsualDifferences:
+        """What differs between keyframes of one odometry chain as far apart as those of pairs:
         exposure, light, the camera; as in the chain of the two where it is more, since a camera that looks at windows
         and metal has several times what it has elsewhere. A chain that has told too little of itself may be one that
         has more than most."""
-        separations, shares, chains = self._probes()
+        separations, (shares, _, *changes), chains = self._probes()
         usual = UsualColors(separations.tolist(), shares.tolist())
         times = shares / usual.at(separations.tolist())
         of_chain = {
@@ -152,11 +172,15 @@ class PlacementCheck:
         chain_of = {keyframe.view.index: keyframe.chain for keyframe in self.keyframes.all}
         ends = [(chain_of[pair.first.index], chain_of[pair.second.index]) for pair in pairs]
         most = [max(of_chain.get(a, untold), of_chain.get(b, untold)) for a, b in ends]
-        return usual.at([pair.separation for pair in pairs]) * most
+        usual_shares = usual.at([pair.separation for pair in pairs]) * most
+        if len(shares) < ENOUGH_PROBES:
+            return UsualDifferences(usual_shares)
+        light_change, hue_change = (float(np.median(each)) for each in changes)
+        return UsualDifferences(usual_shares, light_change, hue_change)
 
     def _probes(self) -> tuple[Float64Array, Float64Array, Int64Array]:
-        """How far pairs of keyframes of one chain were taken apart (P,), their shares of other colours, and which chain
-        it is."""
+        """How far pairs of keyframes of one chain were taken apart (P,), how their colours differ (4, P), and which
+        chain it is."""
         keyframes, edges, all_chains = self.keyframes, self.graph.edges, np.unique(self.keyframes.chains()).tolist()
         known, chains, most = list[PlacedPair](), list[int](), max(PROBES // len(all_chains), ENOUGH_PROBES)
         for chain in all_chains:
@@ -166,13 +190,13 @@ class PlacementCheck:
                 chains.append(chain)
         differences = color_differences(known, self.config)
         separations = np.array([known[n].separation for n in differences])
-        shares = np.array([difference.share for difference in differences.values()])
-        return separations, shares, np.array([chains[n] for n in differences], np.int64)
+        told = np.array([*differences.values()], np.float64).reshape(-1, len(ColorDifference._fields))
+        return separations, told.T, np.array([chains[n] for n in differences], np.int64)
 
 
 def contradict(
     pairs: Sequence[PlacedPair],
-    usual_other_colors: Callable[[Sequence[PlacedPair]], Float64Array],
+    usual_differences: Callable[[Sequence[PlacedPair]], UsualDifferences],
     config: SlamConfig,
     scrutiny: Scrutiny = LENIENT,
 ) -> bool:
@@ -181,8 +205,8 @@ def contradict(
 
     Args:
         pairs: views as they would lie.
-        usual_other_colors: what share of colours (N,) differs, of one place in this recording, between views placed to
-            each other like each of N pairs.
+        usual_differences: what differs, of one place in this recording, between views placed to each other like each
+            of N pairs.
         config: the settings.
         scrutiny: how closely they are looked at.
     """
@@ -195,14 +219,23 @@ def contradict(
     colors = color_differences(in_place, config)
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
-    usual = usual_other_colors([in_place[n] for n in colors])
-    return _are_other([*colors.values()], config.submaps.max_color_excess * usual, scrutiny)
+    usual = usual_differences([in_place[n] for n in colors])
+    most_usual = np.maximum(config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual))
+    return _are_other([*colors.values()], most_usual, scrutiny)
+
+
+def _of_other_light(differences: Sequence[ColorDifference], usual: UsualDifferences) -> float:
+    """What share of colours other light may change between pairs; none where it is the same, or more than light is."""
+    _, n_readings, *changes = np.array(differences).T
+    light_change, hue_change = (float(np.average(each, weights=n_readings)) for each in changes)
+    is_light = light_change >= OTHER_LIGHT * usual.light_change and hue_change <= SAME_HUES * usual.hue_change
+    return SHADOWS * light_change if is_light else 0.0
 
 
 def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array, scrutiny: Scrutiny) -> bool:
     """Whether more of the colours of pairs differ than is usual at most (N,): on the whole, or of too many pairs. Pairs
     count by the readings they share: rims, which are all that distant views share, lie a pixel off."""
-    shares, n_readings = np.array(differences).T
+    shares, n_readings = np.array(differences).T[:2]
     share, most = (np.average(each, weights=n_readings) for each in (shares, most_usual))
     if share > max(most, UNNOTICED) * scrutiny.share:
         return True

@@ -36,6 +36,7 @@ PATCH = 2  # pixels, so many by so many
 # another colour.
 EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
 MOST_SLOPE = 1.6
+HUES = 0.85
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
@@ -61,10 +62,21 @@ def color_correlation(
 
 
 class ColorDifference(NamedTuple):
-    """What share of so many readings of one surface has other colours."""
+    """How the colours of two views of one surface differ, in logarithms.
+
+    Attributes:
+        share: of the readings that have other colours.
+        n_readings: how many readings there are.
+        light_change: what the quarter of them that differs least differs by at the most: other light changes these,
+            too, other things do not.
+        hue_change: what a channel differs by more than all three do, in 85 of 100 cases: other things change that, too,
+            other light hardly.
+    """
 
     share: float
     n_readings: int
+    light_change: float = 0.0
+    hue_change: float = 0.0
 
 
 def color_difference(
@@ -104,13 +116,16 @@ def _difference(
         return None
     own, others = _logarithms(view, here), _logarithms(other, there)
     slope, offset = _tone(own, others)
-    least_other = _least_other(others - slope * own - offset)
+    differences = others - slope * own - offset
+    light_change, usual = _quartiles(differences)
+    least_other = min(max(TIMES_USUAL * usual, LEAST_OTHER), SURELY_OTHER)
     least, greatest = _range_about(view, here, np.rint(1 / span) - 1)
     # Edges may be a pixel off, and more where cameras turned.
     darkest, brightest = _range_about(other, there, np.rint(span).clip(min=1) + smear_pixels(view, other))
     outside = np.maximum(darkest - slope * greatest - offset, slope * least + offset - brightest)
     is_other = np.maximum(np.maximum(outside[0], outside[1]), outside[2]) > least_other
-    return ColorDifference(_n_in_patches(view, here[is_other]) / len(here), len(here))
+    share = _n_in_patches(view, here[is_other]) / len(here)
+    return ColorDifference(share, len(here), light_change, _hue_change(differences))
 
 
 def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float32Array]:
@@ -131,10 +146,18 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
     return slope, np.median(others - slope * own, axis=1, keepdims=True)
 
 
-def _least_other(differences: Float32Array) -> float:
-    """By which logarithms must differ, of which those of all readings do by so much (3, M)."""
-    usual = TIMES_USUAL * float(np.median(np.abs(differences)))
-    return min(max(usual, LEAST_OTHER), SURELY_OTHER)
+def _quartiles(differences: Float32Array) -> tuple[float, float]:
+    """The lower quartile and the median of what logarithms (3, M) differ by."""
+    size = differences.size
+    sizes = np.partition(np.abs(differences).ravel(), (size // 4, (size - 1) // 2, size // 2))
+    return float(sizes[size // 4]), float((sizes[(size - 1) // 2] + sizes[size // 2]) / np.float32(2))
+
+
+def _hue_change(differences: Float32Array) -> float:
+    """What a channel of differences (3, M) has more than the mean of all, in HUES of the cases; of some of them."""
+    some = differences[:, ::EACH]
+    sizes, rank = np.abs(some - some.mean(axis=0)).ravel(), int(HUES * some.size)
+    return float(np.partition(sizes, rank)[rank])
 
 
 def _n_in_patches(view: View, pixels: IndexArray) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.submaps.placement_check import PlacedPair, Scrutiny, contradict
+from slam.backend.submaps.placement_check import PlacedPair, Scrutiny, UsualDifferences, contradict
 from slam.backend.view_checks.color_check import color_correlation, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -188,7 +188,7 @@ def test_what_does_not_shift_colours_does_not_bend_them():
 
 def all_usually(share):
     """What is usual of pairs, however far apart."""
-    return lambda pairs: np.full(len(pairs), share)
+    return lambda pairs: UsualDifferences(np.full(len(pairs), share))
 
 
 def test_views_that_share_nothing_thin_out_no_contradiction():
