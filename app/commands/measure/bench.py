@@ -154,8 +154,8 @@ def poses(
         backwards-cut, jumping, shuffled, no-light, sparse-8, sparse-16.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
-        blind-1s, blind-10s, to-and-fro, people, dark, no-light, blank-walls, fast-turns, misregistered, look-alikes,
-        twin-rooms, blind-between-twins, sparse-room, sparse-room-1s, sparse-apartment, sparse-look-alikes,
+        blind-1s, blind-10s, re-lit, to-and-fro, people, dark, no-light, blank-walls, fast-turns, misregistered,
+        look-alikes, twin-rooms, blind-between-twins, sparse-room, sparse-room-1s, sparse-apartment, sparse-look-alikes,
         sparse-twin-rooms, sparse-look-alikes-in-order, sparse-twin-rooms-in-order.
     frames:
         At most so many of each walk; 0 = as many as it usually has.

@@ -27,6 +27,31 @@ class PosedFrames(IndexedFrames, Protocol):
         """The pinhole camera of every frame."""
 
 
+@dataclass(frozen=True)
+class JoinedFrames:
+    """The frames of one recording, and then those of another one by the same camera."""
+
+    first: PosedFrames
+    second: PosedFrames
+
+    @property
+    def poses(self) -> Float64Array:
+        """world_from_camera (N, 4, 4)."""
+        return np.concatenate([self.first.poses, self.second.poses])
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """The pinhole camera of every frame."""
+        return self.first.intrinsics
+
+    def __len__(self) -> int:
+        return len(self.first) + len(self.second)
+
+    def __getitem__(self, index: int) -> Frame:
+        within = index - len(self.first)
+        return self.first[index] if within < 0 else replace(self.second[within], index=index)
+
+
 class Shot(NamedTuple):
     """A frame as pose estimation is given it, without its pose, and that pose; None where the camera saw nothing."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.benchmark.poses.worlds.fast_turns import VIDEO_PER_S, FastTurns
-from app.benchmark.poses.worlds.hard_walk import HardWalk, dark, shuffled, to_and_fro
+from app.benchmark.poses.worlds.hard_walk import HardWalk, JoinedFrames, dark, shuffled, to_and_fro
 from data_tools.synthetic.camera.rgbd_misalignment import RgbdMisalignment
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.camera.walk import FRAMES_PER_S, usual_frames
@@ -105,6 +105,15 @@ def _blind_and_elsewhere(seed: int, n_frames: int | None) -> HardWalk:
     return HardWalk(frames, (*begin, *nothing, *back), FRAMES_PER_S)
 
 
+def _re_lit(seed: int, n_frames: int | None) -> HardWalk:
+    """The same walk, back when it has become evening."""
+    walk = _blind_and_elsewhere(seed, n_frames)
+    frames = JoinedFrames(walk.recording, recorded("room", seed, light="evening"))
+    blind = walk.order.index(None)
+    back = tuple(index if index is None else len(walk.recording) + index for index in walk.order[blind:])
+    return replace(walk, recording=frames, order=walk.order[:blind] + back)
+
+
 def _to_and_fro(seed: int, n_frames: int | None) -> HardWalk:
     """The same way four times."""
     frames = recorded("room", seed)
@@ -144,6 +153,7 @@ WORLDS: dict[str, HardWorld] = {
     "vga": HardWorld("the same at 640x480", partial(walk_through, partial(recorded, "room", size=VGA))),
     "blind-1s": HardWorld("blind for a second, twice", _blind_for_a_second),
     "blind-10s": HardWorld("blind for ten seconds, then elsewhere, and back", _blind_and_elsewhere),
+    "re-lit": HardWorld("the same, back in the evening", _re_lit),
     "to-and-fro": HardWorld("four seconds of a walk, to and fro, twice", _to_and_fro),
     "people": HardWorld("people walk through", partial(walk_through, partial(recorded, "room", people=N_PEOPLE))),
     "dark": HardWorld("dim light, noise", _dark),

@@ -10,12 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from app.benchmark.poses.followed_walk import follow
 from app.benchmark.poses.worlds.fast_turns import FASTEST_DEG_PER_S, VIDEO_PER_S, FastTurns
-from app.benchmark.poses.worlds.hard_walk import HardWalk, dark
+from app.benchmark.poses.worlds.hard_walk import HardWalk, JoinedFrames, dark
 from app.benchmark.poses.worlds.hard_worlds import BLIND_S, IN_ORDER, KINECT, LONG_BLIND_S, STRIDES, WORLDS
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.frame import Frame, Intrinsics
 from slam.se3 import angle_deg, length_m
 from slam.sparse.sparse_system import SparseSystem
+from slam.system import SlamSystem
 
 N_FRAMES = 24
 SMALL_CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
@@ -107,6 +108,44 @@ def test_the_camera_is_blind_for_as_long_as_is_said():
         assert np.count_nonzero(np.diff(blind.astype(int)) == 1) == stretches
         assert not blind[0]
         assert not blind[-1]
+
+
+def test_joined_frames_are_those_of_one_recording_and_then_of_the_other():
+    first, second = SyntheticRoom(0, 4, 32, 24), SyntheticRoom(1, 3, 32, 24)
+    joined = JoinedFrames(first, second)
+    assert len(joined) == len(joined.poses) == 7
+    assert joined.intrinsics == first.intrinsics
+    for index, frame in ((3, first[3]), (4, second[0]), (6, second[2])):
+        assert joined[index].index == index
+        assert np.array_equal(joined[index].rgb, frame.rgb)
+        assert np.array_equal(joined.poses[index], frame.pose)
+    with pytest.raises(IndexError):
+        joined[7]
+
+
+def test_back_in_the_evening_the_same_is_seen_in_another_light():
+    """Where a blind camera comes back to by day."""
+    day, evening = (walk_of(name, 60) for name in ("blind-10s", "re-lit"))
+    assert len(day) == len(evening)
+    assert [index is None for index in day.order] == [index is None for index in evening.order]
+    begin, back = 0, len(day) - 1
+    for number, changes in ((begin, False), (back, True)):
+        seen = [walk.recording[walk.order[number]] for walk in (day, evening)]
+        poses = [walk.recording.poses[walk.order[number]] for walk in (day, evening)]
+        assert np.array_equal(*poses)
+        assert np.array_equal(seen[0].depth, seen[1].depth)
+        differs = np.abs(seen[0].rgb.astype(float) - seen[1].rgb).mean()
+        assert differs > 2 if changes else differs == 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [1, 6])
+def test_a_camera_that_comes_back_in_the_evening_is_found(seed):
+    figures = follow(WORLDS["re-lit"].walk(seed, None), SlamSystem()).figures(15.0)
+    assert figures["share_tracked"] > 0.98
+    assert figures["frames_to_recover"] <= 10
+    assert figures["false_ties"] == 0
+    assert figures["ate_cm"] < 1
 
 
 def test_the_camera_turns_ever_faster_up_to_200_degrees_a_second():

@@ -10,7 +10,7 @@ import pytest
 
 from razer.frame import Frame, Intrinsics
 from slam.backend.submaps.placement_check import PlacedPair, Scrutiny, UsualDifferences, contradict
-from slam.backend.view_checks.color_check import color_correlation, other_colors
+from slam.backend.view_checks.color_check import color_correlation, color_difference, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
@@ -296,3 +296,77 @@ def test_colours_that_lie_beside_their_depth_while_a_camera_turns_are_no_others(
     assert other_colors(here, beside.turning(np.array([0.0, 1.0, 0.0])), HERE, CONFIG.free_space) <= 3 / 80
     other = view(rgb[..., [2, 0, 1]], depth)
     assert other_colors(here, other.turning(np.array([0.0, 1.0, 0.0])), HERE, CONFIG.free_space) > 0.3
+
+
+IN_ONE_LIGHT = UsualDifferences(np.array([0.01]), 0.01, 0.02)
+
+
+def usually(pairs):
+    """What is usual of a recording in one light."""
+    return IN_ONE_LIGHT._replace(shares=np.full(len(pairs), IN_ONE_LIGHT.shares[0]))
+
+
+@pytest.fixture
+def plaster():
+    """Colours of a wall with stripes of three that are nearly grey, and its depth."""
+    stripe = (np.arange(320) // 16) % 3
+    colors = np.array([(170, 160, 150), (120, 125, 115), (95, 100, 110)], float)
+    return np.broadcast_to(colors[stripe], (240, 320, 3)), wall()[1]
+
+
+def lit_otherwise(rgb):
+    """By a lamp on the right, which leaves a tenth of a wall in the shadow of a board."""
+    return with_board(rgb * np.linspace(0.6, 1.0, 320)[:, None])
+
+
+def with_board(rgb):
+    darker = rgb.copy()
+    darker[60:136, 60:160] *= 0.4
+    return darker
+
+
+def painted(rgb, columns):
+    other = rgb.copy()
+    other[:, :columns] *= (0.7, 1.0, 1.3)
+    return other
+
+
+def difference(a, b):
+    return color_difference(a, b, HERE, CONFIG.free_space)
+
+
+def test_other_light_changes_most_readings_and_other_things_some_of_them(plaster):
+    rgb, depth = plaster
+    here = view(rgb, depth)
+    lit, things = difference(here, view(lit_otherwise(rgb), depth)), difference(here, view(with_board(rgb), depth))
+    assert lit.light_change > 0.03
+    assert things.light_change < 0.01
+    assert lit.hue_change < 0.05
+    assert lit.share > 0.05
+    assert things.share > 0.05
+
+
+@pytest.mark.parametrize(("columns", "changes"), [(160, True), (30, False)])
+def test_hues_change_with_the_paint_of_more_than_a_few_readings(plaster, columns, changes):
+    rgb, depth = plaster
+    assert (difference(view(rgb, depth), view(painted(rgb, columns), depth)).hue_change > 0.08) is changes
+
+
+def test_a_place_that_is_lit_otherwise_is_no_other_place(plaster):
+    """Unless nobody knows what is usual, or hues change, too, or what differs is no light."""
+    rgb, depth = plaster
+    here, lit = view(rgb, depth), lit_otherwise(rgb)
+    relit = PlacedPair(here, view(lit, depth), HERE)
+    assert not contradict([relit], usually, CONFIG)
+    assert contradict([relit], all_usually(0.01), CONFIG)
+    for other in (painted(lit, 160), with_board(rgb)):
+        assert contradict([PlacedPair(here, view(other, depth), HERE)], usually, CONFIG)
+
+
+def test_more_than_light_changes_is_another_place_in_any_light(plaster):
+    """Boards on a third of a wall whose light differs by little."""
+    rgb, depth = plaster
+    lit = rgb * np.linspace(0.8, 1.0, 320)[:, None]
+    lit[40:200, 60:220] *= 0.4
+    pair = PlacedPair(view(rgb, depth), view(lit, depth), HERE)
+    assert contradict([pair], usually, CONFIG)
