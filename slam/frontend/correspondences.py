@@ -24,6 +24,7 @@ from slam.frontend.features import Features
 
 INLIER_SIGMAS = 3.0  # of the deviations of a feature; 99 in 100 true correspondences are within
 MIN_INLIERS = 12  # twice the unknowns: fewer agree by chance
+FARTHEST_M = 100.0  # apart, of views of one place; points all but on a line put the camera anywhere
 MIN_DEPTH_M = 0.05  # nearer points, and those behind the camera, are not projected
 
 
@@ -201,7 +202,8 @@ def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:
 
 
 def solve_pnp(correspondences: Correspondences, calibration: ColorCalibration, tries: int) -> Float64Array | None:
-    """target_from_source by PnP with RANSAC over at most so many minimal sets; None where too few agree."""
+    """target_from_source by PnP with RANSAC over at most so many minimal sets; None where too few agree, or it is
+    nowhere."""
     if len(correspondences) < MIN_INLIERS:
         return None
     points = correspondences.points(calibration.parameters)
@@ -210,7 +212,7 @@ def solve_pnp(correspondences: Correspondences, calibration: ColorCalibration, t
         points, bearings, np.eye(3), None, iterationsCount=tries, confidence=0.999,
         reprojectionError=INLIER_SIGMAS * float(np.median(correspondences.sigma)), flags=cv2.SOLVEPNP_AP3P,
     )  # fmt: skip
-    if not solved or inliers is None or len(inliers) < MIN_INLIERS:
+    if not solved or inliers is None or len(inliers) < MIN_INLIERS or not np.abs(shift).max() <= FARTHEST_M:
         return None
     source_from_target = np.eye(4)
     source_from_target[:3, :3] = Rotation.from_rotvec(turn.ravel()).as_matrix()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
+import pytest
 
 from razer.geometry import inverse
 from slam.config import FeatureSettings
@@ -21,6 +23,14 @@ def test_features_alone_find_the_motion_without_a_guess(room, views):
     assert start is not None
     assert length_m(inverse(truth) @ start) < 0.1
     assert angle_deg(inverse(truth) @ start) < 2
+
+
+@pytest.mark.parametrize(("shift_m", "is_start"), [(1.0, True), (1e39, False), (np.nan, False)])
+def test_a_motion_to_nowhere_is_no_start(monkeypatch, rng, shift_m, is_start):
+    correspondences, _ = planted(ColorCalibration.nominal().parameters, 40, rng)
+    found = True, np.zeros((3, 1)), np.full((3, 1), shift_m), np.arange(40)[:, None]
+    monkeypatch.setattr(cv2, "solvePnPRansac", lambda *_, **__: found)
+    assert (solve_pnp(correspondences, ColorCalibration.nominal(), 100) is not None) is is_start
 
 
 def test_residuals_vanish_at_the_truth_and_their_derivatives_are_right(rng):
