@@ -64,18 +64,22 @@ class Scrutiny(NamedTuple):
         many_told: pairs that must share some, for a little that differs in many of them to count; None, it does not.
         share, many: what the bounds on other colours on the whole, and on the pairs that have too many, are multiplied
             by; drift alone brings space half way to its bound.
+        hues: what the bound on hues is multiplied by, that other light may change.
     """
 
     fewest_told: int = 1
     many_told: int | None = None
     share: float = 1.0
     many: float = 1.0
+    hues: float = 1.0
 
 
 LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all share little
 USUAL = Scrutiny(FEWEST_TOLD, MANY_TOLD)
 # True pairs of a kitchen, across a change of exposure, have 1.6 times the usual on the whole, few of them too many.
 STRICT = Scrutiny(FEWEST_TOLD, MANY_TOLD, share=2 / 3, many=1 / 2)
+# What was placed is parted by no less than would have kept it from being placed with a little more of it seen.
+PLACED = Scrutiny(FEWEST_TOLD, MANY_TOLD, hues=1.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +137,9 @@ class PlacementCheck:
             strictly: whether their colours must fit better than others must.
         """
         pairs = self._pairs(placed, standing, standing_from_placed, self._drift_m(standing, ties))
-        return contradict(pairs, self._usual_differences, self.config, STRICT if strictly else USUAL)
+        is_placed = np.array_equal(standing_from_placed, np.eye(4))
+        scrutiny = STRICT if strictly else PLACED if is_placed else USUAL
+        return contradict(pairs, self._usual_differences, self.config, scrutiny)
 
     def _drift_m(self, standing: IndexArray, ties: Int64Array) -> Float64Array:
         """By how much (K,) each keyframe may have drifted from where the ties have it; not at all without any."""
@@ -222,15 +228,18 @@ def contradict(
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_differences([in_place[n] for n in colors])
-    most_usual = np.maximum(config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual))
+    most_usual = np.maximum(
+        config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual, scrutiny)
+    )
     return _are_other([*colors.values()], most_usual, scrutiny)
 
 
-def _of_other_light(differences: Sequence[ColorDifference], usual: UsualDifferences) -> float:
+def _of_other_light(differences: Sequence[ColorDifference], usual: UsualDifferences, scrutiny: Scrutiny) -> float:
     """What share of colours other light may change between pairs; none where it is the same, or more than light is."""
     _, n_readings, *changes = np.array(differences).T
     light_change, hue_change = (float(np.average(each, weights=n_readings)) for each in changes)
-    is_light = light_change >= OTHER_LIGHT * usual.light_change and hue_change <= SAME_HUES * usual.hue_change
+    most_hues = scrutiny.hues * SAME_HUES * usual.hue_change
+    is_light = light_change >= OTHER_LIGHT * usual.light_change and hue_change <= most_hues
     return SHADOWS * light_change if is_light else 0.0
 
 

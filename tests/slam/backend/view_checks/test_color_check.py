@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from razer.frame import Frame, Intrinsics
-from slam.backend.submaps.placement_check import PlacedPair, Scrutiny, UsualDifferences, contradict
+from slam.backend.submaps.placement_check import PLACED, SAME_HUES, PlacedPair, Scrutiny, UsualDifferences, contradict
 from slam.backend.view_checks.color_check import color_correlation, color_difference, other_colors
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -370,3 +370,16 @@ def test_more_than_light_changes_is_another_place_in_any_light(plaster):
     lit[40:200, 60:220] *= 0.4
     pair = PlacedPair(view(rgb, depth), view(lit, depth), HERE)
     assert contradict([pair], usually, CONFIG)
+
+
+def test_hues_that_keep_a_place_from_being_believed_do_not_part_it_again(plaster):
+    """By a tenth more than light may change, and not by a third."""
+    rgb, depth = plaster
+    here, there = view(rgb, depth), view(lit_otherwise(rgb), depth)
+    measured = difference(here, there)
+    usual = UsualDifferences(np.array([0.01]), 0.01, measured.hue_change / SAME_HUES / 1.1)
+    pair = PlacedPair(here, there, HERE)
+    assert contradict([pair], lambda _: usual, CONFIG)
+    assert not contradict([pair], lambda _: usual, CONFIG, PLACED)
+    more = usual._replace(hue_change=measured.hue_change / SAME_HUES / 1.3)
+    assert contradict([pair], lambda _: more, CONFIG, PLACED)
