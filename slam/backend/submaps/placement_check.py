@@ -37,7 +37,7 @@ MANY_TOLD, TOO_MANY = 10, 1 / 3
 # Other light changes how bright all of a place is, and hardly its hues; other things change some of it, and those too.
 # Light is another if even the quarter of the readings that differs least does so by this many times what is usual, and
 # hues do by no more than so many times. Shadows, and what glows, are then so many times as large a share of colours as
-# that quarter differs by. Rooms by day and in the evening have 3 to 10 times, 1.4 to 3.9 times, and 0.4 to 2.8; twin
+# that quarter differs by. Rooms by day and in the evening have 2.4 to 13 times, 1.4 to 4.9 times, and 0.3 to 3.3; twin
 # rooms in one light 1.4 to 4.1 times the usual, and where that is 3.2 or more, 7 and more.
 OTHER_LIGHT, SAME_HUES, SHADOWS = 4.0, 3.3, 4.0
 
@@ -78,7 +78,7 @@ LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all sha
 USUAL = Scrutiny(FEWEST_TOLD, MANY_TOLD)
 # True pairs of a kitchen, across a change of exposure, have 1.6 times the usual on the whole, few of them too many.
 STRICT = Scrutiny(FEWEST_TOLD, MANY_TOLD, share=2 / 3, many=1 / 2)
-# What was placed is parted by no less than would have kept it from being placed with a little more of it seen.
+# More of what was just believed is seen with each frame, and hues vary: no little more of them parts it again.
 PLACED = Scrutiny(FEWEST_TOLD, MANY_TOLD, hues=1.2)
 
 
