@@ -132,7 +132,7 @@ class PlacementCheck:
         Args:
             placed: numbers of those in question.
             standing: numbers (N,) of the others.
-            standing_from_placed: (4, 4) by what those in question are moved.
+            standing_from_placed: (4, 4) by what those in question are moved; the identity if they are placed.
             ties: (T, 2) keyframes, one in question and one of the others, which say that they lie there.
             strictly: whether their colours must fit better than others must.
         """

@@ -36,7 +36,7 @@ PATCH = 2  # pixels, so many by so many
 # another colour.
 EACH, TONE_ROUNDS, TONE_SIGMA, TONE_SPREAD = 4, 3, 0.1, 0.14
 MOST_SLOPE = 1.6
-HUES = 0.85
+HUES = 0.85  # of the cases: fewer say less of things that are few, more are edges and noise
 WIDEST = 4  # pixels of the nearer view about one that are looked at, as many as a pixel of the other spans
 
 
