@@ -41,7 +41,7 @@ class DynamicMasking:
             world_from_camera: (4, 4) the view's pose.
             travelled_m: how far the camera had travelled.
         """
-        standing = np.zeros(view.sparse_depth.shape, np.uint8)
+        standing = np.zeros(view.sparse.depth.shape, np.uint8)
         for number in self._earlier(before, world_from_camera):
             keyframe = self.keyframes[number]
             keyframe_from_view = inverse(keyframe.world_from_camera) @ world_from_camera

@@ -17,7 +17,7 @@ SAMPLE = 2  # every so many-th reading is looked at
 
 def reading_points(view: View, max_depth_m: float) -> Float32Array:
     """Points (3, N) metres in the camera's frame of some of a view's readings up to a depth."""
-    k, flat = view.sparse_intrinsics, view.sparse_depth.ravel().astype(np.float32)
+    k, flat = view.sparse.intrinsics, view.sparse.depth.ravel().astype(np.float32)
     pixel = np.flatnonzero((flat > 0) & (flat <= max_depth_m))[::SAMPLE]
     row, column = np.divmod(pixel, k.width)
     z = flat[pixel]
@@ -32,14 +32,14 @@ def overlap_of(points: Float32Array, other: View, other_from_view: Float64Array)
         other: the other view.
         other_from_view: (4, 4) the motion between the two, as far as known.
     """
-    k, moved = other.sparse_intrinsics, other_from_view.astype(np.float32)
+    k, moved = other.sparse.intrinsics, other_from_view.astype(np.float32)
     x, y, z = moved[:3, :3] @ points + moved[:3, 3:]
     ahead = np.flatnonzero(z > MIN_DEPTH_M)
     x, y, z = x[ahead], y[ahead], z[ahead]
     column = np.rint(x / z * np.float32(k.fx) + np.float32(k.cx))
     row = np.rint(y / z * np.float32(k.fy) + np.float32(k.cy))
     inside = np.flatnonzero((column >= 0) & (row >= 0) & (column < k.width) & (row < k.height))
-    read = other.sparse_depth[row[inside].astype(np.intp), column[inside].astype(np.intp)]
+    read = other.sparse.depth[row[inside].astype(np.intp), column[inside].astype(np.intp)]
     near = (read > 0) & (np.abs(read - z[inside]) < REACH_M)
     return float(near.sum()) / max(points.shape[1], 1)
 

@@ -9,13 +9,13 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from razer.arrays import BoolArray, Float16Array, Float64Array, Int64Array, Uint8Array
+from razer.arrays import BoolArray, Float64Array, Int64Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
 from slam.frontend.features import Features
-from slam.frontend.sparse_readings import MOVED_PIXELS, color_offsets, registered_colors, sparse_readings
+from slam.frontend.sparse_readings import MOVED_PIXELS, SparseReadings
 from slam.frontend.wide_features import WideFeatures
 
 KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
@@ -25,18 +25,13 @@ STILL = np.zeros(3)
 @dataclass(frozen=True)
 class View:
     """What registration needs of a frame: its depth pyramid, its features, and how the camera turned, (3,) rad/s about
-    its own axes; a few of its readings, far ones among them, on the pixel grid of sparse_intrinsics, their colours and
-    whether the colour camera saw them, and the colours as they were recorded; and features that match from afar."""
+    its own axes; a few of its readings, far ones among them, with their colours; and features that match from afar."""
 
     index: int
     stamp: float
     turning_rad_s: Float64Array
     pyramid: DepthPyramid
-    sparse_depth: Float16Array
-    sparse_rgb: Uint8Array
-    sparse_has_color: BoolArray
-    recorded_rgb: Uint8Array
-    sparse_intrinsics: Intrinsics
+    sparse: SparseReadings
     features: Features
     wide: WideFeatures
 
@@ -60,34 +55,32 @@ class View:
         """
         pyramid = DepthPyramid(*fine_depth(frame.depth, frame.intrinsics, config.depth.max_depth_m))
         calibration = calibration or ColorCalibration.nominal()
-        depth, rgb, k = sparse_readings(frame, config.free_space.image_width)
-        colors = *registered_colors(rgb, k, depth, calibration), rgb
+        sparse = SparseReadings.of(frame, config.free_space.image_width, calibration)
         wide = WideFeatures(frame, calibration, config)
-        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, depth, *colors, k, features, wide)
+        return cls(frame.index, frame.stamp, turning_rad_s, pyramid, sparse, features, wide)
 
     @cached_property
     def median_depth_m(self) -> float:
         """Of its readings; 1 where there are none."""
-        read = self.sparse_depth[self.sparse_depth > 0].astype(np.float32)
+        read = self.sparse.depth[self.sparse.depth > 0].astype(np.float32)
         return float(np.median(read)) if len(read) else 1.0
 
     def recolored(self, calibration: ColorCalibration) -> View:
         """The same view, its colours registered to its depth as a colour camera is known now."""
-        rgb, seen = registered_colors(self.recorded_rgb, self.sparse_intrinsics, self.sparse_depth, calibration)
-        return replace(self, sparse_rgb=rgb, sparse_has_color=seen)
+        return replace(self, sparse=self.sparse.recolored(calibration))
 
     def turning(self, turning_rad_s: Float64Array) -> View:
         """The same view of a camera that turned otherwise; the pyramid is shared."""
         return replace(self, turning_rad_s=turning_rad_s)
 
     def without(self, pixels: BoolArray) -> View:
-        """The same view without what it shows at some pixels (h, w) of the grid of sparse_intrinsics."""
+        """The same view without what it shows at some pixels (h, w) of the grid of its sparse readings."""
         k = self.pyramid.intrinsics
         fine = cv2.resize(pixels.astype(np.uint8), (k.width, k.height), interpolation=cv2.INTER_NEAREST) > 0
         features = self.features.select(~_at(self.features, fine, k))
         wide = self.wide.select(~_at(self.wide.features, fine, k))
-        sparse = np.where(pixels, np.float16(0), self.sparse_depth)
-        return replace(self, pyramid=self.pyramid.without(fine), sparse_depth=sparse, features=features, wide=wide)
+        sparse = self.sparse.without(pixels)
+        return replace(self, pyramid=self.pyramid.without(fine), sparse=sparse, features=features, wide=wide)
 
 
 def _at(features: Features, pixels: BoolArray, k: Intrinsics) -> BoolArray:
@@ -171,8 +164,7 @@ class Keyframes:
             keyframe.view = keyframe.view.recolored(calibration)
 
     def _has_moved(self, view: View, calibration: ColorCalibration) -> bool:
-        k, depth = view.sparse_intrinsics, view.sparse_depth
-        before, now = (color_offsets(k, depth, each) for each in (self._calibration, calibration))
+        before, now = (view.sparse.color_offsets(each) for each in (self._calibration, calibration))
         return bool(np.abs(now - before).max() > MOVED_PIXELS)
 
     def poses(self) -> Float64Array:

@@ -195,7 +195,7 @@ class PictureMatching:
         """A pair that is not registered, of two pictures that lie as an edge has them."""
         views = self.keyframes[edge.a].view, self.keyframes[edge.b].view
         told = color_difference(*views, edge.a_from_b, self._config.free_space) or ColorDifference(0.0, 0)
-        score = told.n_readings / max(1, min(int(np.count_nonzero(view.sparse_depth)) for view in views))
+        score = told.n_readings / max(1, min(int(np.count_nonzero(view.sparse.depth)) for view in views))
         apart = separation(*views, edge.a_from_b)
         return MeasuredPair(edge, n_features, float(score), told.share, apart, is_registered=False)
 

@@ -81,11 +81,11 @@ class Walk:
 def view_bytes(view: View) -> dict[str, int]:
     """The bytes of a keyframe's view at rest by its parts."""
     features, wide = vars(view.features).values(), vars(view.wide.features).values()
-    colors = {id(part): held(part) for part in (view.sparse_rgb, view.sparse_has_color, view.recorded_rgb)}
+    colors = {id(part): held(part) for part in (view.sparse.rgb, view.sparse.has_color, view.sparse.recorded_rgb)}
     view.pyramid.release()
     return {
         "depth to register": view.pyramid.n_bytes,
-        "sparse depth": view.sparse_depth.nbytes,
+        "sparse depth": view.sparse.depth.nbytes,
         "sparse colour": sum(colors.values()),
         f"{len(view.features)} ORB features": sum(map(held, features)),
         f"{len(view.wide.features)} SIFT features": sum(map(held, wide)),

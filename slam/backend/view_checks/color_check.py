@@ -7,16 +7,18 @@ compared is how colours vary, not what they are.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from razer.arrays import Float32Array, Float64Array, IndexArray, Uint8Array
+from razer.arrays import Float32Array, Float64Array, FloatArray, IndexArray, Uint8Array
 from razer.geometry import inverse
-from slam.backend.view_checks.reprojection import reprojected, smear_pixels
+from slam.backend.view_checks.reprojection import KEPT_VIEWS, flat_depth, reprojected, smear_pixels
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
+from slam.frontend.sparse_readings import SparseReadings
 
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
 MIN_SPREAD = 0.05  # of logarithms of colours; where they vary less, noise is what they vary by
@@ -132,8 +134,7 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
     """Slope and offset (3, 1) of the lines that bring logarithms of colours (3, M) to what another view has (3, M), by
     iteratively reweighted least squares on some of them. What does not shift colours does not bend them either."""
     own, others = (np.ascontiguousarray(each[:, ::EACH]) for each in (own, others))
-    slope = np.ones((3, 1), np.float32)
-    offset = np.median(others - own, axis=1, keepdims=True)
+    slope, offset = np.ones((3, 1), np.float32), _medians(others - own)
     steepest = np.minimum(np.exp(np.abs(offset)), MOST_SLOPE)
     for _ in range(TONE_ROUNDS):
         weight = 1 / (1 + np.square((others - slope * own - offset) / TONE_SIGMA))
@@ -143,7 +144,15 @@ def _tone(own: Float32Array, others: Float32Array) -> tuple[Float32Array, Float3
         products, squares = ((weighted * each).sum(axis=1, keepdims=True) for each in (others, own))
         slope = ((products + TONE_SPREAD**2) / (squares + TONE_SPREAD**2)).clip(1 / steepest, steepest)
         offset = others_mean - slope * own_mean
-    return slope, np.median(others - slope * own, axis=1, keepdims=True)
+    return slope, _medians(others - slope * own)
+
+
+def _medians(a: FloatArray) -> FloatArray:
+    """Of each row of a (R, N), as a column."""
+    low, high = (a.shape[1] - 1) // 2, a.shape[1] // 2
+    ordered = np.partition(a, (low, high), axis=1)
+    result: FloatArray = (ordered[:, low : low + 1] + ordered[:, high : high + 1]) / 2
+    return result
 
 
 def _quartiles(differences: Float32Array) -> tuple[float, float]:
@@ -162,34 +171,43 @@ def _hue_change(differences: Float32Array) -> float:
 
 def _n_in_patches(view: View, pixels: IndexArray) -> int:
     """How many of the pixels (M,) of a view fill patches (morphological opening)."""
-    image, square = np.zeros(view.sparse_depth.shape, np.uint8), np.ones((PATCH, PATCH), np.uint8)
+    image, square = np.zeros(view.sparse.depth.shape, np.uint8), np.ones((PATCH, PATCH), np.uint8)
     image.ravel()[pixels] = 1
     return int(cv2.morphologyEx(image, cv2.MORPH_OPEN, square, borderType=cv2.BORDER_CONSTANT, borderValue=0).sum())
 
 
-def _range_about(view: View, pixels: IndexArray, radii: Float64Array) -> tuple[Float32Array, Float32Array]:
+def _range_about(view: View, pixels: IndexArray, radii: Float32Array) -> tuple[Float32Array, Float32Array]:
     """The least and the greatest logarithms (3, M) that the colours of a view may have within radii (M,) of pixels."""
     rounded = radii.clip(0, WIDEST).astype(np.intp)
-    squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(rounded.max(initial=0) + 1)]
-    which = rounded * view.sparse_depth.size + pixels
+    which = rounded * view.sparse.depth.size + pixels
+    least, greatest = (each.take(which, axis=0) for each in _extremes(view.sparse, int(rounded.max(initial=0))))
+    return cv2.LUT(_by_channel(least), LOGARITHMS), cv2.LUT(_by_channel(greatest), BRIGHTEST)
+
+
+@lru_cache(maxsize=KEPT_VIEWS)
+def _extremes(readings: SparseReadings, widest: int) -> tuple[Uint8Array, Uint8Array]:
+    """The least and the greatest colours (h * w, 3) within no pixel of each, within one, and so on, one after the
+    other."""
+    squares = [np.ones((2 * radius + 1,) * 2, np.uint8) for radius in range(widest + 1)]
     least, greatest = (
-        np.stack([filtered(view.sparse_rgb, square) for square in squares]).reshape(-1, 3).take(which, axis=0)
+        np.concatenate([filtered(readings.rgb, square).reshape(-1, 3) for square in squares])
         for filtered in (cv2.erode, cv2.dilate)
     )
-    return cv2.LUT(_by_channel(least), LOGARITHMS), cv2.LUT(_by_channel(greatest), BRIGHTEST)
+    return least, greatest
 
 
 def _same_surface(
     view: View, other: View, other_from_view: Float64Array, settings: FreeSpaceSettings
-) -> tuple[IndexArray, IndexArray, Float64Array]:
+) -> tuple[IndexArray, IndexArray, Float32Array]:
     """Pixels (M,) of a view and those of the other that read the colours of one surface, and how many pixels of the
     other (M,) one of the view spans there."""
     here, there, z = reprojected(view, other, other_from_view)
-    read = other.sparse_depth.ravel()[there].astype(np.float32)
-    near = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
-    near &= view.sparse_has_color.ravel()[here] & other.sparse_has_color.ravel()[there]
-    own_z, times_finer = view.sparse_depth.ravel()[here[near]], other.sparse_intrinsics.fx / view.sparse_intrinsics.fx
-    return here[near], there[near], times_finer * own_z.astype(np.float64) / z[near]
+    read = flat_depth(other.sparse)[there]
+    is_same = (read > 0) & (np.abs(read - z) < settings.margin_m + settings.margin_per_m * read)
+    near = np.flatnonzero(is_same & view.sparse.has_color.ravel()[here] & other.sparse.has_color.ravel()[there])
+    here, there, z = here[near], there[near], z[near]
+    times_finer = other.sparse.intrinsics.fx / view.sparse.intrinsics.fx
+    return here, there, times_finer * flat_depth(view.sparse)[here] / z
 
 
 def _centred(view: View, pixels: IndexArray) -> Float64Array:
@@ -200,7 +218,7 @@ def _centred(view: View, pixels: IndexArray) -> Float64Array:
 
 def _logarithms(view: View, pixels: IndexArray) -> Float32Array:
     """Of the colours (3, M) of pixels."""
-    return cv2.LUT(_by_channel(view.sparse_rgb.reshape(-1, 3).take(pixels, axis=0)), LOGARITHMS)
+    return cv2.LUT(_by_channel(view.sparse.rgb.reshape(-1, 3).take(pixels, axis=0)), LOGARITHMS)
 
 
 def _by_channel(colors: Uint8Array) -> Uint8Array:

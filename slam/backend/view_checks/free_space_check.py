@@ -7,14 +7,17 @@ the far part too, which registration leaves out for its noise.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array, IndexArray
+from razer.arrays import BoolArray, Float32Array, Float64Array, IndexArray
 from razer.geometry import inverse
-from slam.backend.view_checks.reprojection import reprojected, smear_pixels
+from slam.backend.view_checks.reprojection import KEPT_VIEWS, flat_depth, reprojected, smear_pixels
 from slam.config import FreeSpaceSettings
 from slam.frontend.keyframes import View
+from slam.frontend.sparse_readings import SparseReadings
 
 MIN_SHARED = 50  # readings; with fewer in common there is no answer
 
@@ -60,8 +63,15 @@ def standing_readings(
     """
     here, pixel, z = reprojected(view, other, other_from_view)
     # At the nearest of a pixel's neighbours, so that edges contradict nothing; holes, which are 0, do not either.
-    neighbors = np.ones((3 + 2 * smear_pixels(view, other),) * 2, np.uint8)
-    nearest = cv2.erode(other.sparse_depth.astype(np.float32), neighbors).ravel()[pixel]
-    read = other.sparse_depth.ravel()[pixel] > 0
+    read = np.flatnonzero(flat_depth(other.sparse)[pixel] > 0)
+    here, z, nearest = here[read], z[read], _nearest_about(other.sparse, 1 + smear_pixels(view, other))[pixel[read]]
     is_standing: BoolArray = z < nearest - (settings.margin_m + settings.margin_per_m * nearest + drift_m)
-    return here[read], is_standing[read]
+    return here, is_standing
+
+
+@lru_cache(maxsize=KEPT_VIEWS)
+def _nearest_about(readings: SparseReadings, radius: int) -> Float32Array:
+    """The nearest (h * w,) of the readings so many pixels about each: holes, which are 0, where there are any."""
+    square = np.ones((2 * radius + 1,) * 2, np.uint8)
+    nearest: Float32Array = cv2.erode(flat_depth(readings).reshape(readings.depth.shape), square).ravel()
+    return nearest

@@ -50,7 +50,7 @@ def test_who_came_since_is_left_out_and_nothing_else(empty):
     assert not (static.features.depth_m == PERSON_M).any()
     assert 0.5 * len(view.features) < len(static.features) < len(view.features)
     assert not (static.wide.features.depth_m == PERSON_M).any()
-    assert not (static.sparse_depth == PERSON_M).any()
+    assert not (static.sparse.depth == PERSON_M).any()
 
 
 def test_what_stood_there_before_and_what_went_away_are_kept(empty):

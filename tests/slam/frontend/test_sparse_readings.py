@@ -47,7 +47,7 @@ def seen_through(camera, calibration=None):
 
 def off(view):
     """By how many grey levels the colours (n, 3) of a view that the camera saw differ from those of the wall there."""
-    return np.abs(view.sparse_rgb - ramp(pixel_rays(view.sparse_intrinsics)))[view.sparse_has_color]
+    return np.abs(view.sparse.rgb - ramp(pixel_rays(view.sparse.intrinsics)))[view.sparse.has_color]
 
 
 @pytest.mark.parametrize("camera", [lens(scale=1.1), lens(scale=0.9), lens(x=0.05, y=-0.04), lens(baseline=-0.06)])
@@ -59,18 +59,18 @@ def test_readings_have_the_colours_that_the_camera_saw_there(camera):
 def test_what_the_colour_camera_did_not_see_has_no_colour():
     narrow = lens(scale=0.8)
     view = seen_through(narrow, narrow)
-    rays = pixel_rays(view.sparse_intrinsics)
+    rays = pixel_rays(view.sparse.intrinsics)
     inside = (np.abs(rays) < 0.79 * np.array([319.5, 239.5]) / 525).all(axis=2)
     outside = (np.abs(rays) > 0.82 * np.array([319.5, 239.5]) / 525).any(axis=2)
-    assert view.sparse_has_color[inside].all()
-    assert not view.sparse_has_color[outside].any()
-    assert seen_through(lens()).sparse_has_color.all()
+    assert view.sparse.has_color[inside].all()
+    assert not view.sparse.has_color[outside].any()
+    assert seen_through(lens()).sparse.has_color.all()
 
 
 def test_colours_stay_as_they_are_for_a_camera_that_is_off_by_little():
     camera = lens(scale=1.005)
     view = seen_through(camera, camera)
-    assert view.sparse_rgb is view.recorded_rgb
+    assert view.sparse.rgb is view.sparse.recorded_rgb
 
 
 def test_keyframes_are_seen_anew_once_the_camera_is_known():
@@ -87,7 +87,7 @@ def test_keyframes_are_seen_anew_once_the_camera_is_known():
     keyframes.recolor(camera)
     assert keyframes[1].view is again
     keyframes.recolor(ColorCalibration.nominal())
-    np.testing.assert_array_equal(keyframes[0].view.sparse_rgb, before.sparse_rgb)
+    np.testing.assert_array_equal(keyframes[0].view.sparse.rgb, before.sparse.rgb)
 
 
 def test_no_keyframe_is_no_error():
