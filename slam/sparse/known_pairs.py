@@ -7,7 +7,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -86,11 +86,18 @@ class KnownPairs:
         found = self._register(known)
         registered = None if found is None else replace(found, is_next=pair.is_next, is_registered=True)
         for table in (self.by_number, self.supported):
-            if b in table.get(a, {}):
-                del table[a][b], table[b][a]
-                if registered is not None:
-                    table[a][b] = table[b][a] = registered
+            if registered is not None and b in table.get(a, {}):
+                table[a][b] = table[b][a] = registered
+        if registered is None:
+            self.forget([known])
         return registered
+
+    def forget(self, pairs: Iterable[MeasuredPair]) -> None:
+        """Let pairs be none any more, as they proved false."""
+        for a, b in [pair.ends for pair in pairs]:
+            for table in (self.by_number, self.supported):
+                if b in table.get(a, {}):
+                    del table[a][b], table[b][a]
 
     def are_unsupported(self, pairs: Sequence[MeasuredPair]) -> bool:
         """Whether other pairs say that these, which agree, put one place on another that looks alike."""

@@ -24,8 +24,8 @@ from slam.se3 import orthonormal
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import Numbers
 from slam.sparse.pair_graph import components
-from slam.sparse.parts import Parts
 from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, PictureMatching
+from slam.sparse.placement.parts import Parts
 from slam.uncertainty.pose_uncertainty import CovarianceScale, final_uncertainty
 
 LATE_SHORTLIST = 8  # pictures of the largest part that those outside it are compared with once more

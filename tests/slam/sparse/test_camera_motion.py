@@ -19,7 +19,7 @@ from slam.se3 import exp_se3
 from slam.sparse.camera_motion import SLACK_M, TIMES_FASTEST, CameraSpeed, steadiness, turning_rad_s
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.parts import Parts
+from slam.sparse.placement.parts import Parts
 from slam.sparse.sparse_system import SparseSystem
 
 STAMPS = [0.0, 1.0, 2.0, 4.0, 4.0]  # the last two of one moment: these are no times

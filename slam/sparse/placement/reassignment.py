@@ -20,7 +20,7 @@ from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair, is_sure
-from slam.sparse.placed_pictures import PlacedPictures
+from slam.sparse.placement.placed_pictures import PlacedPictures
 
 MOST_COMPARED = 16  # pictures near a place, some 2 ms each
 # Times the colours that differ: of 402 pictures that ties put in two places 361 say so of the false one, none of the

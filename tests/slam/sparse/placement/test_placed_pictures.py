@@ -11,7 +11,7 @@ from slam.backend.view_checks import color_check, free_space_check
 from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.se3 import exp_se3
-from slam.sparse.placed_pictures import OFF_M, PlacedPictures
+from slam.sparse.placement.placed_pictures import OFF_M, PlacedPictures
 
 SETTINGS = SlamConfig().free_space
 

@@ -1,12 +1,11 @@
-"""Parts: pictures whose poses relative to each other are known, grown from the surest pairs (Kruskal, 1956), where
-every further pair is tested against what is known."""
+"""Grown parts: pictures whose poses relative to each other are known, from the surest pairs (Kruskal, 1956), where each
+further pair is tested against what is known."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.cluster.hierarchy import DisjointSet
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
 from razer.geometry import inverse
@@ -17,21 +16,18 @@ from slam.config import SlamConfig
 from slam.frontend.keyframes import Keyframes
 from slam.sparse.known_pairs import KnownPairs
 from slam.sparse.measured_pair import MeasuredPair, is_sure
-from slam.sparse.pair_graph import components, smoothed
-from slam.sparse.placed_pictures import PlacedPictures
-from slam.sparse.reassignment import Reassignment, Tie
+from slam.sparse.pair_graph import smoothed
+from slam.sparse.placement.placed_pictures import PlacedPictures
+from slam.sparse.placement.reassignment import Tie
 
 MOST_TESTED = 10  # groups of ties between two parts: there are few look-alikes of any, but some false ties with each
 # Pairs of pictures whose free space is compared before two parts are joined: of each of the smaller one, and of all.
 MOST_COMPARED_EACH, MOST_COMPARED = 16, 60
-# Pictures that one holds without saying where it lies: so many at the most, and so small a share of what is left.
-MOST_HANGING, HANGING_SHARE = 3, 0.25
-ROUNDS = 5  # of moving pictures and joining what that leaves, at most: some move to and fro
 MOST_REGISTERED = 3  # of ties that agree, before something rests on them
 SMOOTH_FROM = 3  # pictures of the smaller part from which joining two bends both
 
 
-class Parts:
+class GrownParts:
     """The parts that pictures fall into; in the beginning each is one.
 
     Args:
@@ -49,17 +45,6 @@ class Parts:
         self._version = [0] * len(keyframes)  # of each part, so that nothing is tested twice
         self._tested: dict[tuple[int, int], tuple[int, int]] = {}
 
-    def settle(self) -> None:
-        """Grow to what pictures fall into in the end."""
-        self.grow()
-        for _ in range(ROUNDS):
-            if not self.reassign():
-                break
-            self.grow()
-        while self.leave_undecided():  # what lay beside what was left out is held by less
-            pass
-        self.secure()
-
     def learn(self, pairs: KnownPairs) -> None:
         """Go on with what is known by now."""
         self._pairs = pairs
@@ -70,86 +55,6 @@ class Parts:
         while sum(self._try(pair) for pair in list(self._pairs)):
             pass
 
-    def reassign(self) -> bool:
-        """Move pictures that lie in the wrong one of two look-alike places to the other, part what that leaves without
-        a tie, and say whether any was moved."""
-        return sum(self._reassign(part) for part in sorted(self.members)) > 0
-
-    def leave_undecided(self) -> bool:
-        """Part what might as well lie in another place from the rest, and say whether there was anything; but not what
-        holds the rest together, which says from two sides where it lies; a few that hang by it go with it."""
-        n_before = len(self.members)
-        for part in sorted(self.members):
-            alone = list[int]()
-            for number in self._reassignment.undecided(self._poses_of(part)):
-                if self._holds_few(part, [*alone, number]):
-                    alone.append(number)
-            if alone:
-                self._split(part, alone)
-        return len(self.members) > n_before
-
-    def _holds_few(self, part: int, alone: Sequence[int]) -> bool:
-        """Whether hardly anything of a part hangs by some of its pictures."""
-        others = [numbers for numbers in self._tied_together(part, alone) if numbers[0] not in alone]
-        *hanging, rest = sorted(map(len, others)) or [0]
-        return max(hanging, default=0) <= min(MOST_HANGING, HANGING_SHARE * rest)
-
-    def secure(self) -> None:
-        """Register what holds each part together, and part what no registration ties to the rest."""
-        for part in sorted(self.members):
-            tied = DisjointSet(self.members[part])
-            for pair in sorted(self.agreeing(part), key=lambda pair: (not pair.is_registered, -pair.weight)):
-                if not tied.connected(*pair.ends) and self._bears_out(self._pairs.registered(pair)):
-                    tied.merge(*pair.ends)
-            if tied.n_subsets > 1:
-                del self.members[part]
-                for numbers in tied.subsets():
-                    self._set_apart(sorted(numbers))
-
-    def _bears_out(self, pair: MeasuredPair | None) -> bool:
-        """Whether a pair puts its pictures where they are."""
-        if pair is None:
-            return False
-        a, b = pair.ends
-        return bool(_same((self.poses[a] @ pair.edge.a_from_b)[None], self.poses[b][None])[0])
-
-    @property
-    def _reassignment(self) -> Reassignment:
-        return Reassignment(self._placed, self._pairs, self._config)
-
-    def _reassign(self, part: int) -> bool:
-        moved = self._reassignment.moved(self._poses_of(part))
-        if moved:
-            self.poses.update(moved)
-            self._split(part)
-        return bool(moved)
-
-    def _poses_of(self, part: int) -> dict[int, Float64Array]:
-        return {n: self.poses[n] for n in self.members[part]}
-
-    def _split(self, part: int, alone: Sequence[int] = ()) -> None:
-        """Part what no pair ties together, but for those of some pictures."""
-        tied = self._tied_together(part, alone)
-        del self.members[part]
-        for numbers in tied:
-            self._set_apart(numbers)
-        for numbers in tied:
-            self._smooth(min(numbers))
-
-    def _tied_together(self, part: int, alone: Sequence[int]) -> list[list[int]]:
-        """The numbers of a part's pictures, by what pairs that its poses bear out tie together."""
-        edges = [pair.edge for pair in self.agreeing(part) if not {pair.edge.a, pair.edge.b} & {*alone}]
-        tied = components(len(self._keyframes), edges)[self.members[part]]
-        return [[n for n, t in zip(self.members[part], tied, strict=True) if t == one] for one in np.unique(tied)]
-
-    def _set_apart(self, numbers: list[int]) -> None:
-        """Pictures as a part of their own."""
-        part = min(numbers)
-        for n in numbers:
-            self.part_of[n] = part
-        self.members[part] = numbers
-        self._version[part] += 1
-
     def agreeing(self, part: int) -> list[MeasuredPair]:
         """The pairs within a part that its poses bear out."""
         inside = [p for p in self._pairs if self.part_of[p.edge.a] == self.part_of[p.edge.b] == part]
@@ -159,7 +64,10 @@ class Parts:
             np.stack([self.poses[n] for n in ends]) for ends in zip(*(p.ends for p in inside), strict=True)
         )
         told = first @ np.stack([p.edge.a_from_b for p in inside])
-        return [pair for pair, is_same in zip(inside, _same(told, second), strict=True) if is_same]
+        return [pair for pair, is_same in zip(inside, same_poses(told, second), strict=True) if is_same]
+
+    def _poses_of(self, part: int) -> dict[int, Float64Array]:
+        return {n: self.poses[n] for n in self.members[part]}
 
     def _try(self, pair: MeasuredPair) -> bool:
         """Join the parts that a pair ties together, if that is sure enough."""
@@ -291,7 +199,7 @@ def _strongest(same: BoolArray, votes: Float64Array) -> IndexArray:
     return np.flatnonzero(same[int(np.argmax(sums))] & (votes > 0))
 
 
-def _same(first: Float64Array, second: Float64Array) -> BoolArray:
+def same_poses(first: Float64Array, second: Float64Array) -> BoolArray:
     """Which poses (N, 4, 4) are the same as others, but for drift (N,)."""
     away_m = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
     cosine = (np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3]) - 1) / 2

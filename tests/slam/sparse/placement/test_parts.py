@@ -16,7 +16,7 @@ from slam.se3 import angle_deg, exp_se3, length_m
 from slam.sparse.known_pairs import KnownPairs, as_it_is
 from slam.sparse.measured_pair import MeasuredPair, surest_first
 from slam.sparse.pair_support import pair_support
-from slam.sparse.parts import Parts
+from slam.sparse.placement.parts import Parts
 
 N = 14
 INFORMATION = np.diag([1e6] * 6)

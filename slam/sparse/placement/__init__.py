@@ -1,0 +1,1 @@
+"""Placement: where pictures lie in front of each other, and which of them lie together."""
