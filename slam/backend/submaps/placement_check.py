@@ -18,7 +18,7 @@ from slam.backend.pose_graph import PoseGraph
 from slam.backend.submaps.chain_ties import way_to_ties
 from slam.backend.view_checks.color_check import ColorDifference, color_difference
 from slam.backend.view_checks.free_space_check import contradiction
-from slam.backend.view_checks.usual_colors import UsualColors
+from slam.backend.view_checks.usual_colors import LEAST_USUAL, NOISE, UsualColors, place_weights, reading_weights
 from slam.backend.view_overlap import near_poses, separation
 from slam.config import FreeSpaceSettings, SlamConfig
 from slam.frontend.keyframes import Keyframes, View
@@ -32,6 +32,9 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 # Where things alike are of other colours in part, little of any view is, but more than usual of most views: of so many
 # pairs this share is too much. Of true ones it is a quarter at most, of look-alikes two fifths and more.
 MANY_TOLD, TOO_MANY = 10, 1 / 3
+# And what differs by less than any of that, but again and again, is another place: pairs say so much on the whole, see
+# `place_weights`. True ones of rooms and a kitchen have -1.2 to -1.5, twin rooms that differ least -0.7 and more.
+AGAIN_AND_AGAIN = -0.95
 
 
 # Other light changes how bright all of a place is, and hardly its hues; other things change some of it, and those too.
@@ -49,11 +52,13 @@ class UsualDifferences(NamedTuple):
         shares: (N,) of other colours, between views as far apart as those of N pairs.
         light_change: inf, it is not known.
         hue_change: of all pairs.
+        bare_shares: (N,) like shares, but for what is noise however alike colours usually are; None, it is not known.
     """
 
     shares: Float64Array
     light_change: float = np.inf
     hue_change: float = 0.0
+    bare_shares: Float64Array | None = None
 
 
 class Scrutiny(NamedTuple):
@@ -169,22 +174,18 @@ class PlacementCheck:
         metal has several times what it has elsewhere. A chain that has told too little of itself may be one that has
         more than most."""
         separations, (shares, _, *changes), chains = self._probes()
-        usual = UsualColors(separations.tolist(), shares.tolist())
-        times = shares / usual.at(separations.tolist())
-        of_chain = {
-            chain: max(1.0, float(np.median(times[chains == chain])))
-            for chain in np.unique(chains).tolist()
-            if (chains == chain).sum() >= ENOUGH_PROBES
-        }
-        untold = max(1.0, float(np.quantile(times, UNTOLD))) if len(times) else 1.0
         chain_of = {keyframe.view.index: keyframe.chain for keyframe in self.keyframes.all}
         ends = [(chain_of[pair.first.index], chain_of[pair.second.index]) for pair in pairs]
-        most = [max(of_chain.get(a, untold), of_chain.get(b, untold)) for a, b in ends]
-        usual_shares = usual.at([pair.separation for pair in pairs]) * most
+        apart = [pair.separation for pair in pairs]
+
+        def usually(least: float) -> Float64Array:
+            usual = UsualColors(separations.tolist(), shares.tolist(), least)
+            return usual.at(apart) * _times_of_chains(shares / usual.at(separations.tolist()), chains, ends)
+
         if len(shares) < ENOUGH_PROBES:
-            return UsualDifferences(usual_shares)
+            return UsualDifferences(usually(LEAST_USUAL))
         light_change, hue_change = (float(np.median(each)) for each in changes)
-        return UsualDifferences(usual_shares, light_change, hue_change)
+        return UsualDifferences(usually(LEAST_USUAL), light_change, hue_change, usually(NOISE))
 
     def _probes(self) -> tuple[Float64Array, Float64Array, Int64Array]:
         """How far pairs of keyframes of one chain were taken apart (P,), how their colours differ (4, P), and which
@@ -200,6 +201,17 @@ class PlacementCheck:
         separations = np.array([known[n].separation for n in differences])
         told = np.array([*differences.values()], np.float64).reshape(-1, len(ColorDifference._fields))
         return separations, told.T, np.array([chains[n] for n in differences], np.int64)
+
+
+def _times_of_chains(times: Float64Array, chains: Int64Array, ends: Sequence[tuple[int, int]]) -> Float64Array:
+    """Times the usual (N,) that the colours of pairs differ by their two chains, of which (P,) probes tell (P,)."""
+    of_chain = {
+        chain: max(1.0, float(np.median(times[chains == chain])))
+        for chain in np.unique(chains).tolist()
+        if (chains == chain).sum() >= ENOUGH_PROBES
+    }
+    untold = max(1.0, float(np.quantile(times, UNTOLD))) if len(times) else 1.0
+    return np.array([max(of_chain.get(a, untold), of_chain.get(b, untold)) for a, b in ends])
 
 
 def contradict(
@@ -228,9 +240,10 @@ def contradict(
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_differences([in_place[n] for n in colors])
-    most_usual = np.maximum(
-        config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual, scrutiny)
-    )
+    of_light = _of_other_light([*colors.values()], usual, scrutiny)
+    if not of_light and _differ_again_and_again([*colors.values()], usual):
+        return True
+    most_usual = np.maximum(config.submaps.max_color_excess * usual.shares, of_light)
     return _are_other([*colors.values()], most_usual, scrutiny)
 
 
@@ -241,6 +254,16 @@ def _of_other_light(differences: Sequence[ColorDifference], usual: UsualDifferen
     most_hues = scrutiny.hues * SAME_HUES * usual.hue_change
     is_light = light_change >= OTHER_LIGHT * usual.light_change and hue_change <= most_hues
     return SHADOWS * light_change if is_light else 0.0
+
+
+def _differ_again_and_again(differences: Sequence[ColorDifference], usual: UsualDifferences) -> bool:
+    """Whether most of many pairs have more other colours than usual, where that is too little for other rules."""
+    bare = usual.bare_shares
+    if bare is None or len(differences) < MANY_TOLD or bare.mean() >= LEAST_USUAL:
+        return False
+    shares, n_readings = np.array(differences).T[:2]
+    told = np.average(place_weights(shares, bare), weights=reading_weights(n_readings))
+    return bool(told > AGAIN_AND_AGAIN)
 
 
 def _are_other(differences: Sequence[ColorDifference], most_usual: Float64Array, scrutiny: Scrutiny) -> bool:

@@ -17,23 +17,17 @@ from scipy.sparse.linalg import eigsh
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.submaps.placement_check import PlacedPair, color_differences
-from slam.backend.view_checks.usual_colors import UsualColors
+from slam.backend.view_checks.usual_colors import NOISE, UsualColors, place_weights, reading_weights
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.sparse.measured_pair import Numbers
 from slam.sparse.placement.placed_pictures import PlacedPictures
 
 NEAREST = 16  # pictures that each is compared with, some 2 ms each
-NOISE = 0.001  # share of other colours that says nothing
-# What a pair weighs, in doublings of the usual share: nothing at twice as much, and no more than this for one place and
-# for two. Within twin rooms 90 of 100 pairs have less than 1.4 times the usual, across them the median is 2 to 5 times;
-# within a kitchen 90 of 100 have less than twice.
-ONE_PLACE, TWO_PLACES = -1.5, 3.0
-FULL_READINGS = 1500  # shared ones, a third of a picture, from which a pair weighs all of that
 # What pairs across weigh together, for two sides to be two places; and times what those within the smaller side weigh
 # for one. Two rooms on each other have 1.4 times as much; rooms next to each other, where few pictures show some of
-# both, 0.05.
-ENOUGH, LEAST_TIMES = 15.0, 0.5
+# both, 0.05, and what was seen from a corner 0.6.
+ENOUGH, LEAST_TIMES = 15.0, 1.0
 STARTS = 3  # axes of the relaxation that are tried
 FEWEST = 4  # pictures, that may be two places
 
@@ -81,8 +75,7 @@ def _weights(pairs: Mapping[Numbers, PlacedPair], numbers: list[int], config: Sl
     separations = [placed[n].separation for n in told]
     shares, n_readings = (np.array([each[field] for each in told.values()], np.float64) for field in (0, 1))
     usual = UsualColors(separations, shares.tolist(), NOISE).at(separations)
-    doublings = np.log2((shares + NOISE) / (usual + NOISE))
-    weights = (doublings - 1).clip(ONE_PLACE, TWO_PLACES) * np.minimum(n_readings / FULL_READINGS, 1)
+    weights = place_weights(shares, usual) * reading_weights(n_readings)
     once = csr_array((weights, (rows[:, 0], rows[:, 1])), shape=(len(numbers), len(numbers)))
     return csr_array(once + once.T)
 
