@@ -34,7 +34,8 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 MANY_TOLD, TOO_MANY = 10, 1 / 3
 # And what differs by less than any of that, but again and again, is another place: pairs say so much on the whole, see
 # `place_weights`. True ones of rooms and a kitchen have -1.2 to -1.5, twin rooms that differ least -0.7 and more.
-AGAIN_AND_AGAIN = -0.95
+# Only where light stayed as it was: it changed by 3 times the usual and more in the evening, by 1.4 to 2.6 between twins.
+AGAIN_AND_AGAIN, SAME_LIGHT = -0.95, 2.8
 
 
 # Other light changes how bright all of a place is, and hardly its hues; other things change some of it, and those too.
@@ -240,10 +241,11 @@ def contradict(
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_differences([in_place[n] for n in colors])
-    of_light = _of_other_light([*colors.values()], usual, scrutiny)
-    if not of_light and _differ_again_and_again([*colors.values()], usual):
+    if _differ_again_and_again([*colors.values()], usual):
         return True
-    most_usual = np.maximum(config.submaps.max_color_excess * usual.shares, of_light)
+    most_usual = np.maximum(
+        config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual, scrutiny)
+    )
     return _are_other([*colors.values()], most_usual, scrutiny)
 
 
@@ -261,7 +263,9 @@ def _differ_again_and_again(differences: Sequence[ColorDifference], usual: Usual
     bare = usual.bare_shares
     if bare is None or len(differences) < MANY_TOLD or bare.mean() >= LEAST_USUAL:
         return False
-    shares, n_readings = np.array(differences).T[:2]
+    shares, n_readings, light_changes, _ = np.array(differences).T
+    if np.average(light_changes, weights=n_readings) > SAME_LIGHT * usual.light_change:
+        return False
     told = np.average(place_weights(shares, bare), weights=reading_weights(n_readings))
     return bool(told > AGAIN_AND_AGAIN)
 
