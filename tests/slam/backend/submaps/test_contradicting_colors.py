@@ -75,6 +75,12 @@ def true_and_false():
     return tuple(PlacedPair(view(rgb, depth), view(other, depth), HERE) for other in (rgb, spot))
 
 
+def dimmed(of):
+    """The view in a light that turns from one side to the other by a hundredth."""
+    across = np.linspace(0.98, 1.0, of.sparse.rgb.shape[1])[:, None]
+    return replace(of, sparse=replace(of.sparse, rgb=np.rint(of.sparse.rgb * across).astype(np.uint8)))
+
+
 @pytest.mark.parametrize(
     ("n_true", "n_false", "usual", "is_contradiction"),
     [
@@ -89,6 +95,27 @@ def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_fal
     pairs = [pair for pair, n in zip(true_and_false, (n_true, n_false), strict=True) for _ in range(n)]
     assert contradict(pairs, all_usually(usual), CONFIG, Scrutiny(many_told=10)) is is_contradiction
     assert not contradict(pairs, all_usually(usual), CONFIG)
+
+
+@pytest.mark.parametrize(
+    ("n_true", "n_false", "bare_share", "usual_light", "is_contradiction"),
+    [
+        (0, 10, 0.001, 1.0, True),
+        (7, 3, 0.001, 1.0, True),
+        (9, 1, 0.001, 1.0, False),  # one is chance
+        (0, 9, 0.001, 1.0, False),  # these are too few
+        (0, 10, 0.003, 1.0, False),  # here colours are not so clean that other rules overlook as much
+        (0, 10, 0.001, 0.0, False),  # light is another
+    ],
+)
+def test_a_little_counts_again_and_again_where_colours_are_clean(
+    true_and_false, n_true, n_false, bare_share, usual_light, is_contradiction
+):
+    """All of both views differs by less than a hundredth; a hundredth of some pairs is of another colour."""
+    true, false = (replace(pair, second=dimmed(pair.second)) for pair in true_and_false)
+    pairs = [true] * n_true + [false] * n_false
+    usual = UsualDifferences(np.full(len(pairs), 0.01), usual_light, 1.0, np.full(len(pairs), bare_share))
+    assert contradict(pairs, lambda _: usual, CONFIG) is is_contradiction
 
 
 def test_half_as_many_are_too_many_where_pairs_are_looked_at_strictly(true_and_false):

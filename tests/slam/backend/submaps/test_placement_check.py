@@ -7,7 +7,8 @@ import pytest
 
 from razer.frame import Frame, Intrinsics
 from slam.backend.pose_graph import PoseEdge, PoseGraph
-from slam.backend.submaps.placement_check import PlacementCheck
+from slam.backend.submaps.placement_check import PlacedPair, PlacementCheck
+from slam.backend.view_checks.usual_colors import LEAST_USUAL, NOISE
 from slam.config import SlamConfig
 from slam.frontend.features import no_features
 from slam.frontend.keyframes import STILL, Keyframes, View
@@ -86,3 +87,17 @@ def test_a_keyframe_that_tells_nothing_of_its_chain_may_differ_as_much_as_some_d
     """One with a reflection, beside keyframes of which some have it, or none."""
     check = walls(of_standing, lambda _: 40, 1)
     assert check.contradicts([20], np.arange(20), np.eye(4), NO_TIES, strictly=True) is contradicts
+
+
+@pytest.mark.parametrize(("of_placed", "times"), [(nothing, 1), (glare, 30)])
+def test_what_is_usual_is_told_with_noise_and_without(of_placed, times):
+    """Of clean walls noise is all there is; beside a chain with a reflection much may differ, and noise is nothing."""
+    check = walls(nothing, of_placed, 7)
+    usual = check._usual_differences([PlacedPair.of(check.keyframes, 20, number, np.eye(4)) for number in range(20)])
+    assert usual.shares.min() >= times * LEAST_USUAL
+    assert usual.bare_shares.min() >= times * NOISE
+    if times == 1:
+        np.testing.assert_array_equal(usual.shares, LEAST_USUAL)
+        np.testing.assert_array_equal(usual.bare_shares, NOISE)
+    else:
+        np.testing.assert_allclose(usual.shares, usual.bare_shares, rtol=0.05)
