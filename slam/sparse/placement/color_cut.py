@@ -28,6 +28,9 @@ NEAREST = 16  # pictures that each is compared with, some 2 ms each
 # for one. Two rooms on each other have 1.4 times as much; rooms next to each other, where few pictures show some of
 # both, 0.05, and what was seen from a corner 0.6.
 ENOUGH, LEAST_TIMES = 15.0, 1.0
+# That pictures of the smaller side say for one place each, two pairs: 5 in a room. Such as lie but roughly differ from
+# all others, too, and go with nobody: 1.5.
+LEAST_WITHIN = 3.0
 STARTS = 3  # axes of the relaxation that are tried
 FEWEST = 4  # pictures, that may be two places
 
@@ -48,8 +51,8 @@ def color_cut(pictures: PlacedPictures, poses: Mapping[int, Float64Array], confi
         return set()
     sides = _sides(weights)
     smaller = sides > 0 if (sides > 0).sum() <= len(sides) / 2 else sides < 0
-    across, within = weights[smaller][:, ~smaller].sum(), weights[smaller][:, smaller].sum() / 2
-    are_two = across >= max(ENOUGH, -LEAST_TIMES * within)
+    across, within = weights[smaller][:, ~smaller].sum(), -weights[smaller][:, smaller].sum() / 2
+    are_two = across >= max(ENOUGH, LEAST_TIMES * within) and within >= LEAST_WITHIN * smaller.sum()
     return {numbers[row] for row in np.flatnonzero(smaller)} if are_two else set()
 
 
