@@ -71,6 +71,7 @@ class Scrutiny(NamedTuple):
         share, many: what the bounds on other colours on the whole, and on the pairs that have too many, are multiplied
             by; drift alone brings space half way to its bound.
         hues: what the bound on hues is multiplied by, that other light may change.
+        again: whether a little that differs again and again is another place.
     """
 
     fewest_told: int = 1
@@ -78,14 +79,15 @@ class Scrutiny(NamedTuple):
     share: float = 1.0
     many: float = 1.0
     hues: float = 1.0
+    again: bool = True
 
 
 LENIENT = Scrutiny()  # as few pictures without order allow, whose pairs all share little
 USUAL = Scrutiny(FEWEST_TOLD, MANY_TOLD)
 # True pairs of a kitchen, across a change of exposure, have 1.6 times the usual on the whole, few of them too many.
 STRICT = Scrutiny(FEWEST_TOLD, MANY_TOLD, share=2 / 3, many=1 / 2)
-# More of what was just believed is seen with each frame, and hues vary: no little more of them parts it again.
-PLACED = Scrutiny(FEWEST_TOLD, MANY_TOLD, hues=1.2)
+# More of what was just believed is seen with each frame, and colours vary: no little more of them parts it again.
+PLACED = Scrutiny(FEWEST_TOLD, MANY_TOLD, hues=1.2, again=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +243,7 @@ def contradict(
     if sum(difference.n_readings for difference in colors.values()) < scrutiny.fewest_told:
         return False
     usual = usual_differences([in_place[n] for n in colors])
-    if _differ_again_and_again([*colors.values()], usual):
+    if scrutiny.again and _differ_again_and_again([*colors.values()], usual):
         return True
     most_usual = np.maximum(
         config.submaps.max_color_excess * usual.shares, _of_other_light([*colors.values()], usual, scrutiny)
