@@ -33,8 +33,8 @@ UNNOTICED = 0.03  # mean share of other colours that tells nothing, however alik
 # pairs this share is too much. Of true ones it is a quarter at most, of look-alikes two fifths and more.
 MANY_TOLD, TOO_MANY = 10, 1 / 3
 # And what differs by less than any of that, but again and again, is another place: pairs say so much on the whole, see
-# `place_weights`. True ones of rooms and a kitchen have -1.2 to -1.5, twin rooms that differ least -0.7 and more.
-# Only where light stayed: it changes by 1.4 to 2.6 times the usual between twins, by 3 and more in the evening.
+# `place_weights`. True ones of rooms have -1.2 to -1.5, twin rooms that differ least -0.7 and more. Only where light
+# stayed: it changes by 1.4 to 2.6 times the usual between twins, by 3 and more in the evening.
 AGAIN_AND_AGAIN, SAME_LIGHT = -0.95, 2.8
 
 

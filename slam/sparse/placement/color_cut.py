@@ -28,8 +28,8 @@ NEAREST = 16  # pictures that each is compared with, some 2 ms each
 # for one. Two rooms on each other have 1.4 times as much; rooms next to each other, where few pictures show some of
 # both, 0.05, and what was seen from a corner 0.6.
 ENOUGH, LEAST_TIMES = 15.0, 1.0
-# That pictures of the smaller side say for one place each, two pairs: 5 in a room. Such as lie but roughly differ from
-# all others, too, and go with nobody: 1.5.
+# What pairs within the smaller side weigh for one place by picture of it, as much as two of them may: 5 in a room.
+# Pictures that lie but roughly differ from all others as well, and go with nobody: 1.5.
 LEAST_WITHIN = 3.0
 STARTS = 3  # axes of the relaxation that are tried
 FEWEST = 4  # pictures, that may be two places
