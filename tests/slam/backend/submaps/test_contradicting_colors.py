@@ -100,12 +100,12 @@ def test_a_little_counts_where_it_is_of_many_pairs(true_and_false, n_true, n_fal
 @pytest.mark.parametrize(
     ("n_true", "n_false", "bare_share", "usual_light", "is_contradiction"),
     [
-        (0, 10, 0.001, 1.0, True),
-        (7, 3, 0.001, 1.0, True),
-        (9, 1, 0.001, 1.0, False),  # one is chance
-        (0, 9, 0.001, 1.0, False),  # these are too few
-        (0, 10, 0.003, 1.0, False),  # here colours are not so clean that other rules overlook as much
-        (0, 10, 0.001, 0.0, False),  # light is another
+        (0, 15, 0.001, 1.0, True),
+        (11, 4, 0.001, 1.0, True),
+        (14, 1, 0.001, 1.0, False),  # one is chance
+        (0, 14, 0.001, 1.0, False),  # these are too few
+        (0, 15, 0.003, 1.0, False),  # here colours are not so clean that other rules overlook as much
+        (0, 15, 0.001, 0.0, False),  # light is another
     ],
 )
 def test_a_little_counts_again_and_again_where_colours_are_clean(
@@ -116,6 +116,7 @@ def test_a_little_counts_again_and_again_where_colours_are_clean(
     pairs = [true] * n_true + [false] * n_false
     usual = UsualDifferences(np.full(len(pairs), 0.01), usual_light, 1.0, np.full(len(pairs), bare_share))
     assert contradict(pairs, lambda _: usual, CONFIG) is is_contradiction
+    assert not contradict(pairs, lambda _: usual, CONFIG, PLACED)  # more is seen of it with each frame
 
 
 def test_half_as_many_are_too_many_where_pairs_are_looked_at_strictly(true_and_false):
