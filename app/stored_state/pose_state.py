@@ -27,6 +27,7 @@ from slam.frontend.features import FeatureExtractor, Features, Readout
 from slam.frontend.frame_tracker import FrameTracker
 from slam.frontend.icp import IcpResult
 from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.sparse_readings import SparseReadings
 from slam.frontend.view_registration import ViewRegistration
 from slam.frontend.wide_features import WideFeatures
 from slam.located_frames import LocatedFrame, LocatedFrames
@@ -40,11 +41,12 @@ from slam.uncertainty.open_directions import OpenDirections
 from slam.uncertainty.pose_uncertainty import CovarianceScale
 
 CLASSES = (
-    Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
-    GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap, LocatedFrame,
-    LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck,
-    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, Readout, RefinedPoses, SlamSystem, SolvedPoses,
-    SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
+    Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker,
+    GivenUncertainty, GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap,
+    LocatedFrame, LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections,
+    PlaceRecognition, PlacementCheck, PoseEdge, PoseGraph, PosePrior, PoseReporter, Readout, RefinedPoses,
+    SlamSystem, SolvedPoses, SparseReadings, SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration,
+    View, WaitingPair, WideFeatures,
 )  # fmt: skip
 
 
