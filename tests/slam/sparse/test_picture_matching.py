@@ -17,7 +17,14 @@ from slam.frontend.keyframes import Keyframe
 from slam.frontend.rigid_matches import RigidMotion
 from slam.se3 import exp_se3
 from slam.sparse.measured_pair import MeasuredPair
-from slam.sparse.picture_matching import ALL_PAIRS_UP_TO, ENOUGH_WAYS, MOST_PROBES, SHORTLIST, PictureMatching
+from slam.sparse.picture_matching import (
+    ALL_PAIRS_UP_TO,
+    ENOUGH_WAYS,
+    MOST_PROBES,
+    SHORTLIST,
+    SHORTLIST_IN_ORDER,
+    PictureMatching,
+)
 
 N = 40
 
@@ -178,6 +185,17 @@ def test_of_many_pictures_each_is_compared_with_those_that_look_most_alike(monke
         all_pairs = [*combinations(range(n), 2)]
         assert matching.candidates() == (all_pairs if n == ALL_PAIRS_UP_TO else sorted([*pairwise(range(n)), (3, 9)]))
     assert asked == [(list(range(n)), list(range(n)), SHORTLIST)]
+
+
+@pytest.mark.parametrize(("least", "shortlist"), [(N // 2, SHORTLIST_IN_ORDER), (N // 2 + 1, None)])
+def test_in_the_order_of_taking_each_is_compared_with_those_alike_however_few_they_are(least, shortlist, monkeypatch):
+    """Of 39 pairs of pictures that follow each other 20 are enough to tell, and 19 are not."""
+    matching, asked = Told(lambda a, b: a >= least - 1), []
+    monkeypatch.setattr(matching, "lookalikes", lambda *args: asked.append(args[2]) or {(0, 9)})
+    matching.measure_consecutive()
+    candidates = matching.candidates()
+    assert asked == ([] if shortlist is None else [shortlist])
+    assert candidates == sorted([*pairwise(range(N)), (0, 9)] if shortlist else combinations(range(N), 2))
 
 
 def test_a_pair_lies_as_its_registration_says_and_keeps_the_colours_it_had():
