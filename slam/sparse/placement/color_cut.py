@@ -17,7 +17,7 @@ from scipy.sparse.linalg import eigsh
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.submaps.placement_check import PlacedPair, color_differences
-from slam.backend.view_checks.usual_colors import NOISE, UsualColors, place_weights, reading_weights
+from slam.backend.view_checks.usual_colors import LEAST_USUAL, NOISE, UsualColors, place_weights, reading_weights
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
 from slam.sparse.measured_pair import Numbers
@@ -33,6 +33,7 @@ ENOUGH, LEAST_TIMES = 15.0, 1.0
 LEAST_WITHIN = 3.0
 STARTS = 3  # axes of the relaxation that are tried
 FEWEST = 4  # pictures, that may be two places
+PROBED_EVERY, WITHIN = 8, 0.25  # pairs that tell whether colours are clean, and the share of them that are of one place
 
 
 def color_cut(pictures: PlacedPictures, poses: Mapping[int, Float64Array], config: SlamConfig) -> set[int]:
@@ -46,7 +47,10 @@ def color_cut(pictures: PlacedPictures, poses: Mapping[int, Float64Array], confi
     numbers = sorted(poses)
     if len(numbers) < FEWEST:
         return set()
-    weights = _weights(_near_pairs(pictures, poses, config), numbers, config)
+    pairs = _near_pairs(pictures, poses, config)
+    if not _are_clean(pairs, config):
+        return set()
+    weights = _weights(pairs, numbers, config)
     if weights.maximum(0).sum() / 2 < ENOUGH:  # all that could lie across
         return set()
     sides = _sides(weights)
@@ -68,6 +72,13 @@ def _near_pairs(
             if a != b and (a, b) not in pairs:
                 pairs[a, b] = pictures.pair(a, b, inverse(poses[a]) @ poses[b])
     return pairs
+
+
+def _are_clean(pairs: Mapping[Numbers, PlacedPair], config: SlamConfig) -> bool:
+    """Whether pictures of one place hardly differ at all, as some pairs tell: else a little, again and again, is usual.
+    Where two rooms lie on each other half of all pairs are of two."""
+    some = color_differences([*pairs.values()][::PROBED_EVERY], config)
+    return bool(some) and float(np.quantile([told.share for told in some.values()], WITHIN)) < LEAST_USUAL
 
 
 def _weights(pairs: Mapping[Numbers, PlacedPair], numbers: list[int], config: SlamConfig) -> csr_array:
