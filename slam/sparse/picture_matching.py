@@ -34,7 +34,7 @@ ALL_PAIRS_UP_TO = 150  # pictures in no order; of more each is compared with tho
 # twelve corridors in no order one came out wrong with 30 that did not with all.
 SHORTLIST = 40
 # In the order of taking the camera's way says that, too, and shuffled pictures that pass for it all show one place; few
-# find the loops then: of 19 walks past look-alikes, and of a kitchen, as much is located as with all.
+# find the loops then: of 17 walks past look-alikes, and of a kitchen, as much is located as with all.
 SHORTLIST_IN_ORDER = 12
 IN_ORDER = 0.5  # share of pictures that show what the one before does, from which they are in the order of taking
 MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the share of them from which all are
