@@ -41,12 +41,11 @@ from slam.uncertainty.open_directions import OpenDirections
 from slam.uncertainty.pose_uncertainty import CovarianceScale
 
 CLASSES = (
-    Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker,
-    GivenUncertainty, GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap,
-    LocatedFrame, LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections,
-    PlaceRecognition, PlacementCheck, PoseEdge, PoseGraph, PosePrior, PoseReporter, Readout, RefinedPoses,
-    SlamSystem, SolvedPoses, SparseReadings, SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration,
-    View, WaitingPair, WideFeatures,
+    Batch, ColorCalibration, CovarianceScale, DepthPyramid, DynamicMasking, Features, FrameTracker, GivenUncertainty,
+    GraphReport, IcpResult, Intrinsics, InvertedIndex, Keyframe, KeyframeMap, Keyframes, LocalMap, LocatedFrame,
+    LocatedFrames, LoopClosure, MergeHypotheses, MergeHypothesis, Observed, OpenDirections, PlacementCheck,
+    PlaceRecognition, PoseEdge, PoseGraph, PosePrior, PoseReporter, Readout, RefinedPoses, SlamSystem, SolvedPoses,
+    SparseReadings, SubmapMerging, SubmapSearch, TrackingQuality, VerifiedRegistration, View, WaitingPair, WideFeatures,
 )  # fmt: skip
 
 
