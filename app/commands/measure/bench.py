@@ -151,7 +151,7 @@ def poses(
     ----------
     recording:
         A recording with poses, which count as true: recorded, backwards, to-and-fro, blinded, blinking, cut,
-        backwards-cut, jumping, shuffled, no-light, sparse-8, sparse-16.
+        backwards-cut, jumping, shuffled, no-light, sparse-8, sparse-16, sparse-8-in-order, sparse-16-in-order.
     worlds:
         Only these, by name with commas between: stride-1, stride-2, stride-4, stride-8, stride-16, plain-sensor, vga,
         blind-1s, blind-10s, re-lit, to-and-fro, people, dark, no-light, blank-walls, fast-turns, misregistered,

@@ -119,12 +119,12 @@ def recorded_worlds(recording: PosedRecording) -> dict[str, HardWorld]:
     """The walks through a recording by name, of its first frames where they are bounded."""
     shown = {name: HardWorld(about, partial(_walk, recording, order)) for name, (about, order) in _ORDERS.items()}
     shown["no-light"] = HardWorld("as it was recorded, with black images: depth alone", partial(_no_light, recording))
-    return shown | {
-        f"sparse-{stride}": HardWorld(
-            f"every {stride}th frame, in any order", partial(_pictures, recording, stride), is_sparse=True
-        )
-        for stride in SPARSE_STRIDES
-    }
+    for stride in SPARSE_STRIDES:
+        few = partial(_pictures, recording, stride)
+        shown[f"sparse-{stride}-in-order"] = HardWorld(f"every {stride}th frame, as recorded", few, is_sparse=True)
+        in_any_order = partial(_shuffled_pictures, recording, stride)
+        shown[f"sparse-{stride}"] = HardWorld(f"every {stride}th frame, in any order", in_any_order, is_sparse=True)
+    return shown
 
 
 def _no_light(recording: PosedRecording, seed: int, n_frames: int | None) -> HardWalk:
@@ -132,9 +132,14 @@ def _no_light(recording: PosedRecording, seed: int, n_frames: int | None) -> Har
 
 
 def _pictures(recording: PosedRecording, stride: int, seed: int, n_frames: int | None) -> HardWalk:
-    """Every so many frames, in any order."""
-    shown = range(0, min(n_frames or len(recording), len(recording)), stride)
-    return shuffled(HardWalk(recording, tuple(shown), recording.frames_per_s / stride), seed)
+    """Every so many frames, in the order of taking; seeds begin with another one."""
+    shown = range(seed % stride, min(n_frames or len(recording), len(recording)), stride)
+    return HardWalk(recording, tuple(shown), recording.frames_per_s / stride)
+
+
+def _shuffled_pictures(recording: PosedRecording, stride: int, seed: int, n_frames: int | None) -> HardWalk:
+    """Every so many frames from the first one, in any order."""
+    return shuffled(_pictures(recording, stride, 0, n_frames), seed)
 
 
 def _walk(

@@ -30,9 +30,15 @@ def test_few_pictures_are_shown_in_no_order_and_matched_all_at_once(orders):
         assert sorted(order) == list(range(0, N, stride)) != list(order)
     room = SyntheticRoom(0, N, 32, 24)
     worlds = recorded_worlds(PosedRecording(room, tuple(range(N)), room.poses, 15.0))
-    assert {name for name, world in worlds.items() if world.is_sparse} == {"sparse-8", "sparse-16"}
+    sparse = {"sparse-8", "sparse-16", "sparse-8-in-order", "sparse-16-in-order"}
+    assert {name for name, world in worlds.items() if world.is_sparse} == sparse
     shots = list(worlds["sparse-8"].walk(3, None))
     assert [shot.frame.index for shot in shots] == list(range(len(shots)))  # stamps tell nothing
+
+
+def test_few_pictures_in_the_order_of_taking_begin_elsewhere_with_each_seed(orders):
+    assert orders["sparse-8-in-order"] == tuple(range(3, N, 8))
+    assert orders["sparse-16-in-order"] == tuple(range(3, N, 16))
 
 
 def dark_stretches(order):
