@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -14,7 +15,7 @@ def exp_se3(twist: Float64Array) -> Float64Array:
     """The rigid motion (4, 4) that turns by the rotation vector twist[:3] (radians) and then shifts by twist[3:]
     (metres): a retraction of SE(3), exact to first order."""
     result = np.eye(4)
-    result[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
+    result[:3, :3] = cv2.Rodrigues(np.asarray(twist[:3], np.float64))[0]
     result[:3, 3] = twist[3:]
     return result
 
@@ -39,7 +40,8 @@ def length_m(transform: Float64Array) -> float:
 def orthonormal(transform: Float64Array) -> Float64Array:
     """The transform with rounding errors of its rotation removed, as long products need."""
     result = np.eye(4)
-    result[:3, :3] = Rotation.from_matrix(transform[:3, :3]).as_matrix()
+    left, _, right = np.linalg.svd(transform[:3, :3])
+    result[:3, :3] = left @ right
     result[:3, 3] = transform[:3, 3]
     return result
 

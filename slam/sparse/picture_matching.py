@@ -65,6 +65,7 @@ class PictureMatching:
         self.registration = VerifiedRegistration(self.keyframes, config, wide_alone=True)
         self._tried: set[Numbers] = set()
         self._closely: set[Numbers] = set()  # those that all features are compared of
+        self._learnt: dict[Numbers, Float64Array] = {}  # how those lie that the colour camera was learnt from
         self._ties: defaultdict[int, dict[int, MeasuredPair]] = defaultdict(dict)  # by one picture and the other
         for view in sorted(views, key=lambda view: (view.stamp, view.index)):
             self.keyframes.add(view, np.eye(4), 0, 0.0)
@@ -91,16 +92,15 @@ class PictureMatching:
         numbers = range(len(self.keyframes))
         best = [(n, *self._lookalikes(n, [other for other in numbers if other != n], 1)) for n in numbers]
         pairs = list(dict.fromkeys((min(pair), max(pair)) for pair in best if len(pair) > 1))
-        sure = list[tuple[int, int, Float64Array]]()
         for a, b in pairs[:: max(1, len(pairs) // LEARNT_FROM)]:
             result = self._registered(a, b) if self._rigid_motion(a, b) else None
             if result is not None and result.n_features >= SURE_FEATURES:
                 self.calibration = result.calibration
-                sure.append((a, b, result.target_from_source))
+                self._learnt[a, b] = result.target_from_source
         self.keyframes.recolor(self.calibration)
         for keyframe in self.keyframes.all:
             keyframe.view = _deep(keyframe.view, self.calibration)
-        self.sure_colors = [self._colors(*pair) for pair in sure]
+        self.sure_colors = [self._colors(*pair, motion) for pair, motion in self._learnt.items()]
 
     def candidates(self) -> list[Numbers]:
         """The pairs that are worth measuring: those that follow each other and those that look alike, and of few
@@ -247,8 +247,12 @@ class PictureMatching:
             del self._ties[a][b], self._ties[b][a]
 
     def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
+        """Guesses say where to start if features do not."""
         target, view = self.keyframes[a], self.keyframes.view(self.keyframes[b])
-        return self.registration.recognise(target, view, guesses, self.calibration, self._matches(a, b))
+        if (a, b) in self._learnt:
+            return self.registration.register(target, view, [self._learnt[a, b]], self.calibration)
+        matches = self._matches(a, b)
+        return self.registration.recognise(target, view, () if matches.is_sure else guesses, self.calibration, matches)
 
 
 def _deep(view: View, calibration: ColorCalibration) -> View:
