@@ -47,9 +47,9 @@ class InvertedIndex:
 
     def add(self, descriptors: Uint8Array) -> None:
         """A further keyframe with descriptors (N, 128)."""
-        words = self._words(descriptors).tolist()
+        number, words = len(self), self._words(descriptors).tolist()
         for word in words:
-            self._postings[word].append(len(self))
+            self._postings[word].append(number)
         self._n_words.append(len(words))
 
     def similarity(self, descriptors: Uint8Array) -> Float32Array:
@@ -58,7 +58,8 @@ class InvertedIndex:
 
         One with many words shares more of them with anything: as in the cosine of two vectors of words it is divided by
         the length of the keyframe's, in which all of its words weigh alike here."""
-        found = [self._postings[word] for word in self._words(descriptors).tolist() if word in self._postings]
+        known = self._postings.get
+        found = [posting for word in self._words(descriptors).tolist() if (posting := known(word))]
         if not found:
             return np.zeros(len(self), np.float32)
         lengths = np.fromiter(map(len, found), np.int64, len(found))
