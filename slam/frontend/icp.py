@@ -54,7 +54,7 @@ class IcpResult:
     source's points that fall on the target's image; agreement, the share of those with a reading that lie on
     it; fit, the share of all its points on it, each counting the less the farther off; rms of the depth residuals in
     sigmas; n_features, inliers among the correspondences; calibration, with what was learnt; last_step, by how many of
-    its sigmas the motion still changed at last: one that had not come to rest was not measured.
+    its sigmas the equations still changed the motion at last: one that had not come to rest was not measured.
     """
 
     target_from_source: Float64Array
@@ -93,7 +93,7 @@ def icp(
     noise: DepthNoise,
     levels: Sequence[Level] = (COARSE, FINE),
 ) -> IcpResult:
-    """Refine the guess of target_from_source by Gauss-Newton, over levels of depth, the coarsest first.
+    """Refine the guess of target_from_source by accelerated Gauss-Newton, over levels of depth, the coarsest first.
 
     Args:
         source: grids of the view that is moved, one for each level.

@@ -7,14 +7,12 @@ import numpy as np
 
 from razer.arrays import Float64Array
 
-FARTHEST = (
-    10.0  # times the difference of two steps: partners found and lost are noise, which would be extrapolated, too
-)
+FARTHEST = 10.0  # times what two steps differ by: partners that come and go are noise, and would be extrapolated
 
 
 class AndersonAcceleration:
     """Steps that go to where those before lead. Only the last is remembered: after eight iterations views of a kitchen
-    are a fifth as far from where they come to rest, and more of them add noise (two: a quarter, five: a third)."""
+    are a sixth as far from where they come to rest, and more of them add noise (two: a quarter, five: a third)."""
 
     def __init__(self) -> None:
         self._step: Float64Array | None = None
