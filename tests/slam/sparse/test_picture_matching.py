@@ -104,6 +104,40 @@ def test_pictures_of_a_camera_that_turned_fast_are_registered_anew_as_it_turned(
     assert set(anew) == {(a, a + 1) for a in range(21) if a % 3 > 0}
 
 
+class Asked:
+    """Registers nothing, and keeps what it was asked."""
+
+    def __init__(self):
+        self.asked = []
+
+    def recognise(self, target, view, guesses, calibration, rigid):
+        self.asked.append(("recognise", [guess[0, 3] for guess in guesses], rigid.is_sure))
+
+    def register(self, target, view, guesses, calibration):
+        self.asked.append(("register", [guess[0, 3] for guess in guesses], None))
+
+
+@pytest.mark.parametrize(
+    ("is_sure", "learnt", "asked"),
+    [
+        (True, {}, ("recognise", [], True)),
+        (False, {}, ("recognise", [0.5], False)),
+        (False, {(3, 4): exp_se3(np.array([0, 0, 0, 0.2, 0, 0]))}, ("register", [0.2], None)),
+        (False, {(2, 3): np.eye(4)}, ("recognise", [0.5], False)),
+    ],
+)
+def test_where_features_are_sure_no_guess_is_tried_and_what_was_registered_before_starts_from_there(
+    is_sure, learnt, asked, monkeypatch
+):
+    matching = Told(lambda a, b: True)
+    monkeypatch.setattr(type(matching.keyframes), "view", lambda self, keyframe: keyframe.view)
+    monkeypatch.setattr(PictureMatching, "_matches", lambda self, a, b: SimpleNamespace(is_sure=is_sure))
+    matching.registration, matching._learnt = Asked(), learnt
+    guess = exp_se3(np.array([0, 0, 0, 0.5, 0, 0]))
+    assert PictureMatching._registered(matching, 3, 4, [guess]) is None
+    assert matching.registration.asked == [asked]
+
+
 def test_of_shuffled_pictures_few_are_tried_because_they_follow_each_other():
     matching = Told(lambda a, b: False)
     matching.measure_consecutive()
