@@ -113,23 +113,22 @@ class Correspondences:
 
     @cached_property
     def _target_derivatives(self) -> Float64Array:
-        return bearing_derivatives(self.target_rays, self.target_flow)
+        return _components_first(bearing_derivatives(self.target_rays, self.target_flow))
 
     @cached_property
     def _source_derivatives(self) -> Float64Array:
-        return bearing_derivatives(self.source_rays, self.source_flow)
+        return _components_first(bearing_derivatives(self.source_rays, self.source_flow))
 
     def points(self, parameters: Float64Array) -> Float64Array:
         """The points (M, 3) in the target's depth camera."""
-        bearings = self._target_derivatives @ parameters
-        points = np.column_stack([bearings, np.ones(len(self))]) * self.target_depth_m[:, None]
+        x, y = _weighted(self._target_derivatives, parameters)
+        points = np.column_stack([x, y, np.ones(len(self))]) * self.target_depth_m[:, None]
         points[:, 0] -= parameters[BASELINE]
         return points
 
     def source_bearings(self, parameters: Float64Array) -> Float64Array:
         """Where the source's colour camera saw them (M, 2)."""
-        bearings: Float64Array = self._source_derivatives @ parameters
-        return bearings
+        return _weighted(self._source_derivatives, parameters).T
 
     def residuals(self, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
         """Predicted minus observed rays (M, 2) of the source's colour camera, in sigmas; inf behind it.
@@ -162,29 +161,32 @@ class Correspondences:
         if not in_front.all():
             return self.select(in_front).term(target_from_source, parameters)
         jacobian = self._jacobian(points, predicted, target_from_source[:3, :3])
-        jacobian /= parameters[SCALE] * self.sigma[:, None, None]
-        jacobian[:, :, 6 + SCALE] -= residual / parameters[SCALE]
+        jacobian /= parameters[SCALE] * self.sigma
+        jacobian[6 + SCALE] -= residual.T / parameters[SCALE]
         squared = (residual**2).sum(axis=1)
-        weighted = jacobian * (1 / (1 + squared / 4))[:, None, None]
-        flat = jacobian.reshape(-1, jacobian.shape[2])
-        information = weighted.reshape(flat.shape).T @ flat
-        gradient = -weighted.reshape(flat.shape).T @ residual.ravel()
-        return ColorTerm(information, gradient, int((squared < INLIER_SIGMAS**2).sum()))
+        flat = jacobian.reshape(len(jacobian), -1)
+        weighted = (jacobian / (1 + squared / 4)).reshape(flat.shape)
+        gradient = -weighted @ residual.T.ravel()
+        return ColorTerm(weighted @ flat.T, gradient, int((squared < INLIER_SIGMAS**2).sum()))
 
     def _jacobian(self, points: Float64Array, predicted: Float64Array, rotation: Float64Array) -> Float64Array:
-        """Derivatives (M, 2, 13) of the bearing errors by a left perturbation of the motion, whose rotation is (3, 3),
+        """Derivatives (13, 2, M) of the bearing errors by a left perturbation of the motion, whose rotation is (3, 3),
         and by the camera; of points (M, 3) before the target's depth camera and before the source's colour camera."""
-        x, y, z = predicted.T
-        projection = np.zeros((len(self), 2, 3))
-        projection[:, 0, 0] = projection[:, 1, 1] = 1 / z
-        projection[:, 0, 2], projection[:, 1, 2] = -x / z**2, -y / z**2
-        by_point = projection @ rotation.T
-        by_camera = (
-            self.target_depth_m[:, None, None] * (by_point[:, :, :2] @ self._target_derivatives)
-            - self._source_derivatives
-        )
-        by_camera[:, :, BASELINE] = projection[:, :, 0] - by_point[:, :, 0]
-        return np.concatenate([_by_rotation(by_point, points), -by_point, by_camera], axis=2)
+        result = np.empty((6 + N_PARAMETERS, 2, len(self)))
+        inverse_depth = 1 / predicted[:, 2]
+        right, down, ahead = rotation.T
+        by_point, by_camera = result[3:6], result[6:]
+        by_point[:, 0] = right[:, None] - ahead[:, None] * (predicted[:, 0] * inverse_depth)
+        by_point[:, 1] = down[:, None] - ahead[:, None] * (predicted[:, 1] * inverse_depth)
+        by_point *= inverse_depth
+        (x, y, z), (a, b, c) = points.T, by_point
+        result[0], result[1], result[2] = z * b - y * c, x * c - z * a, y * a - x * b
+        by_ray, derivatives = self.target_depth_m * by_point[:2], self._target_derivatives
+        by_camera[:] = by_ray[0] * derivatives[:, :1] + by_ray[1] * derivatives[:, 1:] - self._source_derivatives
+        by_camera[BASELINE] = -a
+        by_camera[BASELINE, 0] += inverse_depth
+        np.negative(by_point, out=by_point)
+        return result
 
 
 def _in_source(points: Float64Array, target_from_source: Float64Array, parameters: Float64Array) -> Float64Array:
@@ -195,10 +197,15 @@ def _in_source(points: Float64Array, target_from_source: Float64Array, parameter
     return predicted
 
 
-def _by_rotation(by_point: Float64Array, points: Float64Array) -> Float64Array:
-    """-d(bearing)/d(point) (w x point) as a derivative (M, 2, 3) by w: by_point x point, written out."""
-    (x, y, z), (a, b, c) = points.T[:, :, None], np.moveaxis(by_point, 2, 0)
-    return np.stack([z * b - y * c, x * c - z * a, y * a - x * b], axis=2)
+def _components_first(derivatives: Float64Array) -> Float64Array:
+    """Derivatives (M, 2, 7) as (7, 2, M): to work on all points at once takes half the time."""
+    return np.ascontiguousarray(derivatives.T)
+
+
+def _weighted(derivatives: Float64Array, parameters: Float64Array) -> Float64Array:
+    """The sum (2, M) of derivatives (7, 2, M), each times its parameter."""
+    result: Float64Array = (parameters @ derivatives.reshape(len(parameters), -1)).reshape(2, -1)
+    return result
 
 
 def solve_pnp(correspondences: Correspondences, calibration: ColorCalibration, tries: int) -> Float64Array | None:

@@ -140,7 +140,8 @@ def spread(corners: Sequence[cv2.KeyPoint], shape: tuple[int, ...], settings: Fe
     if not corners:
         return []
     cell, rank = raster_ranks(corners, shape, settings)
-    return [corners[i] for i in np.lexsort((rank, cell)) if rank[i] < settings.per_cell]
+    order = np.lexsort((rank, cell))
+    return [corners[i] for i in order[rank[order] < settings.per_cell].tolist()]
 
 
 def raster_ranks(
