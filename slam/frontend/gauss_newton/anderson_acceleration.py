@@ -15,8 +15,7 @@ class AndersonAcceleration:
     are a sixth as far from where they come to rest, and more of them add noise (two: a quarter, five: a third)."""
 
     def __init__(self) -> None:
-        self._step: Float64Array | None = None
-        self._taken: Float64Array | None = None
+        self._last: tuple[Float64Array, Float64Array] | None = None  # what was asked for, and what was done
 
     def accelerated(self, step: Float64Array, information: Float64Array) -> Float64Array:
         """What to add to the unknowns (N,) in place of the step that the equations ask for.
@@ -25,10 +24,11 @@ class AndersonAcceleration:
         least is asked for along the line through both, in sigmas of the information (N, N).
         """
         taken = step
-        if self._step is not None and self._taken is not None:
-            change = step - self._step
+        if self._last is not None:
+            step_before, taken_before = self._last
+            change = step - step_before
             weighted = information @ change
             share = float(step @ weighted) / max(float(change @ weighted), np.finfo(float).tiny)
-            taken = step - min(max(share, -FARTHEST), 1.0) * (self._taken + change)
-        self._step, self._taken = step, taken
+            taken = step - min(max(share, -FARTHEST), 1.0) * (taken_before + change)
+        self._last = step, taken
         return taken

@@ -30,12 +30,14 @@ class DepthTerm:
     """Points that were matched, and their distances.
 
     overlap, the share of the source's points that fall on the target's image; agreement, the share of those with a
-    reading that lie on it; the N of these: points (3, N) in the target's frame, normals of both views there (3, N),
-    scale (N,) = 1 / sigma of depth, residuals (N,) in sigmas.
+    reading that lie on it; is_enough, whether these are so many that they say anything; strict, whether outliers are
+    left out. Of the N that lie on it: points (3, N) in the target's frame, normals of both views there (3, N), scale
+    (N,) = 1 / sigma of depth, residuals (N,) in sigmas.
     """
 
     overlap: float
     agreement: float
+    is_enough: bool
     strict: bool
     points: Float32Array
     normals: Float32Array
@@ -77,15 +79,9 @@ class DepthTerm:
         matched = np.flatnonzero(is_matched)
         agreement = len(matched) / max(len(inside), 1)
         moved, normal, own_normal = (_columns(each, matched) for each in (moved, normal, own_normal))
-        distance = np.take(distance, matched)
-        enough = len(matched) >= MIN_POINTS
-        scale = np.reciprocal(noise.sigma(moved[2], distance)) if enough else np.zeros_like(distance)
-        return cls(overlap, agreement, strict, moved, normal, own_normal, scale, distance * scale)
-
-    @property
-    def is_enough(self) -> bool:
-        """Whether enough points were matched for them to say anything."""
-        return len(self.residuals) >= MIN_POINTS
+        distance, is_enough = np.take(distance, matched), len(matched) >= MIN_POINTS
+        scale = np.reciprocal(noise.sigma(moved[2], distance)) if is_enough else np.zeros_like(distance)
+        return cls(overlap, agreement, is_enough, strict, moved, normal, own_normal, scale, distance * scale)
 
     @cached_property
     def equations(self) -> tuple[Float64Array, Float64Array]:

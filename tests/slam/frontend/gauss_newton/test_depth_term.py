@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from razer.frame import Intrinsics
 from slam.config import DepthSettings
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import surface_grid
-from slam.frontend.gauss_newton.depth_term import CHANCE, HUBER, TUKEY, DepthTerm
+from slam.frontend.gauss_newton.depth_term import CHANCE, HUBER, MIN_POINTS, TUKEY, DepthTerm
 from slam.se3 import exp_se3
 
 CAMERA = Intrinsics(40, 30, 33.0, 33.0, 19.5, 14.5)
@@ -31,7 +33,7 @@ def grids():
     ]
 
 
-def by_loop(source, target, pose, strict):
+def by_loop(source, target, pose, strict, reach_m=REACH_M):
     """Information, gradient, the same with the source's own normals on one side, weights and residuals."""
     information, gradient, in_common = np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))
     told, n_inside, n_read = [], 0, 0
@@ -49,7 +51,7 @@ def by_loop(source, target, pose, strict):
         q, n = target.points[:, pixel].astype(float), target.normals[:, pixel].astype(float)
         own = pose[:3, :3] @ own_normal
         distance = float(n @ (q - p))
-        if np.linalg.norm(q - p) >= 2 * REACH_M or abs(distance) >= REACH_M or own @ n <= 0.8:
+        if np.linalg.norm(q - p) >= 2 * reach_m or abs(distance) >= reach_m or own @ n <= 0.8:
             continue
         sigma = float(NOISE.sigma(np.array([p[2]], np.float32), np.array([distance], np.float32))[0])
         r = distance / sigma
@@ -62,13 +64,26 @@ def by_loop(source, target, pose, strict):
     return information, gradient, in_common, np.array(told), n_inside, n_read
 
 
-@pytest.mark.parametrize("strict", [True, False])
-def test_equations_and_figures_are_those_of_a_loop_over_points(grids, strict):
+def moved(x, y):
+    return exp_se3(np.array([0.004, -0.006, 0.005, x, y, 0.008]))
+
+
+@pytest.mark.parametrize(
+    ("pose", "reach_m", "strict"),
+    [
+        (OFF, REACH_M, True),
+        (OFF, REACH_M, False),
+        (OFF, 0.015, False),  # less than what half a pixel spans
+        (moved(-0.15, 0.12), REACH_M, False),
+        (moved(0.12, -0.15), REACH_M, False),
+    ],
+)
+def test_equations_and_figures_are_those_of_a_loop_over_points(grids, pose, reach_m, strict):
     source, target = grids
-    information, gradient, in_common, told, n_inside, n_read = by_loop(source, target, OFF, strict)
-    term = DepthTerm.of(source, target, OFF, NOISE, REACH_M, strict)
+    information, gradient, in_common, told, n_inside, n_read = by_loop(source, target, pose, strict, reach_m)
+    term = DepthTerm.of(source, target, pose, NOISE, reach_m, strict)
     r, weight = told.T
-    assert 200 < len(r) < n_read < n_inside < source.sample_points.shape[1]
+    assert 100 < len(r) < n_read < n_inside < source.sample_points.shape[1]
     assert term.is_enough
     assert len(term.residuals) == len(r)
     np.testing.assert_allclose(term.equations[0], information, rtol=1e-3, atol=1e-5 * np.abs(information).max())
@@ -89,6 +104,17 @@ def test_where_normals_of_both_views_are_the_same_all_information_is_shape(grids
     assert term.fit == pytest.approx(term.overlap)
 
 
+@pytest.mark.parametrize(("n_points", "is_enough"), [(MIN_POINTS - 1, False), (MIN_POINTS, True)])
+def test_so_many_points_must_be_matched(grids, n_points, is_enough):
+    source = grids[0]
+    some = replace(
+        source, sample_points=source.sample_points[:, :n_points], sample_normals=source.sample_normals[:, :n_points]
+    )
+    term = DepthTerm.of(some, source, np.eye(4), NOISE, REACH_M, strict=True)
+    assert len(term.residuals) == n_points
+    assert term.is_enough == is_enough == bool(np.any(term.equations[0]))
+
+
 def test_few_points_that_are_matched_say_nothing(grids):
     source, target = grids
     far = exp_se3(np.array([0, 0, 0, 0, 0, 3.0]))
@@ -98,6 +124,21 @@ def test_few_points_that_are_matched_say_nothing(grids):
     assert not np.any(term.equations[1])
     assert not np.any(term.shape_information)
     assert (term.fit, term.rms) == (0.0, float("inf"))
+
+
+@pytest.mark.parametrize(("slant_deg", "agreement"), [(45, 1.0), (70, 0.0)])
+def test_points_farther_apart_than_twice_the_reach_are_not_matched(slant_deg, agreement):
+    """A plane moved by 4 cm along its normal: along rays that graze it that is 12 cm, though it lies 4 cm off."""
+    camera = Intrinsics(40, 30, 330.0, 330.0, 19.5, 14.5)
+    slant = np.radians(slant_deg)
+    normal = np.array([0.0, np.sin(slant), -np.cos(slant)])
+    down = (np.arange(30) - camera.cy) / camera.fy
+    depth = 1.5 * normal[2] / (down * normal[1] + normal[2])
+    grid = surface_grid(np.repeat(depth[:, None], 40, axis=1).astype(np.float32), camera)
+    pose = exp_se3(np.concatenate([np.zeros(3), 0.04 * normal]))
+    term = DepthTerm.of(grid, grid, pose, NOISE, REACH_M, strict=False)
+    assert term.overlap > 0.5
+    assert term.agreement == pytest.approx(agreement, abs=0.05)
 
 
 def test_what_lies_behind_the_camera_is_not_projected(grids):
