@@ -247,7 +247,7 @@ class PictureMatching:
             del self._ties[a][b], self._ties[b][a]
 
     def _registered(self, a: int, b: int, guesses: Sequence[Float64Array] = ()) -> IcpResult | None:
-        """Guesses say where to start if features do not."""
+        """Guesses say where to start if features do not, nor a registration that the camera was learnt from."""
         target, view = self.keyframes[a], self.keyframes.view(self.keyframes[b])
         if (a, b) in self._learnt:
             return self.registration.register(target, view, [self._learnt[a, b]], self.calibration)
