@@ -47,8 +47,8 @@ class FeatureSettings(Settings):
         64,
         ge=1,
         le=256,
-        description="Descriptors that differ in more of their 256 bits do not match. Larger: more matches, more wrong "
-        "ones; smaller: few are left after a change of light or view.",
+        description="Descriptors that differ in so many of their 256 bits do not match. Larger: more matches, more "
+        "wrong ones; smaller: few are left after a change of light or view.",
     )
     max_ratio: float = Field(
         0.85,

@@ -40,6 +40,7 @@ class LocatedFrames:
         # far their frames are from them (metres), which is the lever by which a turn shifts these.
         self._slack_rad, self._slack_m, self._lever_m = np.zeros(0), np.zeros(0), np.zeros(0)
         self._version = 0  # that the map had
+        self._has_late = False  # whether frames came since that were not reported when they did
 
     def add(self, index: int, reference: Keyframe, reference_from_camera: Float64Array) -> Pose | None:
         """Take in a frame; returns its world_from_camera, None in an unanchored submap."""
@@ -54,6 +55,7 @@ class LocatedFrames:
         """Take in a frame of which nothing was known when it came: `corrections` has its pose."""
         self.add(index, reference, reference_from_camera)
         self._frames[index].reported = None
+        self._has_late = True
 
     def move(self, index: int, keyframe_from_camera: Float64Array) -> None:
         """Let a frame that was taken in lie elsewhere in front of its keyframe."""
@@ -82,9 +84,9 @@ class LocatedFrames:
     def corrections(self) -> dict[int, Pose | None]:
         """Poses that differ from those reported last, those never reported, and None for those reported in a submap
         that is not the world any more."""
-        if self._version == self._map.version:
+        if self._version == self._map.version and not self._has_late:
             return {}
-        self._version = self._map.version
+        self._version, self._has_late = self._map.version, False
         changed: dict[int, Pose | None] = {}
         for keyframe in self._stale():
             for index in self._frames_of[keyframe]:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from razer.arrays import Float64Array
+from razer.geometry import inverse
 from slam.se3 import adjoint
 
 # Registrations report the information of their residuals as if these were independent and all were right; an edge
@@ -31,6 +32,15 @@ class PoseEdge:
     a_from_b: Float64Array
     information: Float64Array
     is_odometry: bool = False
+
+    @classmethod
+    def between(cls, a: int, b: int, a_from_b: Float64Array, information: Float64Array) -> PoseEdge:
+        """What was measured between keyframes of any order: where b comes first, as motion b_from_a, whose left
+        perturbations are those of a_from_b along b's own axes, turned round."""
+        if a < b:
+            return cls(a, b, a_from_b, information)
+        moved = adjoint(a_from_b)
+        return cls(b, a, inverse(a_from_b), moved.T @ information @ moved)
 
     @cached_property
     def variance_m2(self) -> float:

@@ -19,14 +19,13 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker, needs_keyframe
 from slam.frontend.icp import IcpResult
-from slam.frontend.keyframes import STILL, Keyframe, Keyframes, View
+from slam.frontend.keyframes import MIN_POINTS, STILL, Keyframe, Keyframes, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted
 from slam.located_frames import LocatedFrames
 from slam.pose_edge import PoseEdge, edge_information
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
 from slam.se3 import angle_deg, exp_se3, length_m, orthonormal, turn_rad
-from slam.system import MIN_POINTS
 
 # Registrations that differ by more from the given motion are held against what fits there. As drift goes, it is a jump.
 FAR_M, FAR_DEG = 0.05, 3.0

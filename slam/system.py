@@ -16,14 +16,13 @@ from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import FeatureExtractor
 from slam.frontend.frame_tracker import FrameTracker, keyframe_nearby, needs_keyframe
 from slam.frontend.icp import IcpResult
-from slam.frontend.keyframes import STILL, Keyframe, Keyframes, LocatedView, View
+from slam.frontend.keyframes import MIN_POINTS, STILL, Keyframe, Keyframes, LocatedView, View
 from slam.frontend.view_registration import ViewRegistration, is_trusted, leaves_open
 from slam.located_frames import LocatedFrames
 from slam.pose_reporter import PoseReporter
 from slam.report import PoseReport
 from slam.se3 import length_m
 
-MIN_POINTS = 500  # of depth that a submap must begin with: else nothing follows it
 MIN_CORNERS = 50  # of colour, too, or depth that by itself holds the camera in every direction
 NO_MATCHES = np.zeros((0, 2), np.intp)
 MIN_FEATURES = 20  # that agree, to go on where tracking was lost: depth alone slides along walls

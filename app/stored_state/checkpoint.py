@@ -17,7 +17,7 @@ from razer.files import MALFORMED, MissingFile, read_json
 
 FOLDER = "checkpoint"
 FILE = "checkpoint.json"
-FORMAT = 4
+FORMAT = 5
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from razer.geometry import inverse
 from slam.backend.view_checks.free_space_check import standing_readings
 from slam.backend.view_overlap import near_poses
 from slam.config import SlamConfig
-from slam.frontend.keyframes import Keyframe, Keyframes, View
+from slam.frontend.keyframes import MIN_POINTS, Keyframe, Keyframes, View
 
 MOST_COMPARED = 12  # keyframes, some 0.5 ms each
 LEAST_SHARE = 0.01  # of a view that moved; less draws no pose along
@@ -49,7 +49,10 @@ class DynamicMasking:
             pixel, stands = standing_readings(view, keyframe.view, keyframe_from_view, self.config.free_space, drift_m)
             standing.ravel()[pixel[stands]] = 1
         moved: BoolArray = cv2.dilate(cv2.morphologyEx(standing, cv2.MORPH_OPEN, BLOCK), BLOCK) > 0
-        return view.without(moved) if moved.mean() > LEAST_SHARE else view
+        if moved.mean() <= LEAST_SHARE:
+            return view
+        static = view.without(moved)
+        return static if static.pyramid.n_points >= MIN_POINTS else view
 
     def _earlier(self, before: Keyframe, world_from_camera: Float64Array) -> IndexArray:
         numbers = np.flatnonzero(self.keyframes.chains() == before.chain)

@@ -136,12 +136,12 @@ class _Span:
 
     @classmethod
     def of(cls, given: Poses, edges: Sequence[PoseEdge]) -> _Span:
+        if not edges:
+            return cls([], 1.0, 1.0)
         numbers = sorted(given)
         steps = [length_m(inverse(given[a]) @ given[b]) for a, b in pairwise(numbers)]
         way_m = dict(zip(numbers, np.cumsum([0.0, *steps]).tolist(), strict=True))
         longest = sorted(edges, key=lambda edge: way_m[edge.a] - way_m[edge.b])[: max(len(edges) // 4, FEWEST)]
-        if not longest:
-            return cls([], 1.0, 1.0)
         usual_m = float(np.median([way_m[edge.b] - way_m[edge.a] for edge in longest]))
         n_steps = float(np.median([edge.b - edge.a for edge in longest]))
         return cls(longest, n_steps, max(way_m[numbers[-1]] / max(usual_m, MIN_WAY_M), 1.0))

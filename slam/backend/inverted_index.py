@@ -54,7 +54,7 @@ class InvertedIndex:
 
     def similarity(self, descriptors: Uint8Array) -> Float32Array:
         """How much (K,) of what tells a view with descriptors (N, 128) from others each keyframe has: 0 nothing, 1 all,
-        if it has as many words as most.
+        if it has as many words as keyframes have on average.
 
         One with many words shares more of them with anything: as in the cosine of two vectors of words it is divided by
         the length of the keyframe's, in which all of its words weigh alike here."""

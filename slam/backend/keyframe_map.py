@@ -79,7 +79,7 @@ class KeyframeMap:
         """
         pose = self.pose(before.number, result.target_from_source)
         static = self._masking.static_part(view, before, pose, travelled_m)
-        return self._add_before(before, static, result, travelled_m, is_odometry=True)
+        return self._add_before(before, static, result, travelled_m, before.chain, is_odometry=True)
 
     def resume(self, before: Keyframe, view: View, result: IcpResult, travelled_m: float) -> Keyframe:
         """A further keyframe, with which tracking goes on where the camera was found after it was lost: if that proves
@@ -92,15 +92,16 @@ class KeyframeMap:
             travelled_m: how far the camera has travelled, metres.
         """
         self._chain += 1
-        return self._add_before(before, view, result, travelled_m, is_odometry=False)
+        return self._add_before(before, view, result, travelled_m, self._chain, is_odometry=False)
 
     def _add_before(
-        self, before: Keyframe, view: View, result: IcpResult, travelled_m: float, is_odometry: bool
+        self, before: Keyframe, view: View, result: IcpResult, travelled_m: float, chain: int, is_odometry: bool
     ) -> Keyframe:
         self.keyframes.recolor(result.calibration)
         pose, number = self.pose(before.number, result.target_from_source), len(self.keyframes)
         edge = PoseEdge(before.number, number, result.target_from_source, result.information, is_odometry)
-        return self._add(view, pose, before.submap, travelled_m, [edge], [], unanchored=not is_odometry)
+        keyframe = self.keyframes.add(view, pose, before.submap, travelled_m, chain)
+        return self._added(keyframe, [edge], [], unanchored=not is_odometry)
 
     def place(
         self,
@@ -119,20 +120,13 @@ class KeyframeMap:
             edges: what was measured of it.
             priors: what the poses from elsewhere say of it.
         """
-        return self._add(view, world_from_camera, 0, travelled_m, edges, priors)
+        return self._added(self.keyframes.add(view, world_from_camera, 0, travelled_m), edges, priors)
 
-    def _add(
-        self,
-        view: View,
-        world_from_camera: Float64Array,
-        submap: int,
-        travelled_m: float,
-        edges: Sequence[PoseEdge],
-        priors: Sequence[PosePrior],
-        unanchored: bool = False,
+    def _added(
+        self, keyframe: Keyframe, edges: Sequence[PoseEdge], priors: Sequence[PosePrior], unanchored: bool = False
     ) -> Keyframe:
-        keyframe = self.keyframes.add(view, world_from_camera, submap, travelled_m, self._chain)
-        self.graph.add_keyframe(keyframe.number, world_from_camera, unanchored)
+        """A new keyframe, once the graph has it and it was held against what others saw."""
+        self.graph.add_keyframe(keyframe.number, keyframe.world_from_camera, unanchored)
         for edge in edges:
             self.graph.add_edge(edge)
         for prior in priors:
@@ -287,5 +281,5 @@ class KeyframeMap:
     @property
     def n_loops(self) -> int:
         """Edges that close a loop: between keyframes that tracking does not connect within a few steps."""
-        ends, _ = self.graph.edge_table()
-        return int((ends[:, 1] - ends[:, 0] > RECENT).sum())
+        ends, is_odometry = self.graph.edge_table()
+        return int(((ends[:, 1] - ends[:, 0] > RECENT) & ~is_odometry).sum())

@@ -114,8 +114,7 @@ class LoopClosure:
         """Earlier keyframes in reach that are not as good as fixed to this one, the nearest first, with what an edge
         would add if views were the same."""
         keyframes, network = self._keyframes, self._graph.network
-        n_earlier = max(0, keyframe.number - 1)
-        own = np.flatnonzero(keyframes.submaps()[:n_earlier] == keyframe.submap)
+        own = np.flatnonzero(keyframes.submaps()[: keyframe.number] == keyframe.submap)
         near = own[near_poses(keyframe.world_from_camera, keyframes.poses()[own], self._settings)].tolist()
         variances, unit = network.variances_from(keyframe.number), network.usual_variance
         gains = [(n, min(variances[n] / unit, MAX_GAIN) if n in variances else MAX_GAIN) for n in near]

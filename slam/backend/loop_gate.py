@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from razer.arrays import Float64Array
+from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.config import LoopClosureSettings
@@ -78,7 +78,7 @@ def _surest_way(a: int, b: int, graph: PoseGraph) -> list[PoseEdge] | None:
     return [surest[min(step), max(step)] for step in _steps(before, b)] if np.isfinite(length[b]) else None
 
 
-def _steps(before: Float64Array, end: int) -> Iterator[tuple[int, int]]:
+def _steps(before: IndexArray, end: int) -> Iterator[tuple[int, int]]:
     while before[end] >= 0:
         yield int(before[end]), end
         end = int(before[end])

@@ -24,6 +24,7 @@ PRIOR_HUBER = 2.0
 ANCHOR_SIGMA = 1e-4  # of the keyframe that is the world: as good as fixed, and still invertible
 UNANCHORED_SIGMA = 1e1  # of the first keyframe of a submap that no edge connects with the rest
 LEAP_M = 1.0  # by which poses move at once, at most, if it is known that full steps did not diverge
+UNKNOWN_M2 = 20.0  # variance of an edge that says nothing, by the least information that edges count with, and more
 RELINEARISE = 0.005  # radians and metres by which a keyframe moves before its factors are linearised anew
 
 
@@ -58,8 +59,7 @@ class PoseGraph:
         self.edges: list[PoseEdge] = []
         self.priors: list[PosePrior] = []
         self.network = ResistanceNetwork()  # of them
-        self._guesses: dict[int, Float64Array] = {}
-        self._anchors: set[int] = set()
+        self._anchors: dict[int, Float64Array] = {}  # first keyframes of submaps, and the poses they are held at
         self._fixed = fixed
         self._restart()
 
@@ -98,10 +98,9 @@ class PoseGraph:
 
     def add_keyframe(self, number: int, world_from_camera: Float64Array, unanchored: bool = False) -> None:
         """A further keyframe at its first guess; the first one is fixed there, an unanchored one hardly at all."""
-        self._guesses[number] = world_from_camera
         self._new.guesses[number] = world_from_camera
         if (not self.poses and number == self._fixed) or unanchored:
-            self._anchors.add(number)
+            self._anchors[number] = world_from_camera
             self._new.anchors.append((number, world_from_camera, unanchored))
         self.poses[number] = world_from_camera
 
@@ -121,7 +120,8 @@ class PoseGraph:
         self.network = ResistanceNetwork()
         for edge in self.edges:
             contradiction = 0.0 if edge.is_odometry else mahalanobis(edge, self.poses) / GEMAN_MCCLURE
-            self.network.add(edge.a, edge.b, edge.variance_m2 * (1 + contradiction**2) ** 2)
+            doubted = edge.variance_m2 * (1 + contradiction**2) ** 2
+            self.network.add(edge.a, edge.b, min(doubted, UNKNOWN_M2))
 
     def optimise(self) -> Mapping[int, Float64Array]:
         """The poses of all keyframes after taking in what was added, by iSAM2."""
@@ -207,13 +207,12 @@ class PoseGraph:
         return Batch(dict(self.poses), self._anchored(self._anchors), self.edges, self.priors).problem()
 
     def _anchored(self, keyframes: Iterable[int]) -> list[tuple[int, Float64Array, bool]]:
-        return [(number, self._guesses[number], number != self._fixed) for number in keyframes]
+        return [(number, self._anchors[number], number != self._fixed) for number in keyframes]
 
     def shift(self, poses: Mapping[int, Float64Array]) -> None:
         """Start iSAM2 anew from other poses, as when an unanchored submap is merged with another."""
         self.poses = dict(poses)
-        for number in self._anchors:
-            self._guesses[number] = self.poses[number]
+        self._anchors = {number: self.poses[number] for number in self._anchors}
         self.replace(self.edges)
 
     def fix(self, number: int) -> None:

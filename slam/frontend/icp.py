@@ -13,10 +13,10 @@ import numpy as np
 
 from razer.arrays import Float64Array
 from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration
-from slam.frontend.correspondences import ColorTerm, Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import SurfaceGrid
 from slam.frontend.gauss_newton.anderson_acceleration import AndersonAcceleration
+from slam.frontend.gauss_newton.correspondences import ColorTerm, Correspondences
 from slam.frontend.gauss_newton.depth_term import DepthTerm
 from slam.se3 import exp_se3, orthonormal
 
@@ -151,7 +151,7 @@ def _result(
     known_of_pose, solved_of_pose = (_bounded(each - of_both, LEAST_INFORMATION) for each in (known, solved))
     # What the features know of the camera once the motion is accounted for.
     likelihood = of_camera - cross.T @ np.linalg.solve(solved + 1e-6 * np.eye(6), cross)
-    if depth.agreement >= MIN_CALIBRATION_AGREEMENT:
+    if depth.is_enough and depth.agreement >= MIN_CALIBRATION_AGREEMENT:
         calibration = calibration.updated(step, (likelihood + likelihood.T) / 2)
     figures = depth.overlap, depth.agreement, depth.fit, depth.rms, color.n_inliers
     return IcpResult(pose, known_of_pose, solved_of_pose, *figures, calibration)

@@ -20,6 +20,7 @@ from slam.frontend.wide_features import WideFeatures
 
 KEPT_PYRAMIDS = 32  # about 1 MB each; the keyframes round about are asked for again and again, the others seldom
 STILL = np.zeros(3)
+MIN_POINTS = 500  # of the depth of a keyframe: else nothing follows it
 
 
 @dataclass(frozen=True)

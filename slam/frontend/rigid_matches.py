@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from razer.arrays import BoolArray, Float64Array, IndexArray
-from slam.frontend.correspondences import MIN_INLIERS
 from slam.frontend.features import Features
+from slam.frontend.gauss_newton.correspondences import MIN_INLIERS
 from slam.frontend.wide_features import RootPair, match_wide_features
 
 # Matched features whose distance is the same in both views but for so much, some of it for each metre of depth, may

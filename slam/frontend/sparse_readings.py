@@ -28,6 +28,7 @@ class SparseReadings:
         rgb: (h, w, 3) the colours of the readings.
         has_color: (h, w) whether the colour camera saw them.
         recorded_rgb: (h, w, 3) the colours as they were recorded.
+        recorded_has_color: (h, w) whether each of them was seen, none of it beside what depth shows.
         intrinsics: of the grid.
     """
 
@@ -35,6 +36,7 @@ class SparseReadings:
     rgb: Uint8Array
     has_color: BoolArray
     recorded_rgb: Uint8Array
+    recorded_has_color: BoolArray
     intrinsics: Intrinsics
 
     @classmethod
@@ -47,18 +49,23 @@ class SparseReadings:
         rgb = np.ascontiguousarray(cv2.blur(frame.rgb, (step, step))[first::step, first::step])
         middle = (k.cx - first) / step, (k.cy - first) / step
         grid = Intrinsics(depth.shape[1], depth.shape[0], k.fx / step, k.fy / step, *middle)
-        return cls(depth, rgb, np.broadcast_to(np.True_, depth.shape), rgb, grid).recolored(calibration)
+        seen = np.broadcast_to(np.True_, depth.shape)  # of one byte
+        if frame.has_color is not None:
+            seen = cv2.erode(frame.has_color.astype(np.uint8), np.ones((step, step)))[first::step, first::step] > 0
+        return cls(depth, rgb, seen, rgb, seen, grid).recolored(calibration)
 
     def recolored(self, calibration: ColorCalibration) -> SparseReadings:
         """The same with the colours of where a colour camera, as known now, saw the readings."""
         moved, k = self.color_offsets(calibration), self.intrinsics
         if np.abs(moved).max() <= MOVED_PIXELS:
-            everywhere = np.broadcast_to(np.True_, self.depth.shape)  # of one byte
-            return replace(self, rgb=self.recorded_rgb, has_color=everywhere)
+            return replace(self, rgb=self.recorded_rgb, has_color=self.recorded_has_color)
         row, column = np.indices(self.depth.shape)
         at = (moved + np.stack([column, row], axis=2)).astype(np.float32)
         seen = np.all((at >= -0.5) & (at <= (k.width - 0.5, k.height - 0.5)), axis=2)
         rgb = cv2.remap(self.recorded_rgb, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        if not self.recorded_has_color.all():
+            mixed = self.recorded_has_color.astype(np.float32)
+            seen &= cv2.remap(mixed, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) == 1
         return replace(self, rgb=rgb.astype(np.uint8, copy=False), has_color=seen)
 
     def color_offsets(self, calibration: ColorCalibration) -> Float64Array:

@@ -11,9 +11,9 @@ from razer.arrays import Float64Array, IndexArray
 from razer.geometry import inverse
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import MIN_INLIERS, Correspondences, solve_pnp
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.features import match_features
+from slam.frontend.gauss_newton.correspondences import MIN_INLIERS, Correspondences, solve_pnp
 from slam.frontend.icp import COARSE, FINE, IcpResult, Level, icp
 from slam.frontend.keyframes import View
 from slam.frontend.rigid_matches import RigidMatches

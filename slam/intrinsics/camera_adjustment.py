@@ -20,7 +20,7 @@ from slam.intrinsics.matched_views import ViewMatches, back_projected, rigid_sta
 from slam.se3 import exp_se3
 
 FACTORS = 1.09 ** np.arange(-6, 7)  # of the guessed focal length, to start from: 0.6 to 1.68
-N_TRIED = 40  # pairs of views that choose among them
+N_TRIED = 40  # pairs of views, or up to twice as many, that choose among them
 MIN_MATCHES = 20  # of a pair that are explained; more than three times its unknowns
 MIN_EXPLAINED = 0.3  # share of a pair's matches
 ITERATIONS, ROUNDS = 8, 4  # of Gauss-Newton, and of learning how far pixels and depth err

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array, IndexArray
+from razer.arrays import BoolArray, Float64Array
 from razer.frame import Frame
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -84,10 +84,6 @@ class ViewMatches:
 
     def __len__(self) -> int:
         return len(self.sigma_px)
-
-    def select(self, keep: BoolArray | IndexArray) -> ViewMatches:
-        """Those at the given indices, or where a boolean is true."""
-        return ViewMatches(*(getattr(self, part.name)[keep] for part in fields(self)))
 
     def points(self, camera: Float64Array) -> tuple[Float64Array, Float64Array]:
         """The points (M, 3) in front of the first and of the second view by the pinhole camera (4,) fx, fy, cx, cy."""

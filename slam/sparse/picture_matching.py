@@ -41,7 +41,7 @@ MOST_PROBES, MAY_BE_IN_ORDER = 12, 0.25  # such pairs that are tried, and the sh
 # From here on a picture is taken to be smeared as it turned. To take that of slower cameras into account makes nothing
 # more exact, and poses of a kitchen surer of themselves than they are (mean NEES 430 for 240).
 TURNS_FAST_RAD_S = 0.6
-LEARNT_FROM = 60  # pairs; the colour camera is known to a pixel by then
+LEARNT_FROM = 60  # pairs at least, where there are as many; the colour camera is known to a pixel by then
 ENOUGH_WAYS = 8  # round by a third picture that say what a pair would; where places repeat, three do for wrong ones too
 ROUGH = 1 / 16  # of what features by themselves would tell of a motion: they err together
 SURE_FEATURES = 40  # that agree, for a pair to teach anything of the colour camera

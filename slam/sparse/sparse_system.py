@@ -37,7 +37,7 @@ NOWHERE = PoseReport(None, None, None)
 def picture_view(frame: Frame, config: SlamConfig) -> View:
     """A picture as it is matched: by wide features alone, extracted now, as the frame would be kept until they are."""
     view = View.of(frame, no_features(NO_DESCRIPTORS), STILL, config, ColorCalibration.nominal())
-    assert view.wide.features is not None
+    view.wide.extract()
     return view
 
 
@@ -120,16 +120,22 @@ class SparseSystem:
         world = min(parts.members.values(), key=lambda members: (-len(members), min(members)))
         self._origin = origin = min(world, key=lambda n: self.keyframes[n].view.index)
         origin_from_part = inverse(parts.poses[origin])
-        self.graph = PoseGraph(fixed=origin)
         for keyframe in self.keyframes.all:
             _leave_outside(keyframe)
-        for number in sorted(world, key=lambda n: n != origin):
-            pose = orthonormal(origin_from_part @ parts.poses[number])
-            self.keyframes[number].submap, self.keyframes[number].world_from_camera = 0, pose
-            self.graph.add_keyframe(number, pose)
-        for pair in parts.agreeing(parts.part_of[origin]):
-            if pair.is_registered:
-                self.graph.add_edge(pair.edge)
+        for number in world:
+            self.keyframes[number].submap = 0
+            self.keyframes[number].world_from_camera = orthonormal(origin_from_part @ parts.poses[number])
+        agreeing = parts.agreeing(parts.part_of[origin])
+        self._start_graph([pair.edge for pair in agreeing if pair.is_registered])
+
+    def _start_graph(self, edges: Sequence[PoseEdge]) -> None:
+        """The pose graph of the pictures of the world, the origin first."""
+        self.graph = PoseGraph(fixed=self._origin)
+        world = [keyframe for keyframe in self.keyframes.all if keyframe.submap == 0]
+        for keyframe in sorted(world, key=lambda k: k.number != self._origin):
+            self.graph.add_keyframe(keyframe.number, keyframe.world_from_camera)
+        for edge in edges:
+            self.graph.add_edge(edge)
 
     def _solve(self, matching: PictureMatching) -> None:
         """Smooth over everything, with neighbours measured at the poses that follow, and without what proved false."""
@@ -145,20 +151,18 @@ class SparseSystem:
         self._drop_outliers()
 
     def _drop_outliers(self) -> None:
+        """Without edges that the others contradict; pictures that none joins to the world any more are outside of it,
+        and of its graph, which could not be solved for them."""
         poses, edges = self.graph.poses, self.graph.edges
         consistent = [edge for edge in edges if not is_outlier(edge, poses)]
         if len(consistent) == len(edges):
             return
-        self.graph.replace(consistent)
-        self._set_poses(self.graph.smooth())
-        self._cut_off(consistent)
-
-    def _cut_off(self, edges: Sequence[PoseEdge]) -> None:
-        """Pictures that no edge ties to the world any more are outside of it."""
-        tied = components(len(self.keyframes), edges)
+        part = components(len(self.keyframes), consistent)
         for keyframe in self.keyframes.all:
-            if tied[keyframe.number] != tied[self._origin]:
+            if part[keyframe.number] != part[self._origin]:
                 _leave_outside(keyframe)
+        self._start_graph([edge for edge in consistent if self.keyframes[edge.a].submap == 0])
+        self._set_poses(self.graph.smooth())
 
     def _set_poses(self, poses: Mapping[int, Float64Array]) -> None:
         for number, pose in poses.items():

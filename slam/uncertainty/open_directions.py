@@ -11,6 +11,7 @@ from razer.arrays import Float64Array
 from slam.frontend.icp import IcpResult
 from slam.pose_edge import EDGE_SHARE, OPEN_INFORMATION
 from slam.report import OpenStretch
+from slam.se3 import adjoint
 
 OPEN_M = 0.1  # standard deviation of a frame's shift in front of its keyframe from which on a direction is open
 MAX_GAP, MIN_FRAMES = 5, 3  # frames: shorter gaps part no stretch, and fewer make none
@@ -26,7 +27,8 @@ class OpenDirections:
     def see(self, index: int, result: IcpResult) -> None:
         """Take in how the next frame was registered."""
         self._n_frames += 1
-        information = EDGE_SHARE * result.information
+        moved = adjoint(result.target_from_source)  # from the keyframe's axes to the camera's own
+        information = EDGE_SHARE * moved.T @ result.information @ moved
         if _least_certain(information, 1.0)[0] > OPEN_M:
             self._open.append((self._n_frames, index, information))
 

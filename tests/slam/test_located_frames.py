@@ -142,3 +142,16 @@ def test_a_trajectory_is_in_the_order_of_frames_whenever_they_were_located() -> 
     for index in (4, 7, 2, 5):
         frames.add_late(index, keyframes[index % 2], motion(np.random.default_rng(index), 0.1))  # type: ignore[arg-type]
     assert list(frames.trajectory()) == [2, 4, 5, 7]
+
+
+def test_a_frame_that_is_located_late_is_told_of_though_no_keyframe_moved() -> None:
+    keyframes = Keyframes(1)
+    frames = LocatedFrames(keyframes)  # type: ignore[arg-type]
+    frames.add(1, keyframes[0], np.eye(4))  # type: ignore[arg-type]
+    keyframes.version += 1
+    frames.corrections()
+    frames.add_late(0, keyframes[0], np.eye(4))  # type: ignore[arg-type]
+    (told,) = frames.corrections().items()
+    assert told[0] == 0
+    np.testing.assert_allclose(told[1], keyframes[0].world_from_camera)
+    assert frames.corrections() == {}

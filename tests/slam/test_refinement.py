@@ -166,3 +166,10 @@ def test_depth_of_a_real_kitchen_agrees_better_once_its_poses_are_refined(real_d
     print(f"depth images are {1000 * before_m:.1f} mm apart as given, {1000 * after_m:.1f} mm refined; "
           f"poses moved by {1000 * np.median(moved_m):.1f} mm")  # fmt: skip
     assert after_m < before_m
+
+
+def test_a_recording_without_a_frame_has_no_poses():
+    poses = RefinedPoses()
+    poses.finish()
+    assert poses.trajectory() == {}
+    assert poses.corrections() == {}

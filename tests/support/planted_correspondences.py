@@ -6,7 +6,7 @@ import numpy as np
 
 from razer.geometry import inverse
 from slam.frontend.color_calibration import readout_flow
-from slam.frontend.correspondences import Correspondences
+from slam.frontend.gauss_newton.correspondences import Correspondences
 from slam.se3 import exp_se3
 
 

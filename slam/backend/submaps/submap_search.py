@@ -123,7 +123,8 @@ class SubmapSearch:
             keyframe = self.keyframes[number]
             found.append((keyframe.submap, keyframe.world_from_camera @ result.target_from_source))
             number_from_reference = result.target_from_source @ inverse(located.reference_from_camera)
-            yield PoseEdge(number, located.reference.number, number_from_reference, result.information), result.score
+            edge = PoseEdge.between(number, located.reference.number, number_from_reference, result.information)
+            yield edge, result.score
 
     def _recognised(self, candidate: Candidate, view: View, calibration: ColorCalibration) -> Recognised | None:
         """A view in front of a keyframe, or of others round about that share enough with it only together."""

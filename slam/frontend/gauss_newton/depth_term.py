@@ -17,7 +17,7 @@ from slam.frontend.depth_pyramid import SurfaceGrid
 MIN_NORMAL_COSINE = 0.8  # between the normals of points that may be one; noise alone turns normals by half as much
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
 HUBER = 1.5  # from so many sigmas on residuals weigh less, at the coarse level: 95 % efficient under normal noise
-MIN_POINTS = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
+MIN_MATCHED = 100  # with fewer there is no depth term: six unknowns from noisy readings at a coarse grid
 # Normals of n points of a bare wall, under noise of their own in each view, have up to this / sqrt(n) of their spread
 # in common by chance: in 95 of 100 pairs of simulated views, along that of the three open axes that has most.
 CHANCE = 4.5
@@ -79,7 +79,7 @@ class DepthTerm:
         matched = np.flatnonzero(is_matched)
         agreement = len(matched) / max(len(inside), 1)
         moved, normal, own_normal = (_columns(each, matched) for each in (moved, normal, own_normal))
-        distance, is_enough = np.take(distance, matched), len(matched) >= MIN_POINTS
+        distance, is_enough = np.take(distance, matched), len(matched) >= MIN_MATCHED
         scale = np.reciprocal(noise.sigma(moved[2], distance)) if is_enough else np.zeros_like(distance)
         return cls(overlap, agreement, is_enough, strict, moved, normal, own_normal, scale, distance * scale)
 
@@ -130,8 +130,8 @@ class DepthTerm:
 
 
 def jacobian(points: Float32Array, normals: Float32Array, scale: Float32Array) -> Float32Array:
-    """Of the distances, times scale (N,), of points (3, N) to planes with the given normals, by a left perturbation
-    (6, N)."""
+    """Of how far points (3, N) lie along the given normals, times scale (N,), by a left perturbation (6, N): by so much
+    their distances to the planes become less."""
     result = np.empty((6, points.shape[1]), np.float32)
     (x, y, z), (a, b, c) = points, np.multiply(normals, scale, out=result[3:])
     result[0], result[1], result[2] = y * c - z * b, z * a - x * c, x * b - y * a

@@ -72,3 +72,12 @@ def test_keyframes_of_other_odometry_mask_nothing():
     keyframes.add(view_of(None), HERE, 0, 0.0, chain=0)
     before = keyframes.add(view_of(PERSON_M), HERE, 1, 0.0, chain=1)
     assert DynamicMasking(keyframes, CONFIG).static_part(came, before, HERE, 0.0) is came
+
+
+def test_a_keyframe_of_which_hardly_anything_would_be_left_is_kept_whole(empty):
+    """Somebody before the lens: without him nothing could follow it."""
+    everywhere = Frame(0, 0.0, np.zeros((240, 320, 3), np.uint8), np.full((240, 320), 1.0, np.float32), CAMERA)
+    everywhere.depth[:, :16] = WALL_M
+    features = FeatureExtractor(CONFIG).extract(everywhere, ColorCalibration.nominal())
+    view = View.of(everywhere, features, STILL, CONFIG)
+    assert static_part(empty, view) is view

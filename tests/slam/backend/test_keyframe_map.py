@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from slam.backend.keyframe_map import KeyframeMap
+from slam.backend.loop_closure import RECENT
 from slam.backend.pose_graph import PoseEdge
+from slam.backend.submaps.chain_ties import hanging_on
 from slam.backend.submaps.submap_search import Candidate
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.keyframes import LocatedView
 from slam.frontend.view_registration import ViewRegistration
 from slam.se3 import exp_se3
+from slam.uncertainty.pose_uncertainty import final_uncertainty
 
 NOMINAL = ColorCalibration.nominal()
 AT_X_M = (0.0, 0.1, 10.0)  # keyframes of the world: two of one place, and one of another that looks alike
@@ -75,3 +78,31 @@ def test_odometry_is_registered_anew_where_loops_contradict_it(views, off_m):
     assert (after is before) is (off_m == 0)
     assert len(slam.graph.edges) == 4
     np.testing.assert_allclose(after.a_from_b, fits.target_from_source, atol=1e-3)
+
+
+def test_a_keyframe_belongs_to_the_odometry_chain_of_the_one_that_it_was_tracked_from(views):
+    """The camera goes on in front of a known keyframe of before it was lost; what followed that is parted."""
+    slam = KeyframeMap(SlamConfig())
+    fits = ViewRegistration(SlamConfig()).register(views[10], views[12], [np.eye(4)], NOMINAL)
+    first = slam.begin_submap(views[10], 0.0)
+    second = slam.extend(first, views[12], fits, 0.0)
+    resumed = slam.resume(second, views[12], fits, 0.0)
+    third = slam.extend(resumed, views[12], fits, 0.0)
+    fourth = slam.extend(second, views[12], fits, 0.0)
+    assert slam.keyframes.chains().tolist() == [0, 0, 1, 1, 0]
+    of_resumed = hanging_on(resumed.chain, slam.keyframes.chains(), slam.graph.edge_table()[0])
+    assert of_resumed.tolist() == [resumed.number, third.number]
+    slam._merging._part(of_resumed)
+    assert len(final_uncertainty(slam.graph, 1.0).covariances) == fourth.number + 1
+
+
+def test_what_tracking_measured_closes_no_loop_however_old_the_keyframe(views):
+    slam = KeyframeMap(SlamConfig())
+    fits = ViewRegistration(SlamConfig()).register(views[10], views[12], [np.eye(4)], NOMINAL)
+    first = last = slam.begin_submap(views[10], 0.0)
+    for _ in range(RECENT + 1):
+        last = slam.extend(last, views[12], fits, 0.0)
+    slam.extend(first, views[12], fits, 0.0)
+    assert slam.n_loops == 0
+    slam.graph.add_edge(PoseEdge(0, last.number, fits.target_from_source, fits.information))
+    assert slam.n_loops == 1

@@ -11,9 +11,9 @@ from razer.frame import Intrinsics
 from razer.geometry import inverse, rotation_error
 from slam.config import DepthSettings
 from slam.frontend.color_calibration import N_PARAMETERS, ColorCalibration
-from slam.frontend.correspondences import ColorTerm, Correspondences
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import DepthPyramid, fine_depth
+from slam.frontend.gauss_newton.correspondences import ColorTerm, Correspondences
 from slam.frontend.icp import FINE, icp
 from slam.frontend.view_registration import is_at_rest, is_trusted, leaves_open
 from slam.se3 import exp_se3, length_m
@@ -137,3 +137,17 @@ def test_equations_that_ask_for_kilometres_are_not_followed():
         result = icp(grids, grids, start, pulling, ColorCalibration.nominal(), DepthNoise(DepthSettings()))
     np.testing.assert_allclose(result.target_from_source, start, rtol=0, atol=1e-12)
     assert not is_at_rest(result)
+
+
+@pytest.mark.parametrize("patch_px", [24, 480])
+def test_where_depth_says_nothing_the_colour_camera_is_not_learnt(rng, patch_px):
+    """Features see a camera of another focal length; of depth there is a small patch, or the whole wall."""
+    camera = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
+    wall = np.zeros((480, 640), np.float32)
+    wall[240 - patch_px // 2 : 240 + patch_px // 2, 320 - patch_px // 2 : 320 + patch_px // 2] = 2.0
+    grids = DepthPyramid(*fine_depth(wall, camera, max_depth_m=4.0)).levels
+    rays = rng.uniform(-0.4, 0.4, (80, 2))
+    seen = Correspondences.at_rest(rays, np.full(80, 2.0), 1.05 * rays, np.full(80, 1.5 / 525))
+    before = ColorCalibration.nominal()
+    after = icp(grids, grids, np.eye(4), seen, before, DepthNoise(DepthSettings())).calibration
+    assert (after is before) is (patch_px == 24)

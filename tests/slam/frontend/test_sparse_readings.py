@@ -92,3 +92,18 @@ def test_keyframes_are_seen_anew_once_the_camera_is_known():
 
 def test_no_keyframe_is_no_error():
     Keyframes().recolor(lens(scale=1.2))
+
+
+def test_readings_that_the_colour_camera_did_not_see_have_no_colour():
+    """It stands beside, and sees the left two thirds: what is black there is no colour, wherever colours are read."""
+    has_color = np.zeros((480, 640), bool)
+    has_color[:, :400] = True
+    rgb = np.where(has_color[..., None], np.rint(ramp(pixel_rays(CAMERA))), 0).clip(0, 255).astype(np.uint8)
+    frame = Frame(0, 0.0, rgb, np.full((480, 640), WALL_M, np.float32), CAMERA, has_color=has_color)
+    view = View.of(frame, FeatureExtractor(CONFIG).extract(frame, ColorCalibration.nominal()), STILL, CONFIG)
+    assert off(view).max() < 4
+    assert 0.55 < view.sparse.has_color.mean() <= 0.625
+    moved = view.recolored(lens(x=0.2))
+    assert (moved.sparse.has_color & ~view.sparse.has_color).any()
+    assert off(view.recolored(lens(x=0.2)).recolored(ColorCalibration.nominal())).max() < 4
+    assert moved.sparse.rgb[moved.sparse.has_color].min() > 0

@@ -11,11 +11,14 @@ from data_tools import open_sequence
 from data_tools.synthetic.camera.sensor_model import SensorModel
 from data_tools.synthetic.synthetic_scene import SyntheticScene
 from razer.geometry import inverse, is_rigid
-from slam.se3 import angle_deg, length_m
+from slam.pose_edge import EDGE_SHARE, PoseEdge
+from slam.se3 import angle_deg, exp_se3, length_m
 from slam.sparse.limits import has_failed
 from slam.sparse.solved_poses import SolvedPoses
-from slam.sparse.sparse_system import SparseSystem
+from slam.sparse.sparse_system import SparseSystem, picture_view
+from slam.uncertainty.pose_uncertainty import final_uncertainty
 
+SURE = np.eye(6) / 0.01**2 / EDGE_SHARE
 STRIDE, N = 20, 10  # of 30 frames a second, 0.3 m and 15 degrees apart
 
 
@@ -123,3 +126,27 @@ def test_a_real_kitchen_in_any_order(seed, real_data):
     poses = solved(shots).trajectory()
     assert len(poses) == len(shots)
     assert_as_true(poses, [shot.pose for shot in shots], 0.15, 5.0)
+
+
+@pytest.mark.parametrize("n_off", [1, 3])
+def test_pictures_whose_edges_prove_false_are_lost_and_the_others_have_covariances(shots, n_off):
+    """They are tied to the others by edges that contradict each other, and these to nobody."""
+    system, numbers = SparseSystem(), range(4 + n_off)
+    for number in numbers:
+        system.keyframes.add(picture_view(replace(shots[0], index=number), system.config), np.eye(4), 0, 0.0)
+    system._start_graph([PoseEdge(a, b, np.eye(4), SURE) for a, b in ((0, 1), (1, 2), (2, 3), (0, 3))])
+    for number in numbers[4:]:
+        ways = ((0, 3.0), (1, -3.0)) if number == 4 else ((number - 1, 0.0),)
+        for before, x_m in ways:
+            system.graph.add_edge(PoseEdge(before, number, exp_se3(np.array([0, 0, 0, x_m, 0, 0])), SURE))
+    system._set_poses(system.graph.smooth())
+    system._drop_outliers()
+    assert sorted(system.trajectory()) == [0, 1, 2, 3]
+    uncertainty = final_uncertainty(system.graph, 1.0)
+    assert sorted(uncertainty.covariances) == sorted(uncertainty.local_sigmas_m) == [0, 1, 2, 3]
+
+
+def test_of_a_picture_no_more_is_kept_than_is_matched(shots):
+    kept = picture_view(shots[0], SparseSystem().config).wide
+    assert kept._frame is None
+    assert len(kept.features) > 100

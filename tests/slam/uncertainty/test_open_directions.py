@@ -7,9 +7,13 @@ import pytest
 
 from app.benchmark.poses.consistency import pose_nees
 from razer.frame import Frame, Intrinsics
+from slam.frontend.color_calibration import ColorCalibration
+from slam.frontend.icp import IcpResult
+from slam.pose_edge import EDGE_SHARE
 from slam.report import OpenStretch
 from slam.se3 import exp_se3
 from slam.system import SlamSystem
+from slam.uncertainty.open_directions import OpenDirections
 
 CAMERA = Intrinsics(320, 240, 260.0, 260.0, 159.5, 119.5)
 WIDE_M, FLOOR_M, CEILING_M = 1.9, 1.2, -1.4
@@ -96,3 +100,16 @@ def test_a_stretch_is_told_in_a_line(axis, way):
         f"frames 3 to 9: nothing in view says how far the camera moved {way},"
         in OpenStretch(3, 9, np.array(axis)).describe()
     )
+
+
+def test_the_axis_is_along_the_camera_though_it_has_turned_from_its_keyframe():
+    """What is open is the keyframe's view, from which the camera has turned by 60 degrees."""
+    directions = OpenDirections()
+    turned = exp_se3(np.array([0, np.radians(60), 0, 0, 0, 0]))
+    information = np.diag([1e6, 1e6, 1e6, 1e6, 1e6, 1e-3]) / EDGE_SHARE
+    color = ColorCalibration.nominal()
+    for index in range(3):
+        directions.see(index, IcpResult(turned, information, information, 0.9, 0.9, 0.9, 0.5, 0, color))
+    (stretch,) = directions.stretches(1.0)
+    np.testing.assert_allclose(np.abs(stretch.axis), np.abs(turned[2, :3]), atol=1e-3)
+    assert "sideways" in stretch.describe()

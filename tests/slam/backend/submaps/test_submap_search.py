@@ -122,3 +122,11 @@ def test_hypotheses_lead_to_places_of_which_a_view_shows_little():
     assert [one.is_foreseen for one in World([0], foreseen=[aside]).candidates()] == [True]
     away = exp_se3(np.array([0, np.radians(80), 0, 0, 0, 0]))
     assert World([0], foreseen=[away]).candidates() == []
+
+
+def test_an_edge_to_a_keyframe_that_came_later_has_the_earlier_one_first():
+    world = World([9, 20])
+    later = world.keyframes.add(replace(VIEW, index=100), np.eye(4), 0, 0.0)
+    world.alone = (later.number,)
+    ((edge, _),) = world.search.recognised(world.located, [Candidate(later.number, np.eye(4))], NOMINAL)
+    assert (edge.a, edge.b) == (world.located.reference.number, later.number)

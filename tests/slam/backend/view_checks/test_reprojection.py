@@ -17,7 +17,8 @@ THERE_FROM_HERE = exp_se3(np.array([0.05, -0.2, 0.1, 0.3, 0.1, -1.5]))
 
 def seen(k, depth):
     black = np.zeros((*depth.shape, 3), np.uint8)
-    return SimpleNamespace(sparse=SparseReadings(depth.astype(np.float16), black, black[..., 0] == 0, black, k))
+    colors = black, black[..., 0] == 0
+    return SimpleNamespace(sparse=SparseReadings(depth.astype(np.float16), *colors, *colors, k))
 
 
 def one_by_one(view, other, motion):

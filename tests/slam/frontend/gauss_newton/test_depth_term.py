@@ -11,7 +11,7 @@ from razer.frame import Intrinsics
 from slam.config import DepthSettings
 from slam.frontend.depth_noise import DepthNoise
 from slam.frontend.depth_pyramid import surface_grid
-from slam.frontend.gauss_newton.depth_term import CHANCE, HUBER, MIN_POINTS, TUKEY, DepthTerm
+from slam.frontend.gauss_newton.depth_term import CHANCE, HUBER, MIN_MATCHED, TUKEY, DepthTerm
 from slam.se3 import exp_se3
 
 CAMERA = Intrinsics(40, 30, 33.0, 33.0, 19.5, 14.5)
@@ -104,7 +104,7 @@ def test_where_normals_of_both_views_are_the_same_all_information_is_shape(grids
     assert term.fit == pytest.approx(term.overlap)
 
 
-@pytest.mark.parametrize(("n_points", "is_enough"), [(MIN_POINTS - 1, False), (MIN_POINTS, True)])
+@pytest.mark.parametrize(("n_points", "is_enough"), [(MIN_MATCHED - 1, False), (MIN_MATCHED, True)])
 def test_so_many_points_must_be_matched(grids, n_points, is_enough):
     source = grids[0]
     some = replace(

@@ -9,8 +9,8 @@ import pytest
 from razer.geometry import inverse
 from slam.config import FeatureSettings
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.correspondences import Correspondences, solve_pnp
 from slam.frontend.features import match_features
+from slam.frontend.gauss_newton.correspondences import Correspondences, solve_pnp
 from slam.se3 import angle_deg, exp_se3, length_m
 from tests.support.planted_correspondences import planted
 
