@@ -51,6 +51,11 @@ class PoseEdge:
         return float(np.trace(ahead @ np.linalg.solve(edge_information(self), ahead.T)))
 
 
+def offset(world_from_a: Float64Array, world_from_b: Float64Array, a_from_b: Float64Array) -> Float64Array:
+    """From where b is to where it was measured in front of a (4, 4), along its own axes."""
+    return inverse(inverse(world_from_a) @ world_from_b) @ a_from_b
+
+
 @dataclass(frozen=True)
 class PosePrior:
     """What poses from elsewhere say of keyframe b: that it lies at a_from_b (4, 4) in front of keyframe a, or, where a

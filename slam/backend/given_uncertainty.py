@@ -12,7 +12,7 @@ import numpy as np
 from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.pose_graph import mahalanobis
-from slam.pose_edge import PoseEdge, PosePrior, edge_information, unit_weight
+from slam.pose_edge import PoseEdge, PosePrior, edge_information, offset, unit_weight
 from slam.refinement_settings import RefinementSettings
 from slam.se3 import angle_deg, length_m
 
@@ -107,7 +107,7 @@ def _sigmas(given: Poses, edges: Sequence[PoseEdge], unit: float) -> Float64Arra
     beyond what is due to these; None for too few edges."""
     if len(edges) < FEWEST:
         return None
-    offsets = [inverse(inverse(given[edge.a]) @ given[edge.b]) @ edge.a_from_b for edge in edges]
+    offsets = [offset(given[edge.a], given[edge.b], edge.a_from_b) for edge in edges]
     squared = np.median([(length_m(o) ** 2, angle_deg(o) ** 2) for o in offsets], axis=0) / HALF_OF_THREE
     own = np.median([_variances(edge) for edge in edges], axis=0) * unit**2
     return np.maximum(np.sqrt(np.maximum(squared - own, 0.0)), (MIN_SIGMA_M, MIN_SIGMA_DEG))

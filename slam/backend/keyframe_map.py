@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from razer.arrays import Float64Array, IndexArray
+from razer.arrays import Float64Array
 from razer.geometry import inverse
 from slam.backend.doubtful_odometry import doubtful_odometry
 from slam.backend.dynamic_masking import DynamicMasking
@@ -162,7 +162,8 @@ class KeyframeMap:
             keyframe_from_camera: (4, 4) about where the camera is.
             view: what it sees.
         """
-        world_from_camera, numbers = keyframe.world_from_camera @ keyframe_from_camera, self._numbers(keyframe.submap)
+        world_from_camera = keyframe.world_from_camera @ keyframe_from_camera
+        numbers = self.keyframes.of_submap(keyframe.submap)
         numbers = numbers[numbers != keyframe.number]
         poses = self.keyframes.poses()[numbers]
         near = numbers[near_poses(world_from_camera, poses, self._config.loop_closure)]
@@ -177,9 +178,6 @@ class KeyframeMap:
         if fits:
             self._loops.queue_pair(a.number, b.number)
         return fits
-
-    def _numbers(self, submap: int) -> IndexArray:
-        return np.flatnonzero(self.keyframes.submaps() == submap)
 
     def search_submaps(self, located: LocatedView, calibration: ColorCalibration) -> None:
         """Compare a view of an unanchored submap with places of other submaps."""

@@ -17,7 +17,7 @@ from razer.geometry import inverse
 from slam.backend.pose_graph import PoseGraph
 from slam.config import LoopClosureSettings
 from slam.frontend.keyframes import Keyframe
-from slam.pose_edge import PoseEdge, edge_information
+from slam.pose_edge import PoseEdge, edge_information, offset
 from slam.se3 import adjoint, angle_deg, length_m, turn_rad
 
 # Of those that edges count with, which are some five times too large, and three times too small for long ways, as
@@ -35,10 +35,10 @@ def plausible(a: Keyframe, b: Keyframe, a_from_b: Float64Array, settings: LoopCl
         settings: how much drift there may be.
     """
     way_m = abs(b.travelled_m - a.travelled_m)
-    offset = _offset(a.world_from_camera, b.world_from_camera, a_from_b)
+    off = offset(a.world_from_camera, b.world_from_camera, a_from_b)
     return (
-        length_m(offset) <= settings.drift_m + settings.drift_m_per_m * way_m
-        and angle_deg(offset) <= settings.drift_deg + settings.drift_deg_per_m * way_m
+        length_m(off) <= settings.drift_m + settings.drift_m_per_m * way_m
+        and angle_deg(off) <= settings.drift_deg + settings.drift_deg_per_m * way_m
     )
 
 
@@ -48,15 +48,10 @@ def is_within_uncertainty(edge: PoseEdge, graph: PoseGraph) -> bool:
     way = _surest_way(edge.a, edge.b, graph)
     if way is None:
         return False
-    offset = _offset(graph.poses[edge.a], graph.poses[edge.b], edge.a_from_b)
-    twist = np.concatenate([turn_rad(offset), offset[:3, 3]])
+    off = offset(graph.poses[edge.a], graph.poses[edge.b], edge.a_from_b)
+    twist = np.concatenate([turn_rad(off), off[:3, 3]])
     covariance = sum((_covariance_at(edge.b, step, graph) for step in way), np.zeros((6, 6)))
     return float(np.sqrt(twist @ np.linalg.solve(covariance, twist))) <= MAX_SIGMAS
-
-
-def _offset(world_from_a: Float64Array, world_from_b: Float64Array, a_from_b: Float64Array) -> Float64Array:
-    """From where b is to where it was measured in front of a (4, 4), along its own axes."""
-    return inverse(inverse(world_from_a) @ world_from_b) @ a_from_b
 
 
 def _covariance_at(number: int, edge: PoseEdge, graph: PoseGraph) -> Float64Array:

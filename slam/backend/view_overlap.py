@@ -7,11 +7,11 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from slam.config import LoopClosureSettings
+from slam.frontend.depth_pyramid import MIN_DEPTH_M
 from slam.frontend.keyframes import View
 from slam.se3 import angle_deg, length_m
 
 REACH_M = 0.3  # a point this far from a reading may lie on its surface, for all that drift has done
-MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 SAMPLE = 2  # every so many-th reading is looked at
 
 

@@ -13,6 +13,7 @@ from razer.frame import Intrinsics
 
 FINE_WIDTH = 160  # pixels across of the finest grid: registration is no better on finer ones, only slower
 N_LEVELS = 2  # the coarse one draws from afar, the fine one decides; a third changes nothing but the time
+MIN_DEPTH_M = 0.1  # nearer points, and those behind a camera, are not projected into it
 JUMP_SHARE = 0.05  # neighbours whose depths differ by more than this share (and 3 cm) lie on two surfaces
 JUMP_M = 0.03
 NOWHERE_M = 1e6  # stands for a pixel without a reading, which is farther than any

@@ -9,7 +9,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from razer.arrays import BoolArray, Float64Array, Int64Array
+from razer.arrays import BoolArray, Float64Array, IndexArray, Int64Array
 from razer.frame import Frame, Intrinsics
 from slam.config import SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
@@ -182,6 +182,10 @@ class Keyframes:
     def submaps(self) -> Int64Array:
         """The submap (K,) of each."""
         return np.array([keyframe.submap for keyframe in self.all], np.int64)
+
+    def of_submap(self, submap: int) -> IndexArray:
+        """The numbers of those of a submap, in order."""
+        return np.flatnonzero(self.submaps() == submap)
 
     def chains(self) -> Int64Array:
         """The odometry chain (K,) of each."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from razer.arrays import Float64Array, Int64Array
 from razer.frame import Intrinsics
-from slam.frontend.depth_noise import DepthNoise
+from slam.frontend.depth_noise import MEDIAN_SIGMA, DepthNoise
 from slam.intrinsics.matched_views import ViewMatches, back_projected, rigid_start
 from slam.se3 import exp_se3
 
@@ -26,7 +26,6 @@ MIN_EXPLAINED = 0.3  # share of a pair's matches
 ITERATIONS, ROUNDS = 8, 4  # of Gauss-Newton, and of learning how far pixels and depth err
 SETTLED = 1e-5  # share of the focal length by which the last step moved it
 MIN_SCALE = 0.02  # of the errors of pixels and depth: none are exact
-MEDIAN_SIGMA = 0.6745  # median of absolute values of a normal distribution
 # Prior: the focal length may be anything, pixels are square as far as the guess says, as those of all depth cameras
 # are, and the principal point lies within a few percent of the width where it is guessed.
 PRIOR_FOCAL, PRIOR_ASPECT, PRIOR_CENTRE = 0.5, 0.002, 0.02

@@ -19,7 +19,7 @@ class SolvedPoses:
     quality: Mapping[int, TrackingQuality]
     graph: GraphReport | None
     last: int | None = None  # frame that was asked for
-    is_told: bool = False  # whether the graph was reported
+    is_reported: bool = False  # whether the graph was reported
 
     @classmethod
     def of(cls, solved: SparseSystem) -> SolvedPoses:
@@ -37,11 +37,11 @@ class SolvedPoses:
 
     def finish(self) -> None:
         """The graph is reported once more, as the finished one."""
-        self.is_told = False
+        self.is_reported = False
 
     def report(self) -> PoseReport:
         """How the last frame was registered, and with the first frame and in the end the pose graph."""
-        graph = None if self.is_told else self.graph
-        self.is_told = True
+        graph = None if self.is_reported else self.graph
+        self.is_reported = True
         pose = None if self.last is None else self.poses.get(self.last)
         return PoseReport(pose, None if pose is None or self.last is None else self.quality.get(self.last), graph)

@@ -69,7 +69,7 @@ class LocalMap:
     def _overlapping(self, submap: int, view: View, world_from_view: Float64Array) -> list[int]:
         """The keyframes that see most of a view."""
         keyframes, points = self._keyframes, reading_points(view, self._max_depth_m)
-        numbers = np.flatnonzero(keyframes.submaps() == submap)
+        numbers = keyframes.of_submap(submap)
         near = numbers[near_poses(world_from_view, keyframes.poses()[numbers], self._settings)].tolist()
         shared = {n: overlap_of(points, keyframes[n].view, self._motion(n, world_from_view)) for n in near}
         seeing = [n for n in near if shared[n] >= LEAST_SHARED]

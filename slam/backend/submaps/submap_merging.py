@@ -69,8 +69,8 @@ class SubmapMerging:
 
     def _merge(self, home: Keyframe, later: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Make a submap part of another, unless its views contradict that."""
-        numbers, shift = self._numbers(later.submap), self.hypotheses.shift(agreeing[0])
-        others, strictly = self._numbers(home.submap), self._is_doubtful(agreeing[0], len(numbers))
+        numbers, shift = self.keyframes.of_submap(later.submap), self.hypotheses.shift(agreeing[0])
+        others, strictly = self.keyframes.of_submap(home.submap), self._is_doubtful(agreeing[0], len(numbers))
         if self.placement.contradicts(numbers.tolist(), others, shift, _ties(agreeing), strictly):
             return False
         self._shift(numbers, shift)
@@ -95,7 +95,7 @@ class SubmapMerging:
     def _may_close(self, home: Keyframe, agreeing: Sequence[MergeHypothesis]) -> bool:
         """Whether a loop of one chain may be closed: views that came back do not contradict what is there."""
         there, back = np.array([sorted((one.edge.a, one.edge.b)) for one in agreeing]).T
-        numbers, shift = self._numbers(home.submap), self.hypotheses.shift(agreeing[0])
+        numbers, shift = self.keyframes.of_submap(home.submap), self.hypotheses.shift(agreeing[0])
         others = numbers[numbers < (there.max() + back.min()) / 2]  # what comes after drifted with them
         return not self.placement.contradicts(np.unique(back).tolist(), others, shift, _ties(agreeing), strictly=True)
 
@@ -118,13 +118,10 @@ class SubmapMerging:
         self._assign(numbers, free_submap)
         return True
 
-    def _numbers(self, submap: int) -> IndexArray:
-        return np.flatnonzero(self.keyframes.submaps() == submap)
-
     def _parts(self, chain: int) -> tuple[IndexArray, IndexArray]:
         """The keyframes that hang on a chain, and the others of its submap."""
         numbers = hanging_on(chain, self.keyframes.chains(), self.graph.edge_table()[0])
-        return numbers, np.setdiff1d(self._numbers(self.keyframes[int(numbers[0])].submap), numbers)
+        return numbers, np.setdiff1d(self.keyframes.of_submap(self.keyframes[int(numbers[0])].submap), numbers)
 
     def _ties(self, numbers: IndexArray) -> Int64Array:
         """The ends (T, 2) of the edges between some keyframes and the others."""

@@ -92,7 +92,7 @@ class SubmapSearch:
 
     def _most_overlapping(self, view: View, world_from_camera: Float64Array, submap: int) -> int | None:
         """The keyframe of a submap that sees most of a view at a pose in it, if it sees some."""
-        settings, numbers = self.config.loop_closure, np.flatnonzero(self.keyframes.submaps() == submap)
+        settings, numbers = self.config.loop_closure, self.keyframes.of_submap(submap)
         near = numbers[near_poses(world_from_camera, self.keyframes.poses()[numbers], settings)].tolist()
         points = reading_points(view, self.config.depth.max_depth_m)
         shares = [

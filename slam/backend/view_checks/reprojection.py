@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
+from slam.frontend.depth_pyramid import MIN_DEPTH_M
 from slam.frontend.keyframes import View
 from slam.frontend.sparse_readings import SparseReadings, pixel_rays
 from slam.frontend.view_registration import EXPOSURE_GAP_S
 
-MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 KEPT_VIEWS = 160  # all of few pictures that are matched in no order; each takes some 100 kB
 KEPT_PAIRS = 256  # space is compared of all pairs of a place before colours are; each takes 30 kB at the most
 

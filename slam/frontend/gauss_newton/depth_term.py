@@ -12,7 +12,7 @@ import numpy as np
 
 from razer.arrays import Float32Array, Float64Array, IndexArray
 from slam.frontend.depth_noise import DepthNoise
-from slam.frontend.depth_pyramid import SurfaceGrid
+from slam.frontend.depth_pyramid import MIN_DEPTH_M, SurfaceGrid
 
 MIN_NORMAL_COSINE = 0.8  # between the normals of points that may be one; noise alone turns normals by half as much
 TUKEY = 3.0  # residuals beyond this many sigmas are outliers, at the finest level
@@ -21,7 +21,6 @@ MIN_MATCHED = 100  # with fewer there is no depth term: six unknowns from noisy 
 # Normals of n points of a bare wall, under noise of their own in each view, have up to this / sqrt(n) of their spread
 # in common by chance: in 95 of 100 pairs of simulated views, along that of the three open axes that has most.
 CHANCE = 4.5
-MIN_DEPTH_M = 0.1  # nearer points, and those behind the camera, are not projected
 NOTHING = np.zeros((6, 6)), np.zeros(6)
 
 
