@@ -190,14 +190,15 @@ def wait_for_checkpoints(process: subprocess.Popen, out: Path, count: int) -> No
 
 
 @pytest.mark.full
+@pytest.mark.parametrize("seed", [18, 19, 20])
 @pytest.mark.parametrize("poses", ["given", "slam", "refine"])
-def test_runs_killed_at_random_moments_end_as_if_nothing_had_happened(tmp_path, poses):
+def test_runs_killed_at_random_moments_end_as_if_nothing_had_happened(tmp_path, poses, seed):
     """Fifteen times each, after two checkpoints or more; the whole group of processes is killed, as by a power cut."""
     recording = write_small_room(tmp_path / "recording", n_frames=40)
     arguments = ("--poses", poses, "--segmenter", "geometric", "--embedder", "appearance", *QUICK)
-    reference, out, moments = tmp_path / "reference", tmp_path / "run", np.random.default_rng(18)
+    reference, out, moments = tmp_path / "reference", tmp_path / "run", np.random.default_rng(seed)
     assert start(recording, reference, *arguments).wait() == 0
-    for _ in range(15):
+    for _ in range(5):
         process = start(recording, out, *arguments, "--checkpoint-every", "5")
         wait_for_checkpoints(process, out, 2)
         time.sleep(moments.uniform(0, 3))
