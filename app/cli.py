@@ -33,6 +33,7 @@ app = App(
     version=lambda: metadata.version("razer"),
     group_commands=Group("Options", sort_key=99),
     default_parameter=Parameter(converter=typed_value),
+    suppress_keyboard_interrupt=False,  # it would end the program without a word
 )
 
 

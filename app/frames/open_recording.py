@@ -11,12 +11,18 @@ from app.settings.run_config import InputSettings
 from data_tools import open_sequence
 from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
+from razer.frame import Intrinsics
+
+MOST_OBLONG = (
+    1.5  # pixels, of their width by their height or the other way round; images that were stretched have 4 / 3
+)
 
 
 def open_recording(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
     """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
     # Late: a recording is also opened unchecked, for a few frames of it at once.
     from data_tools.checks.depth_scale import check_depth_scale
+    from data_tools.checks.inspection import NO_CONVENTION
     from data_tools.checks.pose_check import check_poses
     from data_tools.checks.sample import Sample
 
@@ -28,6 +34,8 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
             _warn(f"the poses look wrong: {poses.convention.fix}", console)
             sample = sample.reposed(poses.convention)
         scale = check_depth_scale(sequence, sample)
+    if poses.is_unfit and scale.verdict == "ok":
+        _warn(f"the poses do not fit the images: {poses.contradiction}; {NO_CONVENTION}", console)
     if scale.verdict != "ok":
         finding = f"the depth scale of {scale.declared:g} units per metre looks wrong: {scale.reason}"
         _warn(f"{finding}; {scale.advice}", console)
@@ -54,11 +62,23 @@ def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdS
     with waiting_for("opening the recording", console):
         sequence = open_unchecked(folder, settings)
     print_poses_note(sequence, console)
+    if (doubt := _camera_doubt(sequence.intrinsics)) and not settings.guess_intrinsics:
+        _warn(doubt, console)
     if not settings.guess_intrinsics:
         return sequence
     from app.frames.cameras.refined_camera import refined
 
     return refined(sequence, settings, console)
+
+
+def _camera_doubt(k: Intrinsics) -> str:
+    """What no usual camera's intrinsics are, in a plain line; "" for usual ones."""
+    if not (0 <= k.cx < k.width and 0 <= k.cy < k.height):
+        place = f"{k.cx:g}, {k.cy:g} lies outside of the image of {k.width}x{k.height}"
+        return f"the principal point {place}: see --intrinsics"
+    if not 1 / MOST_OBLONG <= k.fx / k.fy <= MOST_OBLONG:
+        return f"focal lengths of {k.fx:g} and {k.fy:g} pixels make pixels that are no squares: see --intrinsics"
+    return ""
 
 
 def print_poses_note(sequence: RgbdSequence, console: Console) -> None:

@@ -66,6 +66,7 @@ class TrackedPath:
         median, p95 = np.percentile(self.ms, [50, 95]) if self.ms else (0.0, 0.0)
         return {
             **self.account().as_json(),
+            "interrupted": self.interrupted,
             "keyframes": self.n_keyframes,
             "loops": self.n_loops,
             "open": [stretch.describe() for stretch in self.open],

@@ -20,6 +20,10 @@ from razer.frame import Frame, Intrinsics
 _N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
+NO_CONVENTION = (
+    "no convention explains it: see whether they are of this recording, in its order and by its clock, and whether the "
+    "intrinsics are right; --poses slam needs none"
+)
 _TO_DECLARE = (
     "record more of the place; or say where the colour camera is, with --rgbd-calibration FILE.json, or with its "
     'intrinsics as "color" in --intrinsics FILE.json and --depth-to-color FILE'
@@ -79,7 +83,7 @@ def inspect_sequence(sequence: RgbdSequence) -> Inspection:
     posed = [frame for frame in usable if frame.world_from_camera is not None]
     issues = [
         *_frame_issues(bad, len(usable) + len(bad)),
-        *_pose_issues(poses),
+        *_pose_issues(poses, depth_scale),
         *_scale_issues(depth_scale),
         *_alignment_issues(rgbd_alignment, rgbd_estimate),
     ]
@@ -126,7 +130,9 @@ def _frame_issues(bad: Sequence[tuple[int, str]], inspected: int) -> list[Issue]
     return [Issue("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
 
 
-def _pose_issues(report: PoseCheck) -> list[Issue]:
+def _pose_issues(report: PoseCheck, depth_scale: DepthScaleReport) -> list[Issue]:
+    if report.is_unfit and depth_scale.verdict == "ok":
+        return [Issue("poses", report.contradiction, NO_CONVENTION)]
     if not report.wrong:
         return []
     (depth_now, depth_fixed), (px_now, px_fixed) = report.agreement, report.error_px

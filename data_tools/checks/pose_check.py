@@ -24,6 +24,9 @@ _POINTS = 40
 # Depth may be wrong too: each convention is judged at the scale that suits it best.
 _FACTORS = np.array([1.0, 5.0, 0.2, 10.0, 0.1, 1000.0, 0.001])
 _SUSPICIOUS = 0.012  # median error of features, share of the image's width
+# The same, from which on the poses do not fit, by any convention: with 4 cm of noise of each it is half of that, and
+# poses of another recording, or backwards, are beyond it.
+_UNFIT = 0.03
 _CLEARLY_BETTER = 0.4
 _TIE = 1.3
 
@@ -32,12 +35,21 @@ _TIE = 1.3
 class PoseCheck:
     """What the poses seem to be: the convention, AS_WRITTEN if nothing is clearly better or nothing can be told;
     pairs of frames judged; for the poses as written and as meant, the median error of features (pixels) and the
-    share of depth that agrees."""
+    share of depth that agrees; is_unfit, whether images contradict the poses and no convention explains it."""
 
     convention: Convention
     n_pairs: int
     error_px: tuple[float, float] = (float("nan"), float("nan"))
     agreement: tuple[float, float] = (float("nan"), float("nan"))
+    is_unfit: bool = False
+
+    @property
+    def contradiction(self) -> str:
+        """What speaks against the poses as they are meant, in plain words."""
+        return (
+            f"moved by the poses, {self.agreement[1]:.0%} of the depth agrees between frames, and features are missed "
+            f"by {self.error_px[1]:.0f} pixels"
+        )
 
     @property
     def wrong(self) -> bool:
@@ -59,7 +71,8 @@ def check_poses(sample: Sample) -> PoseCheck:
     meant, best_error_px, better = _best(measured)
     if best_error_px > _CLEARLY_BETTER * error or better <= agreement:
         meant, best_error_px, better = AS_WRITTEN, error, agreement
-    return PoseCheck(meant, len(measured), (error, best_error_px), (agreement, better))
+    is_unfit = best_error_px > _UNFIT * measured[0][0].intrinsics.width
+    return PoseCheck(meant, len(measured), (error, best_error_px), (agreement, better), is_unfit)
 
 
 def _best(pairs: Sequence[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:

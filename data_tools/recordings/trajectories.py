@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -117,17 +118,27 @@ class Trajectory:
 def read_trajectory(path: Path) -> Trajectory:
     """A TUM trajectory, lines of `stamp tx ty tz qx qy qz qw`; raises BadInput naming the file. A last line that is
     cut off and lines without a finite stamp are left out: no frame can have their pose."""
-    lines = [line.split() for line in read_lines(path)]
-    lines = [line for line in lines if line and not line[0].startswith("#")]
-    if len(lines) > 1 and len(lines[-1]) < 8:
-        lines.pop()
+    numbered = [(number, line.split()) for number, line in enumerate(read_lines(path), 1)]
+    numbered = [(number, words) for number, words in numbered if words and not words[0].startswith("#")]
+    if len(numbered) > 1 and len(numbered[-1][1]) < 8:
+        numbered.pop()
     try:
-        rows = np.array(lines, dtype=np.float64).reshape(-1, 8)
+        rows = np.array([words for _, words in numbered], dtype=np.float64).reshape(-1, 8)
     except ValueError:
-        raise BadInput(f"{path}: every line must read `stamp tx ty tz qx qy qz qw`") from None
+        raise BadInput(_first_misread(path, numbered)) from None
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return Trajectory(path.name, rows[:, 0], rows[:, 1:4], rows[:, 4:])
+
+
+def _first_misread(path: Path, numbered: Sequence[tuple[int, list[str]]]) -> str:
+    """What is wrong with the first line that is not eight numbers."""
+    for number, words in numbered:
+        with suppress(ValueError):
+            np.array(words, dtype=np.float64).reshape(8)
+            continue
+        return f"{path}, line {number}: every line must read `stamp tx ty tz qx qy qz qw`, not '{' '.join(words)[:60]}'"
+    raise AssertionError("all lines are eight numbers")
 
 
 def tum_line(stamp: float, world_from_camera: Pose, *, canonical: bool = False) -> str:

@@ -20,7 +20,8 @@ KIND = "KITTI, a line a frame"
 def poses_by_line(path: Path, n_frames: int) -> tuple[FramePoses, str]:
     """The poses of a KITTI file, the n-th line's for the n-th frame, and how they were matched; raises BadInput naming
     the line, and where there are not as many lines as frames."""
-    lines = [(number, line) for number, line in enumerate(read_lines(path), 1) if line.strip()]
+    numbered = enumerate(read_lines(path), 1)
+    lines = [(number, line) for number, line in numbered if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) != n_frames:
         raise BadInput(f"{path} has {len(lines)} poses for {n_frames} frames: it needs a line for each of them")
     poses = {}

@@ -15,7 +15,6 @@ from razer.errors import UnusableFrame
 from razer.frame import Frame, Intrinsics
 from slam.config import ColorSettings, FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
-from slam.frontend.seen_color import seen_gray
 
 OCTAVE = 1.2  # reduction from one level of ORB's image pyramid to the next, as its authors chose
 FAST_THRESHOLD = 8  # of grey levels; low, since the raster keeps the strongest corners of each cell anyway
@@ -90,10 +89,10 @@ class FeatureExtractor:
         for images of a few pixels."""
         if min(frame.depth.shape) < MIN_SIDE:
             raise UnusableFrame(f"an image of {frame.intrinsics.width}x{frame.intrinsics.height} pixels shows nothing")
-        gray, seen = seen_gray(frame)
-        corners, descriptors = self._described(gray, seen)
+        gray = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
+        corners, descriptors = self._described(gray)
         if len(corners) < FEW and min(gray.shape) >= FAINT_SHADE:
-            faint, of_faint = self._described(faint_texture(gray), seen)
+            faint, of_faint = self._described(faint_texture(gray))
             corners, descriptors = [*corners, *faint], np.concatenate([descriptors, of_faint])
         if len(corners) == 0:
             return no_features(descriptors)
@@ -105,9 +104,9 @@ class FeatureExtractor:
         depth_m = depth_at(frame, calibration, rays)
         return Features.of(rays, descriptors, depth_m, sigma, Readout.of(k, self._color))
 
-    def _described(self, gray: Uint8Array, seen: Uint8Array | None) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
-        """Corners spread over what the colour camera sees of the image, and their descriptors (N, 32)."""
-        strongest = spread(self._detector.detect(gray, seen), gray.shape, self._settings)
+    def _described(self, gray: Uint8Array) -> tuple[Sequence[cv2.KeyPoint], Uint8Array]:
+        """Corners spread over the image, and their descriptors (N, 32)."""
+        strongest = spread(self._detector.detect(gray), gray.shape, self._settings)
         corners, descriptors = self._detector.compute(gray, strongest)
         if descriptors is None:
             return [], np.zeros((0, 32), np.uint8)

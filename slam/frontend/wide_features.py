@@ -15,7 +15,6 @@ from razer.frame import Frame
 from slam.config import FeatureSettings, SlamConfig
 from slam.frontend.color_calibration import ColorCalibration
 from slam.frontend.features import Features, Readout, depth_at, no_features, raster_ranks
-from slam.frontend.seen_color import seen_gray
 
 WIDTH = 320  # pixels across of the image that is looked at: larger ones take four times as long and match no better
 CONTRAST = 0.004  # of grey levels in [0, 1]; low, as walls have little, and the raster keeps the strongest anyway
@@ -84,8 +83,7 @@ def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) 
     """The features of a frame, and how many of them are prominent."""
     k = frame.intrinsics
     step = max(1, round(k.width / WIDTH))
-    gray, seen = seen_gray(frame)
-    points, descriptors, n_prominent = _described(gray, seen, step)
+    points, descriptors, n_prominent = _described(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY), step)
     if len(points) == 0:
         return no_features(descriptors), 0
     pixels = (np.array([point.pt for point in points]) + 0.5) * step - 0.5
@@ -95,16 +93,13 @@ def _extracted(frame: Frame, calibration: ColorCalibration, config: SlamConfig) 
     return Features.of(rays, descriptors, depth_m, sigma, readout), n_prominent
 
 
-def _described(gray: Uint8Array, seen: Uint8Array | None, step: int) -> tuple[Sequence[cv2.KeyPoint], Uint8Array, int]:
-    """Features of an image reduced by a whole number, spread over what the colour camera sees of it, first the
-    strongest of each cell of the raster, then the second of each, and so on; their descriptors (N, 64); and how many
-    are prominent."""
+def _described(gray: Uint8Array, step: int) -> tuple[Sequence[cv2.KeyPoint], Uint8Array, int]:
+    """Features of an image reduced by a whole number, spread over it, first the strongest of each cell of the raster,
+    then the second of each, and so on; their descriptors (N, 64); and how many are prominent."""
     rows, columns = (length // step * step for length in gray.shape)
-    size = columns // step, rows // step
-    small = cv2.resize(gray[:rows, :columns], size, interpolation=cv2.INTER_AREA)
-    mask = None if seen is None else cv2.resize(seen[:rows, :columns], size, interpolation=cv2.INTER_NEAREST)
+    small = cv2.resize(gray[:rows, :columns], (columns // step, rows // step), interpolation=cv2.INTER_AREA)
     # All are described, and then chosen from: to find and to describe them one after the other takes as long.
-    points, descriptors = cv2.SIFT.create(contrastThreshold=CONTRAST).detectAndCompute(small, mask)
+    points, descriptors = cv2.SIFT.create(contrastThreshold=CONTRAST).detectAndCompute(small, None)
     if descriptors is None:
         return [], np.zeros((0, 64), np.uint8), 0
     rank = raster_ranks(points, small.shape, RASTER)[1]

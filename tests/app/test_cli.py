@@ -12,13 +12,13 @@ from typing import get_type_hints
 
 import pytest
 
-from app.cli import app
+from app.cli import app, main
 from app.console.streams import print_warnings
 from app.profiling.cores import leave_cores_to_helpers
 from app.settings.options import RunOptions
 from app.settings.run_config import RunConfig
 from app.verbs import VERBS
-from tests.support.cli import razer
+from tests.support.cli import razer, write_small_room
 
 
 @pytest.mark.parametrize(
@@ -108,3 +108,14 @@ def test_quiet_leaves_results_and_warnings_alone(capsys, tmp_path):
     assert json.loads(quiet[1].splitlines()[-1])["frames"] == 2
     print_warnings(["smoke"])
     assert "smoke" in capsys.readouterr().err
+
+
+def test_ctrl_c_in_a_verb_is_one_line(tmp_path, monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("data_tools.checks.inspection.inspect_sequence", interrupted)
+    with pytest.raises(SystemExit) as ended:
+        main(["inspect", str(write_small_room(tmp_path / "room"))])
+    assert ended.value.code == 130
+    assert capsys.readouterr().err.splitlines()[-1] == "razer: interrupted"

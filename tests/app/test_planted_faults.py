@@ -109,7 +109,7 @@ RECORDINGS: dict[str, tuple[Fault, str]] = {
     "no camera": (gone(CAMERA), "does not say what camera took it"),
     "stamps as dates": (
         lines(lambda rows: [b"2024-01-01T00:00:00 " + row.split(b" ", 1)[1] for row in rows]),
-        "trajectory.txt: every line must read",
+        "trajectory.txt, line 1: every line must read",
     ),
     "commas between numbers": (edited(POSES, lambda data: data.replace(b" ", b",")), "every line must read"),
     "commas for points": (edited(POSES, lambda data: data.replace(b".", b",")), "every line must read"),

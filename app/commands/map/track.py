@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import AbstractContextManager, ExitStack
 from json import dumps
 from pathlib import Path
@@ -56,7 +57,7 @@ def track(
 
     # Late, as in `razer run`.
     with waiting_for("starting"):
-        from app.frames.open_recording import open_noted
+        from app.frames.open_recording import open_noted, open_recording
         from app.pipeline.track_only import tracked_path
         from data_tools.recordings.trajectories import tum_text
 
@@ -64,17 +65,23 @@ def track(
         for path in dict.fromkeys([out, live_poses]):
             if path is not None:
                 files.enter_context(_written(path))
-        sequence = open_noted(folder, config.input, progress_console())
+        # Poses that are corrected matter; others are only compared with.
+        opened = open_recording if config.input.poses == "refine" else open_noted
+        sequence = opened(folder, config.input, progress_console())
         tracked = tracked_path(sequence, config, progress_console())
         for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
             if path is not None:
                 text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
                 replace_content(path, text)
+    if tracked.interrupted:
+        n_seen = len(tracked.stamps) + len(tracked.skipped)
+        print(f"razer: interrupted after {n_seen} of {tracked.n_asked} frames", file=sys.stderr)
     if json:
         print(dumps(tracked.as_json()))
     else:
         _report(tracked, out, live_poses)
-        _advise(tracked, folder, options)
+        if not tracked.interrupted:
+            _advise(tracked, folder, options)
     return INTERRUPTED if tracked.interrupted else 0
 
 

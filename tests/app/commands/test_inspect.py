@@ -137,3 +137,19 @@ def test_a_flipped_axis_is_named_and_nothing_usable_is_exit_code_2(
     assert code == 2
     assert "left-handed" in out
     assert "negate one column of each rotation" in out
+
+
+def test_a_run_says_that_poses_do_not_fit_and_that_a_camera_is_none(written: dict[str, Path], tmp_path: Path) -> None:
+    """Those of another walk, and a principal point beside the image."""
+    elsewhere = tmp_path / "elsewhere"
+    other = SyntheticRoom(4, n_frames=240, width=320, height=240)
+    np.savetxt(elsewhere, [other[10 * n].pose[:3].ravel() for n in range(N_FRAMES)])
+    settings = InputSettings(poses_from=str(elsewhere), intrinsics="260,260,400,120")
+    stream = io.StringIO()
+    open_recording(written["right"], settings, Console(file=stream, width=1000))
+    said = stream.getvalue()
+    assert "WARNING: the poses do not fit the images: moved by the poses" in said
+    assert "WARNING: the principal point 400, 120 lies outside of the image of 320x240" in said
+    stream = io.StringIO()
+    open_recording(written["right"], InputSettings(intrinsics="260,520,159.5,119.5"), Console(file=stream, width=1000))
+    assert "make pixels that are no squares" in stream.getvalue()

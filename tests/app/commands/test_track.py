@@ -27,8 +27,8 @@ def test_track_writes_both_trajectories_and_the_contract(clip, tmp_path, capsys)
     assert code == 0
     result = json.loads(out.splitlines()[-1])
     assert set(result) == {
-        "frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked", "keyframes", "loops", "open",
-        "ms_median", "ms_p95", "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by",
+        "frames", "used", "skipped", "lost", "lost_intervals", "tracked", "asked", "interrupted", "keyframes", "loops",
+        "open", "ms_median", "ms_p95", "ate_rmse_m", "rotation_rmse_deg", "rpe_trans_m", "rpe_rot_deg", "aligned_by",
         "degenerate",
     }  # fmt: skip
     assert (result["frames"], result["used"], result["tracked"], result["lost_intervals"]) == (12, 12, 1.0, [])

@@ -21,6 +21,7 @@ from data_tools.synthetic.synthetic_room import SyntheticRoom
 from razer.arrays import Float64Array
 from razer.frame import Frame
 from razer.geometry import inverse, is_rigid
+from slam.se3 import exp_se3
 from tests.support.spoilt import Spoilt, as_is, depth_moved, mirrored, posed, scaled
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -206,3 +207,31 @@ def test_every_convention_is_a_rigid_change_and_no_two_are_the_same() -> None:
     for i, one in enumerate(moved):
         assert all(np.abs(one - other).max() > 1e-3 for other in moved[:i])
     assert np.array_equal(moved[0], pose)
+
+
+def random_pose(pose: Float64Array) -> Float64Array:
+    rng = np.random.default_rng(round(1e6 * float(pose[0, 3])) % 2**32)
+    return pose @ exp_se3(np.concatenate([rng.normal(0, 1.0, 3), rng.normal(0, 1.0, 3)]))
+
+
+def noisy_pose(pose: Float64Array) -> Float64Array:
+    rng = np.random.default_rng(round(1e6 * float(pose[0, 3])) % 2**32)
+    return pose @ exp_se3(np.concatenate([rng.normal(0, 0.005, 3), rng.normal(0, 0.02, 3)]))
+
+
+@pytest.mark.parametrize(("change", "is_unfit"), [(random_pose, True), (noisy_pose, False)])
+def test_poses_that_no_convention_explains_are_said_not_to_fit(
+    room: list[Frame], change: Callable[[Float64Array], Float64Array], is_unfit: bool
+) -> None:
+    found = inspect_sequence(Spoilt(room, posed(change)))
+    assert found.poses.is_unfit is is_unfit
+    assert ("poses" in about(found)) is is_unfit
+    if is_unfit:
+        (issue,) = [issue for issue in found.issues if issue.about == "poses"]
+        assert "0% of the depth agrees" in issue.problem
+        assert issue.fix.startswith("no convention explains it")
+
+
+def test_a_scale_that_explains_all_is_named_alone(room: list[Frame]) -> None:
+    found = inspect_sequence(Spoilt(room, posed(lambda pose: np.vstack([pose[:3] * (1, 1, 1, 3), pose[3:]]))))
+    assert about(found) == ["depth scale"]

@@ -13,6 +13,7 @@ from data_tools.registry import open_sequence
 from data_tools.synthetic.synthetic_room import SyntheticRoom
 from data_tools.trajectory_files.posed_sequence import posed_by
 from razer.errors import BadInput, UnusableFrame
+from slam.se3 import exp_se3
 from tests.support.pose_files import curved_path, write_colmap, write_kitti, write_transforms, write_tum_lines
 from tests.support.recordings import camera_json, write_folder, write_seven_scenes
 
@@ -202,3 +203,47 @@ def test_poses_by_names_need_images_that_have_some(folder, tmp_path):
 def test_a_reader_of_ones_own_poses_its_frames_itself(tmp_path):
     with pytest.raises(BadInput, match="a reader of your own, which alone can pose its frames"):
         posed_by(SyntheticRoom(0, 2, 32, 24), write_kitti(tmp_path / "k.txt", PATH))
+
+
+def test_nearly_the_frames_rate_is_interpolated_as_its_stamps_run_past_those_of_frames(folder, tmp_path):
+    """29 ms apart where frames are 33: nearest ones are up to half a gap beside."""
+    stamps = np.arange(0.0, 0.2, 0.029)
+    poses = [np.eye(4) for _ in stamps]
+    for pose, stamp in zip(poses, stamps, strict=True):
+        pose[0, 3] = 3 * stamp
+    sequence = open_sequence(folder, poses_from=write_tum_lines(tmp_path / "t.txt", stamps.tolist(), poses))
+    assert "interpolated" in sequence.poses_note
+    assert [sequence[i].pose[0, 3] for i in range(N)] == pytest.approx([0.1 * i for i in range(N)], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("late_s", "said"), [(0.010, "nearest stamps, 0.010 s off at the median"), (0.001, "nearest stamps)")]
+)
+def test_stamps_that_are_all_late_are_said_to_be(folder, tmp_path, late_s, said):
+    late = [i / 30 + late_s for i in range(N)]
+    assert said in open_sequence(folder, poses_from=write_tum_lines(tmp_path / "t.txt", late, PATH)).poses_note
+
+
+@pytest.mark.parametrize(("shift_m", "turn_deg"), [(0.0, 0.0), (0.005, 0.5), (0.02, 0.0), (0.0, 2.0)])
+def test_one_stamp_has_one_pose(folder, tmp_path, shift_m, turn_deg):
+    again = PATH[2] @ exp_se3(np.array([0, np.radians(turn_deg), 0, shift_m, 0, 0]))
+    stamps = [i / 30 for i in range(N)]
+    path = write_tum_lines(tmp_path / "t.txt", [*stamps, stamps[2]], [*PATH, again])
+    if shift_m < 0.01 and turn_deg < 1:
+        np.testing.assert_allclose(open_sequence(folder, poses_from=path)[1].pose, PATH[1], atol=1e-9)
+    else:
+        assert "the stamp 0.066667 has two poses" in refused(folder, path)
+
+
+def test_comments_are_no_poses(folder, tmp_path):
+    path = write_kitti(tmp_path / "k.txt", PATH)
+    path.write_text("# first\n" + path.read_text() + "  # last\n")
+    np.testing.assert_allclose(open_sequence(folder, poses_from=path)[N - 1].pose, PATH[-1], atol=1e-9)
+
+
+def test_a_line_that_is_no_pose_is_named_by_its_number(folder, tmp_path):
+    path = write_tum_lines(tmp_path / "t.txt", [i / 30 for i in range(N)], PATH)
+    lines = path.read_text().splitlines()
+    lines[3] = lines[3].rpartition(" ")[0]
+    path.write_text("\n".join(lines) + "\n")
+    assert f"{path}, line 4: every line must read" in refused(folder, path)
