@@ -21,6 +21,7 @@ from app.pipeline.sparse_pictures import match_pictures, pace, print_matched
 from app.run_folder.pose_corrections import PoseCorrections
 from app.settings.run_config import RunConfig
 from data_tools.recordings.sequence import RgbdSequence
+from data_tools.recordings.trajectories import tum_text
 from razer.arrays import Float64Array
 from razer.errors import BadInput, UnusableFrame
 from razer.frame import Frame
@@ -75,6 +76,10 @@ class TrackedPath:
             **self._errors(),
             **({} if (corrections := self.corrections()) is None else {"corrected": corrections.as_json()}),
         }
+
+    def tum_text(self, poses: Mapping[int, Pose]) -> str:
+        """Lines of a TUM file of some of the poses, by frame index."""
+        return tum_text([self.stamps[index] for index in poses], list(poses.values()))
 
     def corrections(self) -> PoseCorrections | None:
         """What was corrected of given poses, None where these were not to be."""

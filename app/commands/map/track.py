@@ -23,6 +23,7 @@ from razer.storage.atomic_files import replace_content
 
 if TYPE_CHECKING:
     from app.pipeline.track_only import TrackedPath
+    from app.settings.run_config import RunConfig
 
 MIN_LOCATED = 0.5  # share of the frames: with fewer a map is not worth making
 
@@ -55,34 +56,36 @@ def track(
     """
     config = options.read()
 
-    # Late, as in `razer run`.
-    with waiting_for("starting"):
-        from app.frames.open_recording import open_noted, open_recording
-        from app.pipeline.track_only import tracked_path
-        from data_tools.recordings.trajectories import tum_text
-
     with ExitStack() as files:
         for path in dict.fromkeys([out, live_poses]):
             if path is not None:
                 files.enter_context(_written(path))
-        # Poses that are corrected matter; others are only compared with.
-        opened = open_recording if config.input.poses == "refine" else open_noted
-        sequence = opened(folder, config.input, progress_console())
-        tracked = tracked_path(sequence, config, progress_console())
+        tracked = _tracked(folder, config)
         for path, poses in ((out, tracked.final), (live_poses, tracked.live)):
             if path is not None:
-                text = tum_text([tracked.stamps[index] for index in poses], list(poses.values()))
-                replace_content(path, text)
-    if tracked.interrupted:
-        n_seen = len(tracked.stamps) + len(tracked.skipped)
-        print(f"razer: interrupted after {n_seen} of {tracked.n_asked} frames", file=sys.stderr)
+                replace_content(path, tracked.tum_text(poses))
     if json:
         print(dumps(tracked.as_json()))
     else:
         _report(tracked, out, live_poses)
-        if not tracked.interrupted:
-            _advise(tracked, folder, options)
-    return INTERRUPTED if tracked.interrupted else 0
+    if tracked.interrupted:
+        n_seen = len(tracked.stamps) + len(tracked.skipped)
+        print(f"razer: interrupted after {n_seen} of {tracked.n_asked} frames", file=sys.stderr)
+        return INTERRUPTED
+    if not json:
+        _advise(tracked, folder, options)
+    return 0
+
+
+def _tracked(folder: Path, config: RunConfig) -> TrackedPath:
+    # Late, as in `razer run`.
+    with waiting_for("starting"):
+        from app.frames.open_recording import open_noted, open_recording
+        from app.pipeline.track_only import tracked_path
+
+    # Poses that are corrected are checked; with others the path is only compared.
+    opened = open_recording if config.input.poses == "refine" else open_noted
+    return tracked_path(opened(folder, config.input, progress_console()), config, progress_console())
 
 
 def _advise(tracked: TrackedPath, folder: Path, options: TrackOptions) -> None:
