@@ -22,7 +22,7 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
     """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
     # Late: a recording is also opened unchecked, for a few frames of it at once.
     from data_tools.checks.depth_scale import check_depth_scale
-    from data_tools.checks.inspection import NO_CONVENTION
+    from data_tools.checks.inspection import NO_CONVENTION, convention_fix
     from data_tools.checks.pose_check import check_poses
     from data_tools.checks.sample import Sample
 
@@ -31,7 +31,7 @@ def open_recording(folder: Path, settings: InputSettings, console: Console) -> R
         sample = Sample.of(sequence)
         poses = check_poses(sample)
         if poses.wrong:
-            _warn(f"the poses look wrong: {poses.convention.fix}", console)
+            _warn(f"the poses look wrong: {convention_fix(poses, sequence)}", console)
             sample = sample.reposed(poses.convention)
         scale = check_depth_scale(sequence, sample)
     if poses.is_unfit and scale.verdict == "ok":

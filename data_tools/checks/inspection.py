@@ -83,7 +83,7 @@ def inspect_sequence(sequence: RgbdSequence) -> Inspection:
     posed = [frame for frame in usable if frame.world_from_camera is not None]
     issues = [
         *_frame_issues(bad, len(usable) + len(bad)),
-        *_pose_issues(poses, depth_scale),
+        *_pose_issues(poses, depth_scale, sequence),
         *_scale_issues(depth_scale),
         *_alignment_issues(rgbd_alignment, rgbd_estimate),
     ]
@@ -130,7 +130,15 @@ def _frame_issues(bad: Sequence[tuple[int, str]], inspected: int) -> list[Issue]
     return [Issue("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
 
 
-def _pose_issues(report: PoseCheck, depth_scale: DepthScaleReport) -> list[Issue]:
+def convention_fix(report: PoseCheck, sequence: RgbdSequence) -> str:
+    """How to make poses of the recording's right that are of another convention. Of a file that stands for its own they
+    are those that follow from the file's kind, which says of itself what it holds."""
+    if not getattr(sequence, "poses_note", ""):
+        return report.convention.fix
+    return f"read as its kind has them, {report.convention.fix}; so the file was not written as that kind is"
+
+
+def _pose_issues(report: PoseCheck, depth_scale: DepthScaleReport, sequence: RgbdSequence) -> list[Issue]:
     if report.is_unfit and depth_scale.verdict == "ok":
         return [Issue("poses", report.contradiction, NO_CONVENTION)]
     if not report.wrong:
@@ -139,7 +147,7 @@ def _pose_issues(report: PoseCheck, depth_scale: DepthScaleReport) -> list[Issue
     problem = f"moved by the poses, {depth_now:.0%} of the depth agrees between frames, {depth_fixed:.0%} after the fix"
     if np.isfinite(px_now):
         problem += f"; features are missed by {px_now:.0f} pixels, then {px_fixed:.0f}"
-    return [Issue("poses", problem, report.convention.fix)]
+    return [Issue("poses", problem, convention_fix(report, sequence))]
 
 
 def _scale_issues(report: DepthScaleReport) -> list[Issue]:

@@ -27,7 +27,7 @@ MAX_TURN_DEG = 30.0  # of a pair: beyond, little is seen by both
 MAX_POINTS_ALONG = 48  # of a depth image's longer edge
 OTHER_SURFACE_M = 0.1  # farther apart two readings are of two surfaces, or of nothing
 FEWEST_READINGS = 100  # of a pair
-COARSE, FINE = np.geomspace(0.02, 50.0, 79), np.exp(np.linspace(-0.25, 0.25, 51))
+COARSE, FINE = np.geomspace(5e-4, 2e3, 151), np.exp(np.linspace(-0.25, 0.25, 51))
 QUARTERS, MAX_SPREAD = 4, 0.03  # each of so many parts of the pairs must have its best scale that near, as a share
 
 

@@ -153,3 +153,15 @@ def test_a_run_says_that_poses_do_not_fit_and_that_a_camera_is_none(written: dic
     stream = io.StringIO()
     open_recording(written["right"], InputSettings(intrinsics="260,520,159.5,119.5"), Console(file=stream, width=1000))
     assert "make pixels that are no squares" in stream.getvalue()
+
+
+def test_a_file_that_is_not_as_its_kind_is_said_to_be_so(
+    written: dict[str, Path], room: list[Frame], tmp_path: Path
+) -> None:
+    """KITTI's poses are camera to world."""
+    path = tmp_path / "inverted"
+    np.savetxt(path, [inverse(frame.pose)[:3].ravel() for frame in room])
+    stream = io.StringIO()
+    open_recording(written["right"], InputSettings(poses_from=str(path)), Console(file=stream, width=1000))
+    assert "WARNING: the poses look wrong: read as its kind has them, they are world-to-camera" in stream.getvalue()
+    assert "so the file was not written as that kind is" in stream.getvalue()

@@ -130,7 +130,7 @@ def test_of_images_of_one_name_those_of_the_colour_folder_are_meant(folder, tmp_
     assert "two poses for one image" in refused(folder, again)
 
 
-@pytest.mark.parametrize("scale", [0.07, 0.4, 1.0, 8.0])
+@pytest.mark.parametrize("scale", [0.002, 0.07, 0.4, 1.0, 8.0, 1000.0])
 def test_the_scale_of_colmap_is_measured_by_depth(scale, real_data, tmp_path):
     """A real kitchen, every tenth image of which has a pose: those of KinectFusion in another unit."""
     folder = real_data / "redkitchen"
