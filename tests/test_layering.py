@@ -72,9 +72,10 @@ def imported(tree: ast.AST, package: str = "") -> Iterator[str]:
             yield from submodules or [base]
 
 
-def imports_of(path: Path) -> set[str]:
+@cache
+def imports_of(path: Path) -> frozenset[str]:
     package = module_name(path) if path.name == "__init__.py" else module_name(path).rpartition(".")[0]
-    return set(imported(tree_of(path), package))
+    return frozenset(imported(tree_of(path), package))
 
 
 def named_imports_by_string() -> Iterator[tuple[str, str]]:

@@ -135,10 +135,18 @@ def test_an_embedder_planted_in_a_run_folder_is_refused(capsys, made, run, mark,
     assert contents(run) == before
 
 
-@pytest.mark.parametrize(("section", "text"), [*(("embedder", t) for t in EMBEDDERS.values()),
-                                               *(("segmenter", t) for t in SEGMENTERS.values()),
-                                               ("input", 'reader = "planted:read"')])  # fmt: skip
-@pytest.mark.parametrize("verb", ["run", "reproduce", pytest.param("bench", marks=pytest.mark.full)])
+def of_settings_files():
+    """Verbs and what a file has; those that start further processes or are slow to begin with all of it in full."""
+    planted = [("embedder", kind, text) for kind, text in EMBEDDERS.items()]
+    planted += [("segmenter", kind, text) for kind, text in SEGMENTERS.items()]
+    planted += [("input", "class", 'reader = "planted:read"')]
+    for verb in ("run", "reproduce", "bench"):
+        for section, kind, text in planted:
+            is_quick = verb == "run" or (verb == "reproduce" and kind == "class")
+            yield pytest.param(verb, section, text, marks=[] if is_quick else [pytest.mark.full])
+
+
+@pytest.mark.parametrize(("verb", "section", "text"), [*of_settings_files()])
 def test_a_plug_in_that_a_settings_file_names_is_refused(capsys, made, mark, tmp_path, verb, section, text):
     file = tmp_path / "settings.toml"
     file.write_text(f"[{section}]\n{text.format(mark=mark, weights=tmp_path)}\n")
