@@ -13,17 +13,14 @@ from data_tools.recordings.sequence import RgbdSequence
 from razer.errors import BadInput
 from razer.frame import Intrinsics
 
-MOST_OBLONG = (
-    1.5  # pixels, of their width by their height or the other way round; images that were stretched have 4 / 3
-)
+MOST_OBLONG = 1.5  # of pixels, the longer side by the shorter; images that were stretched have 4 / 3
 
 
 def open_recording(folder: Path, settings: InputSettings, console: Console) -> RgbdSequence:
     """The recording in `folder`; raises BadInput. Poses or depths that look wrong are a warning on `console`."""
     # Late: a recording is also opened unchecked, for a few frames of it at once.
     from data_tools.checks.depth_scale import check_depth_scale
-    from data_tools.checks.inspection import NO_CONVENTION, convention_fix
-    from data_tools.checks.pose_check import check_poses
+    from data_tools.checks.pose_check import NO_CONVENTION, check_poses, convention_fix
     from data_tools.checks.sample import Sample
 
     sequence = open_noted(folder, settings, console)
@@ -62,9 +59,9 @@ def open_noted(folder: Path, settings: InputSettings, console: Console) -> RgbdS
     with waiting_for("opening the recording", console):
         sequence = open_unchecked(folder, settings)
     print_poses_note(sequence, console)
-    if (doubt := _camera_doubt(sequence.intrinsics)) and not settings.guess_intrinsics:
-        _warn(doubt, console)
     if not settings.guess_intrinsics:
+        if doubt := _camera_doubt(sequence.intrinsics):
+            _warn(doubt, console)
         return sequence
     from app.frames.cameras.refined_camera import refined
 

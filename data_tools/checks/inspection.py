@@ -10,7 +10,7 @@ import numpy as np
 
 from data_tools.calibration.rgbd_estimate import RgbdEstimate, estimate_rgbd_calibration
 from data_tools.checks.depth_scale import DepthScaleReport, check_depth_scale
-from data_tools.checks.pose_check import PoseCheck, check_poses
+from data_tools.checks.pose_check import NO_CONVENTION, PoseCheck, check_poses, convention_fix
 from data_tools.checks.rgbd_alignment_check import RgbdAlignmentReport, check_rgbd_alignment
 from data_tools.checks.sample import Sample
 from data_tools.recordings.sequence import RgbdSequence
@@ -20,10 +20,6 @@ from razer.frame import Frame, Intrinsics
 _N_FRAMES = 40
 _MANY_BAD = 0.3
 _MIRRORED = "left-handed"
-NO_CONVENTION = (
-    "no convention explains it: see whether they are of this recording, in its order and by its clock, and whether the "
-    "intrinsics are right; --poses slam needs none"
-)
 _TO_DECLARE = (
     "record more of the place; or say where the colour camera is, with --rgbd-calibration FILE.json, or with its "
     'intrinsics as "color" in --intrinsics FILE.json and --depth-to-color FILE'
@@ -128,14 +124,6 @@ def _frame_issues(bad: Sequence[tuple[int, str]], inspected: int) -> list[Issue]
     if _MIRRORED in reason:
         return [Issue("poses", problem, "an axis of the camera is flipped: negate one column of each rotation")]
     return [Issue("frames", problem, "repair or remove them; frames that can be used are mapped without them")]
-
-
-def convention_fix(report: PoseCheck, sequence: RgbdSequence) -> str:
-    """How to make poses of the recording's right that are of another convention. Of a file that stands for its own they
-    are those that follow from the file's kind, which says of itself what it holds."""
-    if not getattr(sequence, "poses_note", ""):
-        return report.convention.fix
-    return f"read as its kind has them, {report.convention.fix}; so the file was not written as that kind is"
 
 
 def _pose_issues(report: PoseCheck, depth_scale: DepthScaleReport, sequence: RgbdSequence) -> list[Issue]:

@@ -15,6 +15,7 @@ from data_tools.checks.camera_motion import Motion
 from data_tools.checks.depth_overlap import clearly_better, depth_agreement, overlapping_only
 from data_tools.checks.pose_conventions import AS_WRITTEN, N_COMMON, Convention, conventions
 from data_tools.checks.sample import Sample
+from data_tools.recordings.sequence import RgbdSequence
 from razer.arrays import Float64Array
 from razer.frame import Frame
 from razer.geometry import inverse, project, transform_points
@@ -29,6 +30,10 @@ _SUSPICIOUS = 0.012  # median error of features, share of the image's width
 _UNFIT = 0.03
 _CLEARLY_BETTER = 0.4
 _TIE = 1.3
+NO_CONVENTION = (
+    "no convention explains it: see whether they are of this recording, in its order and by its clock, and whether the "
+    "intrinsics are right; --poses slam needs none"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +78,14 @@ def check_poses(sample: Sample) -> PoseCheck:
         meant, best_error_px, better = AS_WRITTEN, error, agreement
     is_unfit = best_error_px > _UNFIT * measured[0][0].intrinsics.width
     return PoseCheck(meant, len(measured), (error, best_error_px), (agreement, better), is_unfit)
+
+
+def convention_fix(report: PoseCheck, sequence: RgbdSequence) -> str:
+    """What to do about poses of another convention. Of a file that stands for the recording's own they were read as its
+    kind defines them, so that the file is not what it seems."""
+    if not getattr(sequence, "poses_note", ""):
+        return report.convention.fix
+    return f"read as its kind has them, {report.convention.fix}; so the file was not written as that kind is"
 
 
 def _best(pairs: Sequence[tuple[Frame, Frame, Motion]]) -> tuple[Convention, float, float]:

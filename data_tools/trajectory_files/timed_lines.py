@@ -39,14 +39,14 @@ def poses_by_time(path: Path, stamps: Float64Array) -> tuple[PoseSource, str]:
         )
     _refuse_contradictions(path, trajectory)
     nearest = _nearest_stamps(trajectory, stamps)
-    off_s = (nearest - stamps)[np.abs(nearest - stamps) <= gap_s / 2]
+    is_near = np.abs(nearest - stamps) <= gap_s / 2
+    off_s = (nearest - stamps)[is_near]
     if len(times) > 1 and not (1 / SAME_RATE <= _gap_s(times) / gap_s <= SAME_RATE and _is_steady(off_s, gap_s)):
         return InterpolatedPoses(trajectory, tuple(stamps.tolist())), INTERPOLATED
     usual_s = float(np.median(np.abs(off_s))) if len(off_s) else 0.0
     note = f"{NEAREST}, {usual_s:.3f} s off at the median" if usual_s > NOTED * gap_s else NEAREST
     # Where none is within reach, the frame's own stamp: no pose is found for it then.
-    found = np.where(np.abs(nearest - stamps) <= gap_s / 2, nearest, stamps)
-    return NearestPoses(trajectory, tuple(found.tolist())), note
+    return NearestPoses(trajectory, tuple(np.where(is_near, nearest, stamps).tolist())), note
 
 
 def _is_steady(off_s: Float64Array, gap_s: float) -> bool:

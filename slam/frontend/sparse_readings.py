@@ -28,7 +28,7 @@ class SparseReadings:
         rgb: (h, w, 3) the colours of the readings.
         has_color: (h, w) whether the colour camera saw them.
         recorded_rgb: (h, w, 3) the colours as they were recorded.
-        recorded_has_color: (h, w) whether each of them was seen, none of it beside what depth shows.
+        recorded_has_color: (h, w) whether the colour camera saw all the pixels whose mean each of them is.
         intrinsics: of the grid.
     """
 
