@@ -7,7 +7,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from errno import ELOOP
+from errno import EACCES, ELOOP
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -105,6 +105,8 @@ def writing(target: Path) -> Iterator[None]:
     and where there is no room left for what is written.
     """
     target = Path(os.path.abspath(target))
+    if os.path.exists(target) and not (target.is_file() or target.is_dir()):  # Path.exists raises for long names
+        raise BadInput(f"{target} is no regular file, and would be replaced by one: choose another place")
     lock, made = FolderLock(target), list[Path]()
     try:
         _make_parents(target, made)
@@ -133,11 +135,17 @@ def _make_parents(target: Path, made: list[Path]) -> None:
         for parent in reversed([parent for parent in target.parents if not parent.exists()]):
             parent.mkdir(exist_ok=True)
             made.append(parent)
-        # What is written has a longer name until it is whole.
-        os.lstat(target.with_name(f".{target.name}.partial-00000000"))
-    except FileNotFoundError:
-        pass
+        if not os.access(target.parent, os.W_OK | os.X_OK):
+            raise PermissionError(EACCES, f"{target.parent} is read-only")
+        _try_file(target)
     except OSError as error:
         raise BadInput(f"{target} cannot be written ({error.strerror}): choose another place") from None
-    if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise BadInput(f"{target} cannot be written ({target.parent} is read-only): choose another place")
+
+
+def _try_file(target: Path) -> None:
+    """Make an empty file beside a target and remove it; raises OSError. Some file systems allow what they then refuse,
+    and what is written has a longer name until it is whole."""
+    trial = target.with_name(f".{target.name}.partial-00000000")
+    trial.unlink(missing_ok=True)
+    os.close(os.open(trial, os.O_WRONLY | os.O_CREAT | os.O_NOFOLLOW, 0o644))
+    trial.unlink(missing_ok=True)

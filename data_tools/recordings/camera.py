@@ -50,7 +50,7 @@ class Camera:
         if declared.width * size[1] != declared.height * size[0]:
             raise BadInput(
                 f"the intrinsics are for {width}x{height} but the images are {size[0]}x{size[1]}: "
-                f"correct width and height"
+                f"correct width and height, or give {HOW_TO_DECLARE}"
             )
         low, high = (share * declared.width for share in _FOCAL_LENGTHS)
         if not (low <= declared.fx <= high and low <= declared.fy <= high):
@@ -171,7 +171,10 @@ def _parse_camera(text: str) -> Declared:
     if len(numbers) not in (4, 9):
         raise BadInput(f"intrinsics '{text}' are not understood: give {HOW_TO_DECLARE}")
     fx, fy, cx, cy, *distortion = numbers
-    return Declared(Camera(fx, fy, cx, cy, tuple(distortion)))
+    try:
+        return Declared(Camera(fx, fy, cx, cy, tuple(distortion)))
+    except BadInput as error:
+        raise BadInput(f"intrinsics '{text}': {error}; give {HOW_TO_DECLARE}") from None
 
 
 def _read_extrinsic(path: Path) -> Float64Array:

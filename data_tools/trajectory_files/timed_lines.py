@@ -19,6 +19,8 @@ SAME_RATE = 1.2  # gaps that differ by a smaller factor are of one rate, whateve
 SAME_CLOCK = 0.25  # of a gap, by which the distances of nine in ten nearest stamps may differ for poses of images
 NOTED = 0.1  # of a gap: nearest stamps that are farther off are said to be
 SAME_M, SAME_DEG = 0.01, 1.0  # poses of one stamp that differ by more contradict each other
+_UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+_ANOTHER_UNIT = 2  # factor within which gaps and lengths are those of the recording, taken in another unit
 NEAREST, INTERPOLATED = "TUM, nearest stamps", "TUM, interpolated as its rate differs"
 
 
@@ -31,6 +33,8 @@ def poses_by_time(path: Path, stamps: Float64Array) -> tuple[PoseSource, str]:
     if not len(times):
         raise BadInput(f"{path} holds no pose: it needs lines `stamp tx ty tz qx qy qz qw`")
     gap_s = _gap_s(finite)
+    if unit := _other_unit(times, finite):
+        raise BadInput(f"{path}: its stamps are {unit}, it seems: write seconds")
     if not len(finite) or times[0] > finite.max() + gap_s or times[-1] < finite.min() - gap_s:
         theirs, ours = f"{times[0]:.3f} to {times[-1]:.3f}", f"{stamps[0]:.3f} to {stamps[-1]:.3f}"
         raise BadInput(
@@ -47,6 +51,18 @@ def poses_by_time(path: Path, stamps: Float64Array) -> tuple[PoseSource, str]:
     note = f"{NEAREST}, {usual_s:.3f} s off at the median" if usual_s > NOTED * gap_s else NEAREST
     # Where none is within reach, the frame's own stamp: no pose is found for it then.
     return NearestPoses(trajectory, tuple(np.where(is_near, nearest, stamps).tolist())), note
+
+
+def _other_unit(times: Float64Array, stamps: Float64Array) -> str | None:
+    """The unit in which stamps of poses are those of a recording, if it is none of seconds."""
+    if min(len(times), len(stamps)) < 2:
+        return None
+    gap, length = _gap_s(times) / _gap_s(stamps), np.ptp(times) / max(np.ptp(stamps), 1e-6)
+    for unit, unit_s in _UNITS.items():
+        is_alike = all(1 / _ANOTHER_UNIT < ratio * unit_s < _ANOTHER_UNIT for ratio in (gap, length))
+        if is_alike and times[0] * unit_s <= stamps.max() and times[-1] * unit_s >= stamps.min():
+            return unit
+    return None
 
 
 def _is_steady(off_s: Float64Array, gap_s: float) -> bool:

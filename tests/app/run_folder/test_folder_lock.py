@@ -84,6 +84,22 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path, place):
         pytest.fail("the work began")
 
 
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="no file system here that allows, and refuses then")
+def test_what_permissions_allow_and_the_file_system_refuses_is_said_before_the_work():
+    with pytest.raises(BadInput, match=r"/proc/poses\.txt cannot be written"), writing(Path("/proc/poses.txt")):
+        pytest.fail("the work began")
+
+
+def test_what_is_no_regular_file_is_never_replaced(tmp_path):
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(os.devnull)
+    for target in (pipe, link):
+        with pytest.raises(BadInput, match="no regular file"), writing(target):
+            pytest.fail("the work began")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "pipe"]
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_read_only_folder_is_said_before_the_work(tmp_path):
     tmp_path.chmod(0o500)

@@ -79,6 +79,13 @@ def test_stamps_of_the_frames_rate_are_matched_within_half_a_gap(folder, tmp_pat
         sequence[4]
 
 
+@pytest.mark.parametrize(("unit", "unit_s"), [("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9)])
+def test_stamps_in_another_unit_are_told_to_be(unit, unit_s, folder, tmp_path):
+    """Also where the first lies with the recording's, as they begin at zero: frames would lie between two poses."""
+    path = write_tum_lines(tmp_path / "t.txt", [i / 30 / unit_s for i in range(N)], PATH)
+    assert f"{unit}, it seems: write seconds" in refused(folder, path)
+
+
 @pytest.mark.parametrize("gap_s", [0.004, 0.029])
 def test_another_rate_is_interpolated(folder, tmp_path, gap_s):
     """Also one that is nearly that of the frames, 33 ms apart: nearest stamps are up to half a gap beside."""
