@@ -7,7 +7,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from errno import EACCES, ELOOP
+from errno import ELOOP
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -136,7 +136,7 @@ def _make_parents(target: Path, made: list[Path]) -> None:
             parent.mkdir(exist_ok=True)
             made.append(parent)
         if not os.access(target.parent, os.W_OK | os.X_OK):
-            raise PermissionError(EACCES, f"{target.parent} is read-only")
+            raise BadInput(f"{target} cannot be written ({target.parent} is read-only): choose another place")
         _try_file(target)
     except OSError as error:
         raise BadInput(f"{target} cannot be written ({error.strerror}): choose another place") from None

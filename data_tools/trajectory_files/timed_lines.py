@@ -20,7 +20,7 @@ SAME_CLOCK = 0.25  # of a gap, by which the distances of nine in ten nearest sta
 NOTED = 0.1  # of a gap: nearest stamps that are farther off are said to be
 SAME_M, SAME_DEG = 0.01, 1.0  # poses of one stamp that differ by more contradict each other
 _UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
-_ANOTHER_UNIT = 2  # factor within which gaps and lengths are those of the recording, taken in another unit
+_ANOTHER_UNIT = 20  # factor within which gaps and lengths are those of a recording, by whatever rate poses come
 NEAREST, INTERPOLATED = "TUM, nearest stamps", "TUM, interpolated as its rate differs"
 
 
@@ -54,7 +54,7 @@ def poses_by_time(path: Path, stamps: Float64Array) -> tuple[PoseSource, str]:
 
 
 def _other_unit(times: Float64Array, stamps: Float64Array) -> str | None:
-    """The unit in which stamps of poses are those of a recording, if it is none of seconds."""
+    """The unit in which stamps of poses are those of a recording, if they are in one that is smaller than a second."""
     if min(len(times), len(stamps)) < 2:
         return None
     gap, length = _gap_s(times) / _gap_s(stamps), np.ptp(times) / max(np.ptp(stamps), 1e-6)

@@ -75,7 +75,10 @@ FOLDER_FAULTS = {
         "has not the layout that reader 'tum' reads",
     ),
     "intrinsics of three": (lambda folder: {"folder": folder, "camera": "1,2,3"}, "'1,2,3' are not understood"),
-    "negative focal length": (lambda folder: {"folder": folder, "camera": "-1,2,3,4"}, "must be positive"),
+    "negative focal length": (
+        lambda folder: {"folder": folder, "camera": "-1,2,3,4"},
+        "'-1,2,3,4': focal lengths must be positive.*; give --intrinsics fx",
+    ),
     "no such camera file": (lambda folder: {"folder": folder, "camera": "x.json"}, "does not exist"),
     "zero depth scale": (lambda folder: {"folder": folder, "depth_scale": 0.0}, "depth scale must be positive"),
 }

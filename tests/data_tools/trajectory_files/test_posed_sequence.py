@@ -80,10 +80,18 @@ def test_stamps_of_the_frames_rate_are_matched_within_half_a_gap(folder, tmp_pat
 
 
 @pytest.mark.parametrize(("unit", "unit_s"), [("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9)])
-def test_stamps_in_another_unit_are_told_to_be(unit, unit_s, folder, tmp_path):
-    """Also where the first lies with the recording's, as they begin at zero: frames would lie between two poses."""
-    path = write_tum_lines(tmp_path / "t.txt", [i / 30 / unit_s for i in range(N)], PATH)
+@pytest.mark.parametrize(("n", "gap_s"), [(N, 1 / 30), (200, 0.005)])
+def test_stamps_in_another_unit_are_told_to_be(n, gap_s, unit, unit_s, folder, tmp_path):
+    """Also where the first lies with the recording's, as they begin at zero: frames would lie between two poses. And of
+    motion capture, which has a rate of its own and goes on for longer."""
+    path = write_tum_lines(tmp_path / "t.txt", [i * gap_s / unit_s for i in range(n)], curved_path(n))
     assert f"{unit}, it seems: write seconds" in refused(folder, path)
+
+
+@pytest.mark.parametrize(("n", "gap_s"), [(2, 1.0), (40, 1.0), (2000, 1 / 200)])
+def test_seconds_are_seconds_however_rare_poses_are_and_long_they_go_on(n, gap_s, folder, tmp_path):
+    path = write_tum_lines(tmp_path / "t.txt", [i * gap_s for i in range(n)], curved_path(n))
+    assert "interpolated" in open_sequence(folder, poses_from=path).poses_note
 
 
 @pytest.mark.parametrize("gap_s", [0.004, 0.029])
